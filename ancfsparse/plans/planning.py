@@ -36,7 +36,7 @@ from ancfsparse.plans.trial_runs.trial_runs import FEWEST, Pilots
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.motion.arguments import DEFAULT, EQUILIBRIUM, check_integrator
-from ancfsparse.solve.preparation.memory_estimate import estimate
+from ancfsparse.solve.preparation.memory_estimate import estimate_memory
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -241,7 +241,7 @@ def _record(
         Prediction(*each) for each in zip(asked, found.asked, errors, floors, strict=True)
     )
     new = pilots.built(model)
-    memory = estimate(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
+    memory = estimate_memory(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
     cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
                        for each in neighbours(found, finest, steps))  # fmt: skip
     own = sum(run.amount for run in pilots.bill)

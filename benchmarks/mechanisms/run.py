@@ -26,7 +26,7 @@ from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import check_request
 from ancfsparse.solve.motion.runs import build_run
 from ancfsparse.solve.motion.simulate import system_at_start
-from ancfsparse.solve.stepping.state_recorder import Record
+from ancfsparse.solve.stepping.state_recorder import RunStorage
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.target import Target
 from benchmarks.common.timing import OURS
@@ -245,7 +245,7 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
         start=start,
     )
     system = system_at_start(request)
-    record = Record(system, request.rows, None, None, request.settings)
+    record = RunStorage(system, request.rows, None, None, request.settings)
     march = build_run(request, system, request.memory())
     with record.open() as recorder:
         begin = time.process_time()

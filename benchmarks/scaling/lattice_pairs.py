@@ -20,8 +20,8 @@ from ancfsparse.results import RunStats
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.preparation.choose_factorization import make_seed
-from ancfsparse.solve.preparation.memory_estimate import NOTHING
-from ancfsparse.solve.stepping.implicit_setup import costs
+from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY
+from ancfsparse.solve.stepping.implicit_setup import iteration_costs
 from ancfsparse.system import System
 from benchmarks.common.charts import SMALL, new_figure, set_legend
 from benchmarks.common.progress import bar
@@ -101,8 +101,8 @@ def work_of(scene: Scene, stats: RunStats, key: Key) -> float:
     that it took.
     """
     system = System(scene)
-    seed, _ = make_seed(system, "incomplete", "auto", 1, NOTHING)
-    prices = costs(system, INTEGRATOR, seed, None)
+    seed, _ = make_seed(system, "incomplete", "auto", 1, NO_MEMORY)
+    prices = iteration_costs(system, INTEGRATOR, seed, None)
     sweep, steps = 0.5 * seed.solve_flops, max(stats.steps, 1)
     update, pairs, carry = key
     held = 0.5 * (pairs + 1) if carry else min(0.5 * (pairs + 1), 0.5 * stats.iterations / steps)

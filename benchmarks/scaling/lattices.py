@@ -11,7 +11,7 @@ from typing import Any
 from ancfsparse.errors import EquilibriumError, InputError, StepError
 from ancfsparse.problems import lattice
 from ancfsparse.solve import simulate, solve_static
-from ancfsparse.solve.preparation.choose_factorization import groups_of
+from ancfsparse.solve.preparation.choose_factorization import unknown_groups
 from ancfsparse.system import System
 from benchmarks.common.process import peak_memory
 from benchmarks.common.progress import bar as progress_bar
@@ -147,7 +147,7 @@ def _statics(job: Job) -> dict[str, Any]:
 
 def _fill(job: Job) -> float:
     """Return the fill of a complete factor, blocks per block of the matrix; NaN if too large."""
-    groups = groups_of(System(job.scene()))
+    groups = unknown_groups(System(job.scene()))
     fill = groups.exact_fill(MOST_FILL)
     return math.nan if fill is None else fill.nnz / groups.nnz
 

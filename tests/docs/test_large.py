@@ -9,7 +9,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.motion import fixed_step_run
-from ancfsparse.solve.preparation.memory_estimate import estimate
+from ancfsparse.solve.preparation.memory_estimate import estimate_memory
 from ancfsparse.system import System
 from tests.operations import operations
 from tests.paths import ROOT
@@ -55,7 +55,9 @@ def traced_peak(n, **options):
     """Most bytes in arrays while a chain of n elements moves, and what was told beforehand."""
     scene, rod = chain(n)
     matrices = 2 if isinstance(options.get("integrator"), ancf.EnergyMomentum) else 1
-    told = estimate(scene, 3, 1, False, options.get("solver", "auto"), matrices=matrices).total
+    told = estimate_memory(
+        scene, 3, 1, False, options.get("solver", "auto"), matrices=matrices
+    ).total
     tracemalloc.start()
     ancf.simulate(scene, 2e-3, 1e-3, save_nodes=[rod.end], save_every=2, **options)
     _, peak = tracemalloc.get_traced_memory()

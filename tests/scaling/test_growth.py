@@ -8,7 +8,7 @@ from ancfsparse.problems import chain, lattice, net, octet
 from ancfsparse.problems.meshes import STIFF
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.choose_factorization import make_seed
-from ancfsparse.solve.preparation.memory_estimate import NOTHING
+from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY
 from ancfsparse.system import System
 from benchmarks.common.worker import Worker
 from benchmarks.scaling.scaling import PROGRAM
@@ -106,7 +106,7 @@ def test_incomplete_seeds_are_linear_in_the_mesh(cube):
     elements, nbytes, factored = [], [], []
     for n in sizes:
         scene, mesh = make(n)
-        made, _ = make_seed(System(scene), "incomplete", "auto", 1, NOTHING)
+        made, _ = make_seed(System(scene), "incomplete", "auto", 1, NO_MEMORY)
         elements.append(mesh.n_elements)
         nbytes.append(made.own.nbytes)
         factored.append(made.nnz)

@@ -9,8 +9,8 @@ from ancfsparse.problems import lattice, octet
 from ancfsparse.seeds import Groups, IncompleteSeed
 from ancfsparse.seeds.incomplete import incomplete_seed
 from ancfsparse.seeds.ordering import unknown_groups as groups_module
-from ancfsparse.solve.preparation.deflation_space import slides_of
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.preparation.deflation_space import sliding_points
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 
@@ -21,13 +21,13 @@ LONG = 0.01  # s: a wave runs along 260 elements
 def steel(n, dt, make=lattice):
     """A cube at rest: its system, the matrix of a step as values and whole, and its slides."""
     system = System(make(n, **STEEL).scene)
-    march, *_ = prepare(
+    march, *_ = prepare_implicit(
         system, dt, ancf.GeneralizedAlpha(0.9), "auto", "default", np.inf, kind="incomplete"
     )
     pattern, values = system.pattern, march.matrix()
     lower = sp.csc_array((values, pattern.indices, pattern.indptr))
     whole = lower + sp.tril(lower, -1).T
-    return system, values, whole.tocsr(), slides_of(system)
+    return system, values, whole.tocsr(), sliding_points(system)
 
 
 def seed_of(system, slides=None, threads=1):
@@ -117,8 +117,8 @@ def test_modes_are_kept_from_seed_to_seed_and_left_where_they_do_not_help():
 
 def test_short_steps_do_not_call_for_modes():
     system, values, _, slides = steel(6, 1e-3)
-    assert slides_of(system, 1e-3) is None  # a wave runs along 26 elements
-    assert slides_of(system, LONG) is not None
+    assert sliding_points(system, 1e-3) is None  # a wave runs along 26 elements
+    assert sliding_points(system, LONG) is not None
     seed = seed_of(system, slides)
     assert seed.factor(values) == 0
     for _ in range(3):

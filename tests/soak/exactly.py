@@ -13,7 +13,7 @@ from ancfsparse.integrators.implicit.time_integration import Start, make_march
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
-from ancfsparse.solve.stepping.convergence_criterion import Criterion
+from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
 from ancfsparse.system import System
 
 NEWTON = ancf.Newton()
@@ -37,7 +37,7 @@ class Steps:
         for (_, _, a0, _), (_, _, a1, _) in zip(self.states, self.states[1:], strict=False):
             self.b.append(((1.0 - f) * a1 + f * a0 - m * self.b[-1]) / (1.0 - m))
         self.loads = system.loads.amplitudes(self.dt * np.arange(len(self.states) + 1.0))
-        self.criterion = Criterion(system, integrator, "default")
+        self.criterion = ConvergenceCriterion(system, integrator, "default")
 
     def gain(self, k, state):
         """Give the energy that a state after step k + 1 has above the one before it [J]."""

@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.stepping.convergence_criterion import Criterion
+from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
 from tests.soak import accuracy, bodies, callables, mechanisms, motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.exactly import Steps
@@ -210,7 +210,7 @@ def test_a_hidden_scale_is_found(monkeypatch):
     def smallest_change(self, dt):  # in no unit at all
         return 1e-9
 
-    monkeypatch.setattr(Criterion, "smallest_change", smallest_change)
+    monkeypatch.setattr(ConvergenceCriterion, "smallest_change", smallest_change)
     assert [units.run(4, index).outcome for index in (0, 1, 3)] == ["differ"] * 3
 
 

@@ -22,7 +22,7 @@ SHORTEST = 1e-150
 SQUARES = "whose square is in the range of floating-point numbers"
 
 
-class Clock:
+class TimeGrid:
     """Times of equal steps.
 
     Where the begin is a whole number of steps they are, bit for bit, those of a run from t = 0.

@@ -18,7 +18,7 @@ from ancfsparse.plans.models.prolongation import prolonged
 from ancfsparse.plans.trial_runs.trial_runs import Pilot, Pilots, at_rest, distance
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Beam, Scene
-from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.system import System
 
 FINER = 2
@@ -75,7 +75,7 @@ def _corrected(run: Trajectory, scene: Scene) -> list[Trajectory] | None:
     if len(lam) != system.n_multipliers:
         return None
     stats = RunStats(solver="two corrections")
-    balance = Balance(system, stats, t=t)
+    balance = EquilibriumEquations(system, stats, t=t)
     state = balance.state(system.q0, lam, 1.0)
     if balance.factor(state, balance.stiffness(state, 1.0), 1.0) != 0:
         return None

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
-from ancfsparse.system import State as Start
-from ancfsparse.system import System
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
+from ancfsparse.system import State, System
 
 Array = NDArray[np.float64]
 
@@ -24,14 +23,14 @@ RELAXED = 4
 SMALL = 1e-3
 
 
-def stiff(system: System, about: Start) -> Balance | None:
+def stiff(system: System, about: State) -> EquilibriumEquations | None:
     """Return the forces about a state, their stiffness factored; None if it is not definite."""
-    balance = Balance(system, RunStats(), t=about.t)
+    balance = EquilibriumEquations(system, RunStats(), t=about.t)
     here = balance.state(about.q, about.lam, 1.0)
     return balance if balance.factor(here, balance.stiffness(here, 1.0), 1.0) == 0 else None
 
 
-def pulled(system: System, about: Start, balance: Balance, times: Array) -> Array:
+def pulled(system: System, about: State, balance: EquilibriumEquations, times: Array) -> Array:
     """Return how far the loads at some times move the coordinates, if linear, (k, n_all) [m, 1]."""
     rest = np.zeros(system.n_all)
     out = np.zeros((len(times), system.n_all))
@@ -39,7 +38,7 @@ def pulled(system: System, about: Start, balance: Balance, times: Array) -> Arra
         r, phi = system.assembly.residual(
             about.q, rest, rest, about.lam, system.dead_load, np.asarray(amplitudes)
         )
-        own = State(about.q, about.lam, np.asarray(r)[: system.n_free], np.asarray(phi))
+        own = StaticState(about.q, about.lam, np.asarray(r)[: system.n_free], np.asarray(phi))
         dx, _ = balance.correction(own)
         row[: len(dx)] = dx
     return out
@@ -56,7 +55,7 @@ def swing(modes: Modes, system: System, whole: Array) -> Array:
     return np.asarray(2.0 * whole + (fast / np.sqrt(modes.eigenvalues)) @ modes.shapes)
 
 
-def frequency_of(system: System, about: Start, balance: Balance, x: Array) -> float:
+def frequency_of(system: System, about: State, balance: EquilibriumEquations, x: Array) -> float:
     """Return the angular frequency of a displacement (n_all,), by Rayleigh's quotient [1/s]."""
     there = balance.state(about.q + SMALL * x, about.lam, 1.0)
     back = balance.state(about.q - SMALL * x, about.lam, 1.0)
@@ -66,7 +65,9 @@ def frequency_of(system: System, about: Start, balance: Balance, x: Array) -> fl
     return (max(work, 0.0) / mass) ** 0.5 if mass > 0.0 else 0.0
 
 
-def bent_off(balance: Balance, system: System, about: Start, x: Array, turns: float) -> float:
+def bent_off(
+    balance: EquilibriumEquations, system: System, about: State, x: Array, turns: float
+) -> float:
     """Return how far forces that are not linear move a node where x is how far it is moved [m]."""
     bent, slowed = _beside(balance, system, about, x)
     return size(system, bent + max(1.0, turns) * slowed)
@@ -150,13 +151,15 @@ def frequency(run: Trajectory) -> float:
     return (v / x) ** 0.5 if x > 0.0 else 0.0
 
 
-def _beside(balance: Balance, system: System, start: Start, x: Array) -> tuple[Array, Array]:
+def _beside(
+    balance: EquilibriumEquations, system: System, start: State, x: Array
+) -> tuple[Array, Array]:
     """Return what even and what odd forces beside the linear ones bend a displacement by."""
     about, lam = start.q, start.lam
     none = balance.state(about, lam, 1.0)
 
     def solved(r: Array, phi: Array) -> Array:
-        dx, _ = balance.correction(State(about, lam, r, phi))
+        dx, _ = balance.correction(StaticState(about, lam, r, phi))
         return np.append(dx, np.zeros(system.n_all - len(dx)))
 
     bent, before = np.zeros_like(x), np.inf

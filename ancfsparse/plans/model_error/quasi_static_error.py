@@ -14,7 +14,7 @@ from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import solve_static
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.vibration.modes import modes
 from ancfsparse.system import System
 
@@ -132,7 +132,7 @@ def _pushed(run: Trajectory, quantity: Quantity, values: Array) -> float:
     v = np.gradient(q, t, axis=0)
     a = np.zeros_like(q)
     a[1:-1] = (q[2:] - 2.0 * q[1:-1] + q[:-2]) / (t[1] - t[0]) ** 2
-    balance, rest = Balance(system, RunStats()), np.zeros(system.n_all)
+    balance, rest = EquilibriumEquations(system, RunStats()), np.zeros(system.n_all)
     looks = np.unique(np.linspace(1, len(t) - 2, LOOKS).astype(int))
     moved = q[looks].copy()
     for row, k in zip(moved, looks, strict=True):
@@ -145,7 +145,7 @@ def _pushed(run: Trajectory, quantity: Quantity, values: Array) -> float:
         moving, _ = system.assembly.residual(q[k], v[k], a[k], lam, dead, amplitudes)
         resting, _ = system.assembly.residual(q[k], rest, rest, lam, dead, amplitudes)
         r = (np.asarray(moving) - np.asarray(resting))[: system.n_free]
-        dx, _ = balance.correction(State(here.q, here.lam, r, np.zeros_like(here.phi)))
+        dx, _ = balance.correction(StaticState(here.q, here.lam, r, np.zeros_like(here.phi)))
         row[: len(dx)] += dx
     changed = replace(run, t=t[looks], q=moved, v=run.v[looks], a=run.a[looks], lam=run.lam[looks])
     return _largest(quantity.difference(quantity.history(changed), values[looks]))

@@ -22,7 +22,7 @@ from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
 from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
 from ancfsparse.solve.motion.arguments import at_equilibrium
-from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.static_equilibrium import solve_static
 from ancfsparse.solve.vibration.modal_response import modal_response
 from ancfsparse.solve.vibration.modes import modes
@@ -268,7 +268,7 @@ class ModalSum(Way):
         cls,
         system: System,
         about: State,
-        balance: Balance,
+        balance: EquilibriumEquations,
         t_end: float,
         x: Array,
         wanted: Sequence[Wanted],

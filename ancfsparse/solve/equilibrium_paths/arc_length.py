@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, find
 
 Vector = NDArray[np.float64]
@@ -46,7 +46,7 @@ class PathPoint(NamedTuple):
         Negative pivots of the stiffness.
     """
 
-    state: State
+    state: StaticState
     load: float
     dx: Vector
     dlam: Vector
@@ -55,7 +55,7 @@ class PathPoint(NamedTuple):
 
 
 @dataclass
-class Points:
+class EquilibriumPath:
     """What has been found so far.
 
     Attributes
@@ -76,7 +76,9 @@ class Points:
     arrived: bool = False
 
 
-def follow(balance: Balance, to: float, most: int, tolerance: float, side: int = 0) -> Points:
+def follow(
+    balance: EquilibriumEquations, to: float, most: int, tolerance: float, side: int = 0
+) -> EquilibriumPath:
     """Follow the path of equilibria from the reference shape until the load reaches a share.
 
     Parameters
@@ -98,7 +100,7 @@ def follow(balance: Balance, to: float, most: int, tolerance: float, side: int =
         If no further point is found.
     """
     start = find(balance, balance.start, 0.0, tolerance)
-    path = Points([_point(balance, start.state, 0.0, None)])
+    path = EquilibriumPath([_point(balance, start.state, 0.0, None)])
     first = path.all[0]
     step = shortest = FIRST * to / first.dload
     while len(path.all) < most:
@@ -133,7 +135,9 @@ def follow(balance: Balance, to: float, most: int, tolerance: float, side: int =
     return path
 
 
-def _point(balance: Balance, state: State, load: float, before: Vector | None) -> PathPoint:
+def _point(
+    balance: EquilibriumEquations, state: StaticState, load: float, before: Vector | None
+) -> PathPoint:
     """Factor at an equilibrium and go on along the path, or begin with a growing load."""
     values = balance.stiffness(state, load)
     negative = balance.factor(state, values, load)
@@ -148,18 +152,18 @@ def _point(balance: Balance, state: State, load: float, before: Vector | None) -
     )
 
 
-def _pull(balance: Balance, state: State, load: float) -> tuple[Vector, Vector]:
+def _pull(balance: EquilibriumEquations, state: StaticState, load: float) -> tuple[Vector, Vector]:
     """Return the change of coordinates and multipliers per share of the loads."""
     small = balance.small_load
     there = balance.state(state.q, state.lam, load + small)
     here = balance.state(state.q, state.lam, load)
-    change = State(state.q, state.lam, there.r - here.r, there.phi - here.phi)
+    change = StaticState(state.q, state.lam, there.r - here.r, there.phi - here.phi)
     dx, dlam = balance.correction(change)
     return dx / small, dlam / small
 
 
 def _next(
-    balance: Balance, last: PathPoint, step: float, to: float, tolerance: float
+    balance: EquilibriumEquations, last: PathPoint, step: float, to: float, tolerance: float
 ) -> tuple[PathPoint, int]:
     """Find the equilibrium on the plane across the path at a distance; count the corrections."""
     load = last.load + step * last.dload
@@ -187,7 +191,12 @@ def _next(
 
 
 def _turning(
-    balance: Balance, last: PathPoint, new: PathPoint, step: float, to: float, tolerance: float
+    balance: EquilibriumEquations,
+    last: PathPoint,
+    new: PathPoint,
+    step: float,
+    to: float,
+    tolerance: float,
 ) -> PathPoint | None:
     """Find the point between two where the load turns, by the secant method kept between them."""
     low, high = 0.0, step
@@ -211,7 +220,12 @@ def _turning(
 
 
 def _fork(
-    balance: Balance, last: PathPoint, new: PathPoint, step: float, to: float, tolerance: float
+    balance: EquilibriumEquations,
+    last: PathPoint,
+    new: PathPoint,
+    step: float,
+    to: float,
+    tolerance: float,
 ) -> PathPoint:
     """Find the point between two where the path loses its stability: the last one before."""
     low, high, best = 0.0, step, last
@@ -226,7 +240,7 @@ def _fork(
 
 
 def _beside(
-    balance: Balance, fork: PathPoint, side: int, to: float, tolerance: float
+    balance: EquilibriumEquations, fork: PathPoint, side: int, to: float, tolerance: float
 ) -> tuple[PathPoint, float]:
     """Find an equilibrium on the other branch, in the buckling direction, and its distance.
 
@@ -237,7 +251,7 @@ def _beside(
     x = np.random.default_rng(3).standard_normal(len(balance.mass)) / np.sqrt(balance.mass)
     none, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
     for _ in range(SOLUTIONS):
-        x, dlam = balance.correction(State(state.q, state.lam, -balance.mass * x, none))
+        x, dlam = balance.correction(StaticState(state.q, state.lam, -balance.mass * x, none))
         size = balance.distance(x)
         x, dlam = x / size, dlam / size
     first = np.argmax(np.abs(x) * np.sqrt(balance.mass))
@@ -254,7 +268,7 @@ def _beside(
 
 
 def _at(
-    balance: Balance, last: PathPoint, new: PathPoint, to: float, tolerance: float
+    balance: EquilibriumEquations, last: PathPoint, new: PathPoint, to: float, tolerance: float
 ) -> PathPoint:
     """Find the equilibrium under a share of the loads between two points."""
     part = (to - last.load) / (new.load - last.load)
@@ -264,6 +278,6 @@ def _at(
     return _point(balance, found.state, to, last.dx)
 
 
-def _turn(balance: Balance, dx: Vector) -> float:
+def _turn(balance: EquilibriumEquations, dx: Vector) -> float:
     """Return the largest change of a slope [rad]."""
     return float(np.max(np.abs(dx[balance.slopes]), initial=0.0))

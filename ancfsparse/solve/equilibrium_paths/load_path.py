@@ -16,8 +16,12 @@ from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.equilibrium_paths.arc_length import follow
 from ancfsparse.solve.linearization.rigid_body_modes import check_held
-from ancfsparse.solve.preparation.memory_estimate import check_factor, estimate, memory_for
-from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.preparation.memory_estimate import (
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
+)
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
 from ancfsparse.solve.statics.static_equilibrium import COARSEST, FINEST, MATRICES
 from ancfsparse.system import System
@@ -101,13 +105,13 @@ def load_path(
     if isinstance(branch, bool) or not isinstance(branch, int) or branch not in (-1, 0, 1):
         raise InputError(f"branch must be 1, -1 or 0, got {format_value(branch)}")
     begin = time.perf_counter()
-    needed = estimate(scene, points, 0, False, Newton(), matrices=MATRICES)
+    needed = estimate_memory(scene, points, 0, False, Newton(), matrices=MATRICES)
     stats = RunStats(solver="Newton along the arc length")
-    with memory_for(needed):
+    with within_memory(needed):
         system = System(scene)
         check_held(system)
-        balance = Balance(system, stats, t=t)
-        check_factor(needed, balance.seed)
+        balance = EquilibriumEquations(system, stats, t=t)
+        check_factor_fits(needed, balance.seed)
         if not balance.loads:
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin

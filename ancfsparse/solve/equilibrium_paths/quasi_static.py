@@ -17,16 +17,20 @@ from ancfsparse.errors import (
     Parameter,
     UnstableEquilibriumWarning,
 )
-from ancfsparse.integrators.interface.time_grid import Clock, count_steps_from
+from ancfsparse.integrators.interface.time_grid import TimeGrid, count_steps_from
 from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
-from ancfsparse.solve.preparation.memory_estimate import check_factor, estimate, memory_for
+from ancfsparse.solve.preparation.memory_estimate import (
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
+)
 from ancfsparse.solve.preparation.progress_bar import progress_bar
-from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_hanging, out_of_balance
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, find, settle
@@ -35,8 +39,8 @@ from ancfsparse.system import State, System
 from ancfsparse.system_memory import check_memory
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.statics.equilibrium_equations import Balance
-    from ancfsparse.solve.statics.newton_and_relaxation import Found
+    from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
+    from ancfsparse.solve.statics.newton_and_relaxation import StaticResult
 
 Vector = NDArray[np.float64]
 
@@ -123,14 +127,14 @@ def quasi_static(
     check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
     begin = time.perf_counter()
-    needed = estimate(scene, n + 1, 0, False, Newton(), matrices=MATRICES)
+    needed = estimate_memory(scene, n + 1, 0, False, Newton(), matrices=MATRICES)
     stats = RunStats(solver="equilibria, Newton with extrapolated stress")
-    with memory_for(needed), progress_bar("step", progress, n) as bar:
+    with within_memory(needed), progress_bar("step", progress, n) as bar:
         system = System(scene, begins)
         wider = MessageTemplate("a larger {dt}", dt=Parameter("dt"))
         check_memory("the equilibria", KEPT * (n + 1) * system.n_all, wider)
-        balance = Balance(system, stats, kind=factorization, t=clock.begin)
-        check_factor(needed, balance.seed)
+        balance = EquilibriumEquations(system, stats, kind=factorization, t=clock.begin)
+        check_factor_fits(needed, balance.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin
         march = _March(balance, tolerance, free_motions(system))
         times, found = [clock.begin], [march.first(begins is not None)]
@@ -153,19 +157,19 @@ def quasi_static(
     return _path(system, times, found, stats, settings)
 
 
-def _steps(begin: float, t_end: float, dt: float | None) -> tuple[Clock, int]:
+def _steps(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid, int]:
     """Return the times of the saved states, and how many steps there are between them."""
     if dt is None:
         end = check_positive("t_end", t_end, "s") if begin == 0.0 else float(t_end)
         dt = (end - begin) / SAVED
     n = count_steps_from(begin, t_end, dt)
-    return Clock(begin, float(dt)), n
+    return TimeGrid(begin, float(dt)), n
 
 
 def _path(
     system: System,
     times: list[float],
-    found: list[Found],
+    found: list[StaticResult],
     stats: RunStats,
     settings: dict[str, object],
 ) -> Trajectory:
@@ -200,14 +204,14 @@ class _March:
         The last equilibrium.
     """
 
-    here: Found
+    here: StaticResult
 
-    def __init__(self, balance: Balance, tolerance: float, free: list[str]) -> None:
+    def __init__(self, balance: EquilibriumEquations, tolerance: float, free: list[str]) -> None:
         self._balance, self._tolerance, self._free = balance, tolerance, free
         self._t = balance.system.t0
-        self._before: list[tuple[float, Found]] = []
+        self._before: list[tuple[float, StaticResult]] = []
 
-    def first(self, from_start: bool) -> Found:
+    def first(self, from_start: bool) -> StaticResult:
         """Find the equilibrium at the start."""
         q = self._balance.system.q0
         if self._free:
@@ -237,7 +241,7 @@ class _March:
             self.here = self._another() if found is None else found
             self._t = to
 
-    def _near(self, to: float) -> Found | None:
+    def _near(self, to: float) -> StaticResult | None:
         """Return the equilibrium next to the extrapolated one, None if it is unstable."""
         balance = self._balance
         known = [*self._before[-KNOWN:], (self._t, self.here)]
@@ -252,7 +256,7 @@ class _March:
         found = find(balance, state, 1.0, self._tolerance)
         return found if found.negative == 0 or not balance.conservative else None
 
-    def _another(self) -> Found:
+    def _another(self) -> StaticResult:
         """Return an equilibrium that is not next to the last one, stable if one is found."""
         balance = self._balance
         balance.stats.recoveries += 1
@@ -266,5 +270,5 @@ class _March:
         except NotFoundError:
             return found
 
-    def _hanging(self, q: Vector) -> Found:
+    def _hanging(self, q: Vector) -> StaticResult:
         return find_hanging(self._balance, q, self._tolerance, self._free)

@@ -6,11 +6,11 @@ import math
 
 from ancfsparse.results import RunStats
 from ancfsparse.solve.error_control.step_size_controller import MOST_EVENTS
-from ancfsparse.solve.stepping.sampled_states import States
-from ancfsparse.solve.stepping.state_recorder import Recorder
+from ancfsparse.solve.stepping.sampled_states import SampledStates
+from ancfsparse.solve.stepping.state_recorder import StateRecorder
 
 
-class Attempts:
+class BestSolution:
     """Passes the best motion so far to a recorder, and before there is one, what there is.
 
     So a run that is interrupted, or a file of one that is killed, holds the best whole motion, or
@@ -29,13 +29,13 @@ class Attempts:
         Counts of all runs together, and the error of the best.
     """
 
-    def __init__(self, recorder: Recorder, threads: int) -> None:
+    def __init__(self, recorder: StateRecorder, threads: int) -> None:
         self._recorder = recorder
-        self._running: States | None = None
+        self._running: SampledStates | None = None
         self._recorded, self._whole = 0, False
         self.stats = RunStats(runs=0, threads=threads, error=math.inf)
 
-    def watch(self, states: States) -> None:
+    def watch(self, states: SampledStates) -> None:
         """Take more states of the motion under way."""
         if self._whole:
             return
@@ -43,7 +43,7 @@ class Attempts:
             self._running, self._recorded = states, 0
         self._record(states, self._recorded, states.rows)
 
-    def keep(self, states: States) -> None:
+    def keep(self, states: SampledStates) -> None:
         """Take a whole motion that is better than those before."""
         if self._whole or states is not self._running:
             self._record(states, 0, states.rows)
@@ -55,7 +55,7 @@ class Attempts:
         if self._recorder.rows:
             self._recorder.finish(self.stats)
 
-    def _record(self, states: States, first: int, last: int) -> None:
+    def _record(self, states: SampledStates, first: int, last: int) -> None:
         rows = slice(first, last)
         t, q, v, a, lam = (x[rows] for x in (states.t, states.q, states.v, states.a, states.lam))
         self._recorder.append(t, q, v, a, lam, begin=first)

@@ -14,11 +14,11 @@ from ancfsparse.integrators.interface.time_grid import MOST_STEPS
 from ancfsparse.results import RunStats
 from ancfsparse.solve.error_control.explicit_error_estimate import ExplicitErrors
 from ancfsparse.solve.error_control.explicit_march import ExplicitMarch
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
-from ancfsparse.solve.error_models.modal_error_model import Waves
-from ancfsparse.solve.error_models.phase_error import Content, frequency, phase_lost
-from ancfsparse.solve.error_models.stagnation import Convergence
-from ancfsparse.solve.stepping.sampled_states import States, distance, grew_from_rounding
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
+from ancfsparse.solve.error_models.phase_error import DominantFrequency, frequency, phase_lost
+from ancfsparse.solve.error_models.stagnation import StagnationCheck
+from ancfsparse.solve.stepping.sampled_states import SampledStates, distance, grew_from_rounding
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -45,7 +45,7 @@ CONFIRMED = 0.6
 MANY, DOUBTED, REPEATED, AGAIN = 10_000, 10.0, 1.001, 0.05
 
 
-class ExplicitRuns:
+class ExplicitCandidate:
     """One way to an accuracy.
 
     Parameters
@@ -84,12 +84,12 @@ class ExplicitRuns:
         accuracy: float,
         integrators: list[Explicit],
         max_energy_gain: float,
-        breaks: Breaks,
-        watch: Callable[[States], None],
-        waves: Waves | None,
+        breaks: LoadDiscontinuities,
+        watch: Callable[[SampledStates], None],
+        waves: ModalSpectrum | None,
     ) -> None:
         self._system, self._t_end, self._length = system, float(t[-1]), float(t[-1] - t[0])
-        self._waves, self._convergence = waves, Convergence(accuracy)
+        self._waves, self._convergence = waves, StagnationCheck(accuracy)
         self._accuracy, self._integrators = accuracy, integrators
         self._march = ExplicitMarch(system, t, max_energy_gain, breaks, watch, integrators[-1])
         self._errors = ExplicitErrors(system, self._length, self._march, waves)
@@ -97,10 +97,10 @@ class ExplicitRuns:
         # Integrators and by how much their steps were shorter than stable ones, the best last.
         self._made: list[tuple[Explicit, float]] = []
         self._loose = False
-        self._other: States | None = None  # the best motion of another way
+        self._other: SampledStates | None = None  # the best motion of another way
         # Whether the next run shows if rounding decides; None as long as nothing points to it.
         self._rounding: bool | None = None
-        self.states: States | None = None
+        self.states: SampledStates | None = None
         self.error = math.inf
         self.failure: Exception | None = None
         self.name = repr(integrators[len(integrators) // 2])
@@ -132,11 +132,11 @@ class ExplicitRuns:
         self._march.places.warn()
 
     @property
-    def content(self) -> Content | None:
+    def content(self) -> DominantFrequency | None:
         """What parts two runs, perhaps two of another way; None as long as that is not known."""
         return self._errors.content
 
-    def receive(self, content: Content | None, states: States | None) -> None:
+    def receive(self, content: DominantFrequency | None, states: SampledStates | None) -> None:
         """Take what another way has found: what its error is made of, and its best motion."""
         if self._errors.content is None:
             self._errors.content = content
@@ -240,7 +240,7 @@ class ExplicitRuns:
             finer *= FINER
         return finer
 
-    def _take(self, integrator: Explicit, finer: float, states: States) -> None:
+    def _take(self, integrator: Explicit, finer: float, states: SampledStates) -> None:
         """Estimate the error of a run, and keep it unless it is of lower order than the last."""
         error = self._errors.add(integrator, finer, states)
         if self.states is None:
@@ -253,10 +253,10 @@ class ExplicitRuns:
         self.name, self.steps = repr(integrator), self.running.steps
         self._made.append((integrator, finer))
 
-    def _is_loose(self, states: States) -> bool:
+    def _is_loose(self, states: SampledStates) -> bool:
         """Whether the method of lowest order would do, judged by the motion as a whole."""
         start = np.broadcast_to(states.q[:1], states.q.shape)
-        still = States(states.t, start, np.zeros_like(states.v), states.a, states.lam)
+        still = SampledStates(states.t, start, np.zeros_like(states.v), states.a, states.lam)
         amplitude = distance(self._system, states, still)
         omega = frequency(self._system, states, still)
         first = self._integrators[0]

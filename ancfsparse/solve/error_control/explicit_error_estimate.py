@@ -10,15 +10,15 @@ import numpy as np
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
 from ancfsparse.solve.error_control.explicit_march import ExplicitMarch
-from ancfsparse.solve.error_models.modal_error_model import Waves
+from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.phase_error import (
-    Content,
+    DominantFrequency,
     fall,
     frequency,
     phase_lost,
     power_of_fall,
 )
-from ancfsparse.solve.stepping.sampled_states import States, distance
+from ancfsparse.solve.stepping.sampled_states import SampledStates, distance
 from ancfsparse.system import System
 
 # Share of the order with which an error is believed to decrease, by the order: where the phase lost
@@ -52,7 +52,7 @@ class _Run:
 
     integrator: Explicit
     finer: float
-    states: States
+    states: SampledStates
 
 
 class ExplicitErrors:
@@ -76,7 +76,7 @@ class ExplicitErrors:
     """
 
     def __init__(
-        self, system: System, length: float, march: ExplicitMarch, waves: Waves | None
+        self, system: System, length: float, march: ExplicitMarch, waves: ModalSpectrum | None
     ) -> None:
         self._system, self._length, self._march, self._start = system, length, march, waves
         self._waves = [] if waves is None else [waves]
@@ -86,7 +86,7 @@ class ExplicitErrors:
         # Estimate for the last run, and the power of the step with which it is believed to
         # decrease, 0 as long as that is not known.
         self._error, self._power = math.inf, 0.0
-        self.content: Content | None = None
+        self.content: DominantFrequency | None = None
 
     @property
     def may_predict(self) -> bool:
@@ -119,7 +119,7 @@ class ExplicitErrors:
             error = max(error, self._error * ratio**self._power)
         return error
 
-    def add(self, integrator: Explicit, finer: float, states: States) -> float:
+    def add(self, integrator: Explicit, finer: float, states: SampledStates) -> float:
         """Return the estimated error of a run [m], infinite for the first one.
 
         After one of lower order than the last it is the error of the last.
@@ -133,7 +133,7 @@ class ExplicitErrors:
         apart = self._distance(run, last)
         omega = min(frequency(self._system, states, last.states, resolved=True), self._march.omega)
         lost = sorted((self._lost(x.integrator, x.finer, omega) for x in (last, run)), reverse=True)
-        self.content = Content.of(apart, omega, self._length, *lost)
+        self.content = DominantFrequency.of(apart, omega, self._length, *lost)
         if integrator.tableau.order < last.integrator.tableau.order:
             self._runs.insert(0, run)
             return self._of_two_orders(apart)
@@ -153,11 +153,11 @@ class ExplicitErrors:
         self._runs = [*self._runs[-2:], run]
         return error
 
-    def _analyse(self, integrator: Explicit, states: States) -> None:
+    def _analyse(self, integrator: Explicit, states: SampledStates) -> None:
         """Predict errors of runs by the vibrations of the first one."""
         waves = None
         if not (self._system.damped or self._system.n_multipliers):
-            waves = Waves.during(self._system, states)
+            waves = ModalSpectrum.during(self._system, states)
         if waves is not None:
             self._waves.append(waves)
         self._scale = CAUTION if waves is None else MEASURED

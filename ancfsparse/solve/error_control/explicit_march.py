@@ -17,21 +17,25 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
-from ancfsparse.solve.error_control.rank_deficiency import LostRank
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
-from ancfsparse.solve.initial_conditions.consistent_accelerations import start_load
+from ancfsparse.solve.error_control.rank_deficiency import RankDeficiency
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.initial_conditions.consistent_accelerations import load_amplitudes_at_start
 from ancfsparse.solve.initial_conditions.consistent_state import check_energy
 from ancfsparse.solve.linearization.matrices import (
+    constraint_magnitudes,
     definite_mass,
-    fastest_of,
-    fastest_vibration,
+    highest_frequency,
+    highest_frequency_of,
     initial_multipliers,
     needs_saddle,
     saddle_seed,
-    sizes_of_terms,
 )
-from ancfsparse.solve.stepping.explicit_setup import cheapest_inverse, count_forces, instability
-from ancfsparse.solve.stepping.sampled_states import States
+from ancfsparse.solve.stepping.explicit_setup import (
+    cheapest_mass_inverse,
+    count_forces,
+    instability_error,
+)
+from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -86,8 +90,8 @@ class ExplicitMarch:
         system: System,
         t: Vector,
         max_energy_gain: float,
-        breaks: Breaks,
-        watch: Callable[[States], None],
+        breaks: LoadDiscontinuities,
+        watch: Callable[[SampledStates], None],
         integrator: Explicit,
     ) -> None:
         self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
@@ -97,7 +101,7 @@ class ExplicitMarch:
         mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
         self._saddle = saddle_seed(system) if needs_saddle(system, integrator) else None
-        self._sizes = None if self._saddle is None else sizes_of_terms(system)
+        self._sizes = None if self._saddle is None else constraint_magnitudes(system)
         self._mass: SparseSeed | BlockInverse | None = None
         self.omega = _slowest_fast(system)
         forces = "residual" if system.damped else "force"
@@ -107,7 +111,7 @@ class ExplicitMarch:
         self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
         self._interval = MARGIN * integrator.tableau.interval
         self._unstable = 0
-        self.places = LostRank(system, self._sizes)
+        self.places = RankDeficiency(system, self._sizes)
         self.failure: InstabilityError | LoadError | None = None
 
     @property
@@ -125,12 +129,12 @@ class ExplicitMarch:
         """
         check_energy(self._system)
         self._seed.factor(definite_mass(self._system, self._system.q0).data)
-        load, lam = start_load(self._system), None
+        load, lam = load_amplitudes_at_start(self._system), None
         if self._saddle is None:
-            self._mass = cheapest_inverse(self._system, self._seed)
+            self._mass = cheapest_mass_inverse(self._system, self._seed)
         else:
             lam, self._mass = initial_multipliers(self._system, self._saddle), self._saddle
-        self.omega = fastest_vibration(self._system, self._seed, self._system.q0, load, lam)
+        self.omega = highest_frequency(self._system, self._seed, self._system.q0, load, lam)
         if lam is not None:
             self.omega = max(self.omega, self._interval * self._turning(lam, load))
 
@@ -141,7 +145,9 @@ class ExplicitMarch:
         bent, straight = (
             system.assembly.matrix(0.0, 1.0, system.q0, each, load) for each in (lam, none)
         )
-        return max(fastest_of(system, self._seed, bent - straight) / TURN, FEWEST / self._length)
+        return max(
+            highest_frequency_of(system, self._seed, bent - straight) / TURN, FEWEST / self._length
+        )
 
     def step(self, integrator: Explicit, finer: float) -> float:
         """Return a step that is so much shorter than the longest one [s]."""
@@ -153,7 +159,7 @@ class ExplicitMarch:
         steps = self._length / self.step(integrator, finer) + len(self._spans)
         return steps * integrator.tableau.forces * self.force_cost
 
-    def run(self, integrator: Explicit, finer: float, stats: RunStats) -> States | None:
+    def run(self, integrator: Explicit, finer: float, stats: RunStats) -> SampledStates | None:
         """March through all times asked for; no states if the motion became unstable on the way.
 
         Then the next run knows of a faster vibration.
@@ -161,7 +167,7 @@ class ExplicitMarch:
         assert self._mass is not None
         system = self._system
         h = self.step(integrator, finer)
-        states = States.empty(self._t, system.n_all, system.n_multipliers)
+        states = SampledStates.empty(self._t, system.n_all, system.n_multipliers)
         self.places.begin()
         system.forget()
         q, v, now = system.q0, system.v0, system.t0
@@ -183,12 +189,12 @@ class ExplicitMarch:
                 self._unstable += 1
                 failed = self._failed_function()
                 if self._unstable == MOST_UNSTABLE:
-                    self.failure = failed or instability(
+                    self.failure = failed or instability_error(
                         system, march, self._seed, integrator, outcome, stats.steps, now, dt
                     )
                 omega = 0.0
                 if outcome != Outcome.NOT_FINITE and failed is None:
-                    omega = fastest_vibration(system, self._seed, q, load, lam)
+                    omega = highest_frequency(system, self._seed, q, load, lam)
                 faster = FASTER if self._saddle is None and failed is None else MUCH_FASTER
                 most = MOST_FASTER**self._unstable
                 self.omega *= min(max(omega / self.omega, faster), most)
@@ -226,7 +232,7 @@ class ExplicitMarch:
         span: tuple[float, float, int],
         begin: float,
         end: float,
-        states: States,
+        states: SampledStates,
         stats: RunStats,
     ) -> Outcome:
         """March from one time to another in so many steps.

@@ -22,14 +22,18 @@ from ancfsparse.solve.error_control.step_size_controller import (
     ITERATION_SHARE,
     OverBudget,
     Pattern,
-    Stepper,
+    StepSizeController,
     divided,
 )
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
-from ancfsparse.solve.error_models.phase_error import Content, frequency, phase_lost_implicitly
-from ancfsparse.solve.error_models.stagnation import STUCK, Convergence
-from ancfsparse.solve.stepping.outcome_reporting import CAUSES
-from ancfsparse.solve.stepping.sampled_states import States, distance
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.error_models.phase_error import (
+    DominantFrequency,
+    frequency,
+    phase_lost_implicitly,
+)
+from ancfsparse.solve.error_models.stagnation import STUCK, StagnationCheck
+from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES
+from ancfsparse.solve.stepping.sampled_states import SampledStates, distance
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -78,7 +82,7 @@ RESOLVED = 0.1
 REGULAR = 1.5
 
 
-class ImplicitRuns:
+class ImplicitCandidate:
     """One way to an accuracy.
 
     Parameters
@@ -115,8 +119,8 @@ class ImplicitRuns:
         solver: Method | str,
         max_energy_gain: float,
         threads: int,
-        breaks: Breaks,
-        watch: Callable[[States], None],
+        breaks: LoadDiscontinuities,
+        watch: Callable[[SampledStates], None],
         force_cost: float = 0.0,
     ) -> None:
         self._system, self._t, self._accuracy = system, t, accuracy
@@ -133,16 +137,16 @@ class ImplicitRuns:
         self._local = FIRST * self._aim * math.sqrt(self._aim / size)
         self._pattern: Pattern = []
         self._base = 0  # steps of the first run
-        self._runs: list[tuple[float, States]] = []
-        self._mixed: tuple[States, float] | None = None
-        self._attempts, self._convergence = 0, Convergence(accuracy)
+        self._runs: list[tuple[float, SampledStates]] = []
+        self._mixed: tuple[SampledStates, float] | None = None
+        self._attempts, self._convergence = 0, StagnationCheck(accuracy)
         self._mixed_error = math.inf
         # Cost of the first run; of all where there is none.
         self._cost, self._expected = 0.0, LEAST_FORCES * force_cost
-        self.states: States | None = None
+        self.states: SampledStates | None = None
         self.error = self._raw = math.inf
         self.failure: Exception | None = None
-        self.content: Content | None = None
+        self.content: DominantFrequency | None = None
         self.steps, self.running = 0, RunStats()
         self.name = f"{integrator!r} with {describe(self._solver)}"
 
@@ -162,7 +166,7 @@ class ImplicitRuns:
             total += by * self._cost
         return total
 
-    def receive(self, content: Content | None, states: States | None) -> None:
+    def receive(self, content: DominantFrequency | None, states: SampledStates | None) -> None:
         """Take what another way has found: nothing that is used here."""
 
     def warn(self) -> None:
@@ -212,7 +216,7 @@ class ImplicitRuns:
             self._cost = stepper.price.of_run(stepper.stats)
             self._runs, self.states, self.steps = [(1, states)], states, self._base
 
-    def _restart(self, stop: StepError, stepper: Stepper) -> None:
+    def _restart(self, stop: StepError, stepper: StepSizeController) -> None:
         """Let the first run be one of shorter steps, or give up."""
         self._count_attempt(stop, stepper)
         if self._attempts == MOST_ATTEMPTS or (
@@ -222,16 +226,20 @@ class ImplicitRuns:
         self._local /= SHORTER
         self._runs, self._mixed = [], None
 
-    def _count_attempt(self, stop: StepError, stepper: Stepper) -> None:
+    def _count_attempt(self, stop: StepError, stepper: StepSizeController) -> None:
         """Count a run that did not complete, and list why."""
         self._attempts += 1
-        cause = CAUSES[Outcome.GAINED_ENERGY] if isinstance(stop, EnergyIncreaseError) else "failed"
+        cause = (
+            CAUSE_NAMES[Outcome.GAINED_ENERGY]
+            if isinstance(stop, EnergyIncreaseError)
+            else "failed"
+        )
         stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
 
-    def _stepper(self, **options: object) -> Stepper:
+    def _stepper(self, **options: object) -> StepSizeController:
         local = self._local
         error = self._accuracy if "pattern" in options else self._aim
-        stepper = Stepper(
+        stepper = StepSizeController(
             self._system,
             self._integrator,
             self._solver,
@@ -248,7 +256,7 @@ class ImplicitRuns:
         self.running = stepper.stats
         return stepper
 
-    def _take(self, by: float, states: States) -> None:
+    def _take(self, by: float, states: SampledStates) -> None:
         """Estimate the error of the last run, and of what it is together with the one before."""
         before, coarse = self._runs[-1]
         apart = max(distance(self._system, states, coarse), np.finfo(float).tiny)
@@ -288,13 +296,13 @@ class ImplicitRuns:
         return 0.0
 
     def _content(
-        self, apart: float, one: States, other: States, coarse: float, fine: float
-    ) -> Content:
+        self, apart: float, one: SampledStates, other: SampledStates, coarse: float, fine: float
+    ) -> DominantFrequency:
         length = float(self._t[-1] - self._t[0])
         omega = frequency(self._system, one, other)
         z = omega * length / self._base
         lost = [phase_lost_implicitly(z / by) for by in (coarse, fine)]
-        return Content.of(apart, omega, length, *lost)
+        return DominantFrequency.of(apart, omega, length, *lost)
 
     def _wanted(self) -> float:
         """Return the number by which steps of the first run must be divided."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import RedundantConstraintsWarning
-from ancfsparse.solve.initial_conditions.redundant_constraints import nearly_dependent
+from ancfsparse.solve.initial_conditions.redundant_constraints import count_near_dependent
 from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
 
@@ -31,7 +31,7 @@ MOST_STEPS = 1024
 OUT, AWAY, LEAST = 10.0, (3, 4), 1e-6
 
 
-class LostRank:
+class RankDeficiency:
     """Looks for such places in the steps of motions of one scene.
 
     Parameters
@@ -127,7 +127,7 @@ class LostRank:
         return float(np.max(np.abs(np.diff(states[:, slopes], axis=0)), initial=0.0))
 
     def _dependent(self, q: Vector, share: float) -> int:
-        return nearly_dependent(self._system, q, share)
+        return count_near_dependent(self._system, q, share)
 
 
 def _outliers(energy: Vector) -> NDArray[np.intp]:

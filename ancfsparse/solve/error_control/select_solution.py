@@ -26,15 +26,18 @@ from ancfsparse.integrators import (
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
-from ancfsparse.solve.error_control.best_solution import Attempts, add_counts
-from ancfsparse.solve.error_control.explicit_candidate import ExplicitRuns
-from ancfsparse.solve.error_control.implicit_candidate import ImplicitRuns
-from ancfsparse.solve.error_control.uniform_step_candidate import EqualRuns
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
-from ancfsparse.solve.error_models.modal_error_model import Waves
+from ancfsparse.solve.error_control.best_solution import BestSolution, add_counts
+from ancfsparse.solve.error_control.explicit_candidate import ExplicitCandidate
+from ancfsparse.solve.error_control.implicit_candidate import ImplicitCandidate
+from ancfsparse.solve.error_control.uniform_step_candidate import UniformStepCandidate
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.step_count_selection import StepPlan
 from ancfsparse.solve.preparation.progress_bar import progress_bar
-from ancfsparse.solve.stepping.explicit_setup import check_alone, check_free
+from ancfsparse.solve.stepping.explicit_setup import (
+    check_explicit_scene,
+    check_no_equations_options,
+)
 from ancfsparse.solve.stepping.sampled_states import largest_place
 from ancfsparse.system import System
 
@@ -113,8 +116,8 @@ def check_accuracy(
             name=Parameter("accuracy"),
         )
     if isinstance(integrator, Explicit):
-        check_alone(integrator, solver, "default")
-        check_free(system, integrator)
+        check_no_equations_options(integrator, solver, "default")
+        check_explicit_scene(system, integrator)
     if system.n_multipliers and integrator == Newmark(0.0):
         raise InputError(
             "{accuracy} changes steps, and the trapezoidal rule keeps for ever what that leaves "
@@ -143,7 +146,7 @@ def solve_accurately(
     solver: Method | str,
     max_energy_gain: float,
     progress: bool,
-    attempts: Attempts,
+    attempts: BestSolution,
 ) -> None:
     """March whole motions with ever smaller errors until two of them agree well enough.
 
@@ -189,7 +192,7 @@ def solve_accurately(
             first = int(np.argmin(costs))
             way, others = ways[first], min(costs[:first] + costs[first + 1 :], default=math.inf)
             # No other way leads where exact waves do not converge.
-            hopeless = isinstance(ways[0], ExplicitRuns) and isinstance(
+            hopeless = isinstance(ways[0], ExplicitCandidate) and isinstance(
                 ways[0].failure, AccuracyError
             )
             if hopeless or costs[first] == math.inf or total.runs >= MOST_RUNS:
@@ -227,16 +230,16 @@ def _ways(
     integrator: Implicit | Explicit | None,
     solver: Method | str,
     max_energy_gain: float,
-    attempts: Attempts,
-) -> list[ImplicitRuns | ExplicitRuns]:
+    attempts: BestSolution,
+) -> list[ImplicitCandidate | ExplicitCandidate]:
     """Return the ways that a scene and what was asked for leave open."""
-    breaks = Breaks(system.loads, float(t[0]), float(t[-1]))
-    ways: list[ImplicitRuns | ExplicitRuns] = []
-    waves = Waves.of(system, breaks, float(t[-1]))
+    breaks = LoadDiscontinuities(system.loads, float(t[0]), float(t[-1]))
+    ways: list[ImplicitCandidate | ExplicitCandidate] = []
+    waves = ModalSpectrum.of(system, breaks, float(t[-1]))
     force_cost = 0.0
     these = [integrator] if isinstance(integrator, Explicit) else _explicit(system)
     if isinstance(integrator, Explicit) or (integrator is None and solver == "auto" and these):
-        explicit = ExplicitRuns(
+        explicit = ExplicitCandidate(
             system, t, accuracy, these, max_energy_gain, breaks, attempts.watch, waves
         )
         ways, force_cost = [explicit], explicit.force_cost
@@ -254,7 +257,7 @@ def _ways(
             force_cost,
         )
         plan = StepPlan.of(waves, breaks, float(t[-1] - t[0]))
-        implicit = ImplicitRuns(*given) if plan is None else EqualRuns(plan, *given)
+        implicit = ImplicitCandidate(*given) if plan is None else UniformStepCandidate(plan, *given)
         ways.append(implicit)
     return ways
 
@@ -269,7 +272,9 @@ def _explicit(system: System) -> list[Explicit]:
 
 
 def _reason(
-    way: ImplicitRuns | ExplicitRuns, ways: list[ImplicitRuns | ExplicitRuns], costs: list[float]
+    way: ImplicitCandidate | ExplicitCandidate,
+    ways: list[ImplicitCandidate | ExplicitCandidate],
+    costs: list[float],
 ) -> str:
     """Explain what was chosen, and why, by what was expected of each way before the last run."""
     taken = f"{way.name} in {way.steps} steps"
@@ -285,7 +290,7 @@ def _reason(
 
 
 def _failure(
-    ways: list[ImplicitRuns | ExplicitRuns], accuracy: float, total: RunStats
+    ways: list[ImplicitCandidate | ExplicitCandidate], accuracy: float, total: RunStats
 ) -> Exception:
     """Return why no way led to the accuracy."""
     for way in ways:

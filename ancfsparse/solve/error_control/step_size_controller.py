@@ -18,15 +18,20 @@ from ancfsparse.integrators.interface.time_grid import MOST_STEPS
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
-from ancfsparse.solve.error_models.cost_model import Price
-from ancfsparse.solve.error_models.cost_per_step import Effort
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
+from ancfsparse.solve.error_models.cost_model import CostModel
+from ancfsparse.solve.error_models.cost_per_step import StepCostMonitor
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.stepping.implicit_setup import prepare
-from ancfsparse.solve.stepping.outcome_reporting import CAUSES, count, events, stopped
-from ancfsparse.solve.stepping.remedies import for_accuracy
-from ancfsparse.solve.stepping.sampled_states import States
-from ancfsparse.solve.stepping.step_size_change import Passage
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
+from ancfsparse.solve.stepping.outcome_reporting import (
+    CAUSE_NAMES,
+    count_costs,
+    recovery_events,
+    step_error,
+)
+from ancfsparse.solve.stepping.remedies import hint_for_accuracy
+from ancfsparse.solve.stepping.sampled_states import SampledStates
+from ancfsparse.solve.stepping.step_size_change import StepSizeChange
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -58,7 +63,7 @@ class OverBudget(Exception):
     """A run has cost what it may."""
 
 
-class Stepper:
+class StepSizeController:
     """One run with a local error per step, or with the steps of another run, divided.
 
     Parameters
@@ -88,7 +93,7 @@ class Stepper:
     kept : float, optional
         The same over the square of the step [m/s^2], where it must fall with it.
     budget : float, optional
-        Cost, as `Price` models it, at which the run ends with `OverBudget`.
+        Cost, as `CostModel` models it, at which the run ends with `OverBudget`.
 
     Attributes
     ----------
@@ -109,8 +114,8 @@ class Stepper:
         max_energy_gain: float,
         threads: int = 1,
         *,
-        breaks: Breaks | None = None,
-        watch: Callable[[States], None] | None = None,
+        breaks: LoadDiscontinuities | None = None,
+        watch: Callable[[SampledStates], None] | None = None,
         pattern: Pattern | None = None,
         left: float | None = None,
         kept: float = math.inf,
@@ -123,10 +128,10 @@ class Stepper:
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
         self._breaks, self._watch, self._budget = breaks, watch, budget
         self.seed: Seed
-        self.march, self.iteration, self.seed, self.criterion, why, a, _ = prepare(
+        self.march, self.iteration, self.seed, self.criterion, why, a, _ = prepare_implicit(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
-        self.price = Price.of(system, integrator, self.seed)
+        self.price = CostModel.of(system, integrator, self.seed)
         self._left = ITERATION_SHARE * local_error if left is None else left
         self._kept = kept
         self._bound(self.dt)
@@ -136,16 +141,16 @@ class Stepper:
             limit, easy = math.inf, -1.0
         self.march.control(self.seed, _weights(system), error, limit, easy, PATIENCE)
         q, _, _, lam = self.march.state
-        self.states = States.empty(t, system.n_all, system.n_multipliers)
+        self.states = SampledStates.empty(t, system.n_all, system.n_multipliers)
         self.states.begin(q, system.v0, a, lam)
-        self._passage = Passage(system, integrator, self.march, self.seed)
-        self._effort = Effort(self.price, RATIO)
+        self._passage = StepSizeChange(system, integrator, self.march, self.seed)
+        self._effort = StepCostMonitor(self.price, RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
         chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
         widths = (*(system.n_all,) * 3, system.n_multipliers)
         self._buffer = [np.empty((chunk + 1, width)) for width in widths]
 
-    def run(self) -> States:
+    def run(self) -> SampledStates:
         """March through all times asked for.
 
         Raises
@@ -178,7 +183,7 @@ class Stepper:
         return self.states
 
     def _count(self) -> None:
-        count(self.stats, self.iteration, self.seed)
+        count_costs(self.stats, self.iteration, self.seed)
         self.stats.factorizations += self._passage.factors
         self.stats.solves += self._passage.factors
 
@@ -221,7 +226,7 @@ class Stepper:
             if outcome not in (Outcome.MAY_GROW, Outcome.TOO_INACCURATE):
                 what, step = f"step of {dt:.3g} s", self.stats.steps + 1
                 rate = self.iteration.contraction
-                self.note([Event(step, now + self.dt, what, CAUSES[outcome], rate)])
+                self.note([Event(step, now + self.dt, what, CAUSE_NAMES[outcome], rate)])
             self._change(dt, now)
             cruise = dt
         if cruise != self.dt and upto < self.states.t[-1]:
@@ -265,7 +270,7 @@ class Stepper:
             raise self.seed.error
         if code:
             self.system.assembly.check()
-        self.note(events(self.iteration.take_events(), before, self.dt))
+        self.note(recovery_events(self.iteration.take_events(), before, self.dt))
         if taken:
             rows = slice(0, taken + 1)
             self.states.fill(times[rows], *(table[rows] for table in self._buffer))
@@ -291,7 +296,7 @@ class Stepper:
         self.stats.events += found[: MOST_EVENTS - len(self.stats.events)]
 
     def _stopped(self, outcome: Outcome, now: float) -> Exception:
-        return stopped(
+        return step_error(
             self.system,
             self.march,
             self.iteration,
@@ -301,7 +306,7 @@ class Stepper:
             self.dt,
             self.max_energy_gain,
             None,
-            for_accuracy(self.system.scene, self.integrator),
+            hint_for_accuracy(self.system.scene, self.integrator),
         )
 
     def _grown(self) -> float:

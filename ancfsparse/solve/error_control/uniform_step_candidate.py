@@ -11,9 +11,9 @@ import numpy as np
 from ancfsparse.errors import EnergyIncreaseError, InputError, Parameter, StepError
 from ancfsparse.integrators.interface.time_grid import MOST_STEPS
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.error_control.implicit_candidate import MOST_ATTEMPTS, ImplicitRuns
+from ancfsparse.solve.error_control.implicit_candidate import MOST_ATTEMPTS, ImplicitCandidate
 from ancfsparse.solve.error_control.step_size_controller import Pattern, divided
-from ancfsparse.solve.error_models.cost_model import Price
+from ancfsparse.solve.error_models.cost_model import CostModel
 from ancfsparse.solve.error_models.step_count_selection import BESIDE, StepPlan
 
 # Residuals with their solutions that a step costs, about, before any is made.
@@ -28,15 +28,15 @@ DOUBT = 1.3
 MORE = 2.0
 
 
-class EqualRuns(ImplicitRuns):
-    """One way to an accuracy, as `ImplicitRuns` without the search for steps.
+class UniformStepCandidate(ImplicitCandidate):
+    """One way to an accuracy, as `ImplicitCandidate` without the search for steps.
 
     Parameters
     ----------
     plan : StepPlan
         Errors by the number of steps.
     arguments
-        As `ImplicitRuns` takes them.
+        As `ImplicitCandidate` takes them.
     """
 
     def __init__(self, plan: StepPlan, *arguments: Any) -> None:
@@ -49,11 +49,11 @@ class EqualRuns(ImplicitRuns):
         self._base, self._first_steps = 1, 0
         pattern = self._system.pattern
         seed = SparseSeed(pattern.indptr, pattern.indices, self._system.n_free, self._threads)
-        price = Price.of(self._system, self._integrator, seed)
+        price = CostModel.of(self._system, self._integrator, seed)
         self._cost = EACH_STEP * (price.residual + price.solve)
 
     def forecast(self) -> float:
-        """Return what is yet to be spent until the accuracy is met, as `Price` models it."""
+        """Return what is yet to be spent until the accuracy is met, as `CostModel` models it."""
         if self.failure is not None:
             return math.inf
         return (1.0 if self._runs else DOUBT) * self._planned()[1] * self._cost

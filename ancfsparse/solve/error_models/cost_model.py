@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from ancfsparse.integrators import Implicit
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import Seed
-from ancfsparse.solve.stepping.implicit_setup import costs
+from ancfsparse.solve.stepping.implicit_setup import iteration_costs
 from ancfsparse.system import System
 
 
 @dataclass(frozen=True)
-class Price:
+class CostModel:
     """Modelled costs in the unit of `Costs`.
 
     Attributes
@@ -26,9 +26,9 @@ class Price:
     factor: float
 
     @classmethod
-    def of(cls, system: System, integrator: Implicit, seed: Seed) -> Price:
+    def of(cls, system: System, integrator: Implicit, seed: Seed) -> CostModel:
         """Return the prices of implicit runs with a seed."""
-        weighed = costs(system, integrator, seed, None)
+        weighed = iteration_costs(system, integrator, seed, None)
         solve = 0.5 * seed.solve_flops
         return cls(weighed.iteration - solve, solve, weighed.seed)
 

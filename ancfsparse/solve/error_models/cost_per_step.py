@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ancfsparse.results import RunStats
-from ancfsparse.solve.error_models.cost_model import Price
+from ancfsparse.solve.error_models.cost_model import CostModel
 
 # Steps that are looked at together, at least.
 FEWEST = 8
@@ -18,7 +18,7 @@ CHEAPER = 1.05
 HOLD = 128
 
 
-class Effort:
+class StepCostMonitor:
     """Compares what steps cost before and after they were made shorter.
 
     Parameters
@@ -29,7 +29,7 @@ class Effort:
         By which steps are made shorter.
     """
 
-    def __init__(self, price: Price, ratio: float) -> None:
+    def __init__(self, price: CostModel, ratio: float) -> None:
         self._price, self._ratio = price, ratio
         self._hard = HARD * (price.residual + price.solve)
         self._steps, self._spent = 0, 0.0  # at the last look

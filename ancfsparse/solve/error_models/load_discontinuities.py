@@ -22,7 +22,7 @@ ZOOM = 17
 JUMP, KINK = 0.5, 1.5
 
 
-class Breaks:
+class LoadDiscontinuities:
     """Times at which the loads of a scene jump, or their rates do.
 
     Parameters

@@ -17,10 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.phase_error import phase_lost
-from ancfsparse.solve.linearization.matrices import mass_matrix, on_free, whole
-from ancfsparse.solve.stepping.sampled_states import States
+from ancfsparse.solve.linearization.matrices import (
+    free_submatrix,
+    mass_matrix,
+    symmetric_from_lower,
+)
+from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -39,7 +43,7 @@ POINTS, BEGIN = 300, 0.05
 
 
 @dataclass(frozen=True)
-class Waves:
+class ModalSpectrum:
     """Vibrations that the start and the jumps of loads set off.
 
     Attributes
@@ -57,7 +61,7 @@ class Waves:
     time: Vector
 
     @classmethod
-    def of(cls, system: System, breaks: Breaks, t_end: float) -> Waves | None:
+    def of(cls, system: System, breaks: LoadDiscontinuities, t_end: float) -> ModalSpectrum | None:
         """Find the vibrations of a scene; None if it has too many, or what moves it is not known.
 
         Parameters
@@ -99,7 +103,7 @@ class Waves:
         return cls(amplitude, np.tile(omega, len(pushes)), time)
 
     @classmethod
-    def during(cls, system: System, states: States) -> Waves | None:
+    def during(cls, system: System, states: SampledStates) -> ModalSpectrum | None:
         """Find the vibrations of a run, with those that others have set off.
 
         Amplitudes are means over some times, each of the scene linearized about its shape then.
@@ -204,9 +208,9 @@ def _vibrations(
     n = system.n_free
 
     def dense(values: Vector) -> Vector:
-        return np.asarray(whole(on_free(system, values)).toarray())
+        return np.asarray(symmetric_from_lower(free_submatrix(system, values)).toarray())
 
-    mass = np.asarray(whole(mass_matrix(system)).toarray())
+    mass = np.asarray(symmetric_from_lower(mass_matrix(system)).toarray())
     stiffness = dense(system.assembly.matrix(0.0, 1.0, q, lam, amplitudes))
     held = np.eye(n)
     if system.n_multipliers:
@@ -222,7 +226,7 @@ def _vibrations(
 
 def _pushed_later(
     system: System,
-    breaks: Breaks,
+    breaks: LoadDiscontinuities,
     shapes: Vector,
     pushes: list[tuple[float, Vector, Vector]],
     omega: Vector,

@@ -14,14 +14,14 @@ from functools import lru_cache
 import numpy as np
 
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
-from ancfsparse.solve.stepping.sampled_states import States, moves
+from ancfsparse.solve.stepping.sampled_states import SampledStates, moves
 from ancfsparse.system import System
 
 SMALLEST_POWER = 0.1  # of the step with which an error is thought to fall
 
 
 @dataclass(frozen=True)
-class Content:
+class DominantFrequency:
     """A vibration that stands for the error: how large it is, how fast, and how long it lasts.
 
     Attributes
@@ -42,7 +42,9 @@ class Content:
     lost: float
 
     @classmethod
-    def of(cls, apart: float, omega: float, time: float, coarse: float, fine: float) -> Content:
+    def of(
+        cls, apart: float, omega: float, time: float, coarse: float, fine: float
+    ) -> DominantFrequency:
         """Find the vibration that parts two runs by a distance [m].
 
         They lose these shares of its phase (`phase_lost`).
@@ -56,7 +58,9 @@ class Content:
         return self.amplitude * min(1.0, lost * self.omega * self.time)
 
 
-def frequency(system: System, one: States, other: States, resolved: bool = False) -> float:
+def frequency(
+    system: System, one: SampledStates, other: SampledStates, resolved: bool = False
+) -> float:
     """Return the angular frequency of the difference of two runs [rad/s].
 
     It is speed over place; or, where the steps of both resolve all vibrations, the root of

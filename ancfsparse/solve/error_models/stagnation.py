@@ -10,7 +10,7 @@ from ancfsparse.errors import AccuracyError
 STUCK, MOST_STUCK = 0.7, 4
 
 
-class Convergence:
+class StagnationCheck:
     """Estimated errors of the runs of one way to an accuracy.
 
     A chaotic motion amplifies rounding: the errors of its runs go up and down without a trend.  So

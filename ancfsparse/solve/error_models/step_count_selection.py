@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators.interface.time_grid import MOST_STEPS
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
-from ancfsparse.solve.error_models.modal_error_model import Waves
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 
 Vector = NDArray[np.float64]
 
@@ -46,12 +46,14 @@ class StepPlan:
         Steps of a run at least: they follow the loads, and can be solved.
     """
 
-    waves: Waves
+    waves: ModalSpectrum
     length: float
     fewest: float
 
     @classmethod
-    def of(cls, waves: Waves | None, breaks: Breaks, length: float) -> StepPlan | None:
+    def of(
+        cls, waves: ModalSpectrum | None, breaks: LoadDiscontinuities, length: float
+    ) -> StepPlan | None:
         """Return a plan; None where vibrations are not known or loads ask for short steps."""
         if waves is None:
             return None

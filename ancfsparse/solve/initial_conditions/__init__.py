@@ -5,31 +5,34 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.initial_conditions.prescribed_smoothness import check_smooth
-    from ancfsparse.solve.initial_conditions.prescribed_start import drive_march, start_drives
+    from ancfsparse.solve.initial_conditions.prescribed_smoothness import check_smoothness
+    from ancfsparse.solve.initial_conditions.prescribed_start import (
+        prescribe_motions_of_loop,
+        start_prescribed_motions,
+    )
     from ancfsparse.solve.initial_conditions.redundant_constraints import (
-        contradiction,
-        repeats,
-        warn_of_repeats,
+        describe_contradiction,
+        find_redundant_constraints,
+        warn_of_redundant_constraints,
     )
 
 __all__ = [
-    "check_smooth",
-    "contradiction",
-    "drive_march",
-    "repeats",
-    "start_drives",
-    "warn_of_repeats",
+    "check_smoothness",
+    "describe_contradiction",
+    "find_redundant_constraints",
+    "prescribe_motions_of_loop",
+    "start_prescribed_motions",
+    "warn_of_redundant_constraints",
 ]
 
 __getattr__ = on_demand(
     __name__,
     {
-        "check_smooth": "prescribed_smoothness",
-        "contradiction": "redundant_constraints",
-        "drive_march": "prescribed_start",
-        "repeats": "redundant_constraints",
-        "start_drives": "prescribed_start",
-        "warn_of_repeats": "redundant_constraints",
+        "check_smoothness": "prescribed_smoothness",
+        "describe_contradiction": "redundant_constraints",
+        "prescribe_motions_of_loop": "prescribed_start",
+        "find_redundant_constraints": "redundant_constraints",
+        "start_prescribed_motions": "prescribed_start",
+        "warn_of_redundant_constraints": "redundant_constraints",
     },
 )

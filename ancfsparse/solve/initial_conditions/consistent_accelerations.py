@@ -17,9 +17,9 @@ Vector = NDArray[np.float64]
 
 # A motion over which differences of stiff forces are taken, over the size of what moves: the cube
 # root of rounding, where a central difference is best.
-SMALL_MOTION = 6e-6
+DIFFERENCE_RATIO = 6e-6
 # Turns between friction and the forces of joints at the start, at most, and when they have settled.
-MOST_TURNS, SETTLED = 100, 1e-12
+MAX_FRICTION_ITERATIONS, FRICTION_TOLERANCE = 100, 1e-12
 
 
 def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector, Vector]:
@@ -51,8 +51,8 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
         rate = -system.constraints.curvature(system.q0, v)
         if system.prescribed:
             now = system.prescribed.at(system.t0)
-            rate += led(system, now.a, now.s_second)
-        a, lam = solve_held(system, seed, force, rate)
+            rate += prescribed_rate_terms(system, now.a, now.s_second)
+        a, lam = solve_constrained(system, seed, force, rate)
         if system.reacts:
             a, lam = _with_friction(system, seed, v, force, rate, lam)
         if system.prescribed.n:
@@ -60,11 +60,11 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
     if np.isfinite(a).all() and np.isfinite(lam).all():
         return a, lam
     if np.isfinite(rate).all():
-        i = worst_of(force)
-        raise out_of_range(f"the force at {system.describe(i)} is {force[i]:.3g} {system.unit(i)}")
-    i = worst_of(rate)
+        i = index_of_largest(force)
+        raise range_error(f"the force at {system.describe(i)} is {force[i]:.3g} {system.unit(i)}")
+    i = index_of_largest(rate)
     label = system.constraints.labels[i]
-    raise out_of_range(f"the {label} would need an acceleration of {rate[i]} m/s2")
+    raise range_error(f"the {label} would need an acceleration of {rate[i]} m/s2")
 
 
 def _with_friction(
@@ -76,10 +76,10 @@ def _with_friction(
     """
     gradients, none = system.constraints.jacobian(system.q0), np.zeros(system.n_multipliers)
     bare = _forces(system, system.q0, v, none, 0.0)
-    for _ in range(MOST_TURNS):
+    for _ in range(MAX_FRICTION_ITERATIONS):
         friction = _forces(system, system.q0, v, lam, 0.0) - bare - gradients.T @ lam
-        before, (a, lam) = lam, solve_held(system, seed, force - friction, rate)
-        if np.max(np.abs(lam - before)) <= SETTLED * np.max(np.abs(lam)):
+        before, (a, lam) = lam, solve_constrained(system, seed, force - friction, rate)
+        if np.max(np.abs(lam - before)) <= FRICTION_TOLERANCE * np.max(np.abs(lam)):
             break
     return a, lam
 
@@ -106,20 +106,22 @@ def initial_jerk(
         Time step [s].
     """
     reach = 1e-2 * dt
-    near = min(reach, SMALL_MOTION / max(_rate(system, v), SMALL_MOTION / reach))
+    near = min(reach, DIFFERENCE_RATIO / max(_relative_rate(system, v), DIFFERENCE_RATIO / reach))
     ahead, behind = (_forces(system, system.q0 + t * v, v + t * a, lam, 0.0) for t in (near, -near))
     rate = (ahead - behind) / (2.0 * near)
     if system.loads.n_amplitudes or system.prescribed.n:
         later, now = (_forces(system, system.q0, v, lam, t) for t in (dt, 0.0))
         rate += (later - now) / dt
-    bent = -_bending(system, v, a)
+    bent = -_third_derivative_terms(system, v, a)
     if system.prescribed:
         first, last = (system.prescribed.at(system.t0 + t) for t in (0.0, dt))
-        bent += led(system, (last.a - first.a) / dt, (last.s_second - first.s_second) / dt)
-    return solve_held(system, seed, -rate, bent)[0]
+        bent += prescribed_rate_terms(
+            system, (last.a - first.a) / dt, (last.s_second - first.s_second) / dt
+        )
+    return solve_constrained(system, seed, -rate, bent)[0]
 
 
-def _bending(system: System, v: Vector, a: Vector) -> Vector:
+def _third_derivative_terms(system: System, v: Vector, a: Vector) -> Vector:
     """Return ``3 v.phi_qq.a`` at the start, what moves constraints are bent by, (m,) [m/s3].
 
     By polarization of the curvature, which is quadratic; over a time in which the accelerations
@@ -130,7 +132,7 @@ def _bending(system: System, v: Vector, a: Vector) -> Vector:
     curvature = partial(bent, system.q0)
     third = np.zeros(system.n_multipliers)
     if system.constraints.measures and v.any():
-        near = SMALL_MOTION / _rate(system, v)
+        near = DIFFERENCE_RATIO / _relative_rate(system, v)
         third = (bent(system.q0 + near * v, v) - bent(system.q0 - near * v, v)) / (2.0 * near)
     if not v.any() or not a.any():
         return third
@@ -144,7 +146,7 @@ def _bending(system: System, v: Vector, a: Vector) -> Vector:
     return third + 0.75 / time * (curvature(v + time * a) - curvature(v - time * a))
 
 
-def _rate(system: System, v: Vector) -> float:
+def _relative_rate(system: System, v: Vector) -> float:
     """Return how fast the scene moves by its own size, or a slope by its own length [1/s]."""
     places = system.positions
     slopes = np.ones(system.n_all, dtype=bool)
@@ -154,7 +156,7 @@ def _rate(system: System, v: Vector) -> float:
     return float(max(speed / size, np.max(np.abs(v[slopes]), initial=0.0)))
 
 
-def start_load(system: System, later: float = 0.0) -> Vector:
+def load_amplitudes_at_start(system: System, later: float = 0.0) -> Vector:
     """Return the amplitudes of the loads at the start, or so much later [s]."""
     return np.asarray(system.loads.amplitudes(np.array([system.t0 + later]))[0])
 
@@ -164,14 +166,14 @@ def _forces(system: System, q: Vector, v: Vector, lam: Vector, later: float) -> 
 
     Among the former is the inertia of what is prescribed.
     """
-    amplitudes = start_load(system, later)
+    amplitudes = load_amplitudes_at_start(system, later)
     rest = np.zeros(system.n_all)
     if system.prescribed.n:
         rest[-system.prescribed.n :] = system.prescribed.at(system.t0 + later).a
     return np.asarray(system.assembly.residual(q, v, rest, lam, system.dead_load, amplitudes)[0])
 
 
-def led(system: System, driven: Vector, followed: Vector) -> Vector:
+def prescribed_rate_terms(system: System, driven: Vector, followed: Vector) -> Vector:
     """Return what is left of rates for the free coordinates, by equation, (m,).
 
     Parameters
@@ -185,12 +187,14 @@ def led(system: System, driven: Vector, followed: Vector) -> Vector:
     """
     rates = np.zeros(system.n_all)
     rates[system.n_all - len(driven) :] = driven
-    out = np.asarray(-(gradient(system) @ rates))
+    out = np.asarray(-(constraint_gradients(system) @ rates))
     out[system.n_multipliers - len(followed) :] += followed
     return out
 
 
-def pulled_along(system: System, driven: Vector, stiffness: float, damping: float) -> Vector:
+def forces_of_prescribed_rates(
+    system: System, driven: Vector, stiffness: float, damping: float
+) -> Vector:
     """Return the forces of stiffness and damping against rates of driven coordinates, (n_all,).
 
     Parameters
@@ -207,14 +211,14 @@ def pulled_along(system: System, driven: Vector, stiffness: float, damping: floa
         out += damping * system.assembly.damping(system.q0, driven)
     if stiffness:
         shortest = min(body.shortest for body in system.scene.bodies)
-        small = SMALL_MOTION * shortest / float(np.max(np.abs(driven)))
+        small = DIFFERENCE_RATIO * shortest / float(np.max(np.abs(driven)))
         force = system.assembly.force
         ahead, behind = (force(system.q0 + sign * small * driven) for sign in (1.0, -1.0))
         out += stiffness / (2.0 * small) * (ahead - behind)
     return out
 
 
-def followed_at_start(system: System) -> tuple[Vector, Vector]:
+def prescribed_values_at_start(system: System) -> tuple[Vector, Vector]:
     """Return what the equations are to have at the start, and its rate, (m,) [m, m/s]."""
     values, rates = np.zeros(system.n_multipliers), np.zeros(system.n_multipliers)
     if system.prescribed.n_equations:
@@ -223,19 +227,21 @@ def followed_at_start(system: System) -> tuple[Vector, Vector]:
     return values, rates
 
 
-def gradient(system: System) -> Any:
+def constraint_gradients(system: System) -> Any:
     """Return phi_q at the start, a sparse matrix (m, n_all)."""
     return system.constraints.jacobian(system.q0)
 
 
-def solve_held(system: System, seed: Seed, force: Vector, rate: Vector) -> tuple[Vector, Vector]:
+def solve_constrained(
+    system: System, seed: Seed, force: Vector, rate: Vector
+) -> tuple[Vector, Vector]:
     """Solve ``M x + phi_q^T mu = force``, ``phi_q x = rate``; refined, since the factor is near."""
     n, m = system.n_free, system.n_multipliers
     x, mu = np.zeros(system.n_all), np.zeros(m)
     if not m:
         x[:n] = seed.solve(force[:n])
         return x, mu
-    phi_q = gradient(system)
+    phi_q = constraint_gradients(system)
     for _ in range(3):
         top = force - system.assembly.inertia(x) - phi_q.T @ mu
         correction = seed.solve(np.concatenate([top[:n], rate - phi_q @ x]))
@@ -244,7 +250,7 @@ def solve_held(system: System, seed: Seed, force: Vector, rate: Vector) -> tuple
     return x, mu
 
 
-def out_of_range(where: str) -> InputError:
+def range_error(where: str) -> InputError:
     """Return the error for a start whose numbers are too large somewhere."""
     return InputError(
         f"the motion leaves the range of floating-point numbers at its start, where {where}: check "
@@ -252,6 +258,6 @@ def out_of_range(where: str) -> InputError:
     )
 
 
-def worst_of(values: Vector) -> int:
+def index_of_largest(values: Vector) -> int:
     """Return the place of what is not a number, or else of the largest."""
     return int(np.argmax(np.nan_to_num(np.abs(values), nan=np.inf)))

@@ -10,17 +10,17 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.seeds import Seed
 from ancfsparse.solve.initial_conditions.consistent_accelerations import (
-    followed_at_start,
-    gradient,
+    constraint_gradients,
+    forces_of_prescribed_rates,
+    index_of_largest,
     initial_acceleration,
     initial_jerk,
-    out_of_range,
-    pulled_along,
-    solve_held,
-    start_load,
-    worst_of,
+    load_amplitudes_at_start,
+    prescribed_values_at_start,
+    range_error,
+    solve_constrained,
 )
-from ancfsparse.solve.initial_conditions.restart import continues
+from ancfsparse.solve.initial_conditions.restart import continues_run
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.numbering import ROUNDING, speeds
 from ancfsparse.system.coordinates.state import State
@@ -32,13 +32,13 @@ REGULARIZATION = 1e-10
 
 
 # Newton's corrections that put a start on the constraints, each of which squares what it is off.
-PLACED = 2
+N_CORRECTIONS = 2
 
 # What a start from another run may be off from the constraints beside what rounds, of positions and
 # of velocities: as much as a step leaves, and far less than where a joint is new.
-LEFT_OF_PLACES, LEFT_OF_SPEEDS = 1e-6, 1e-2
+RESTART_POSITION_TOLERANCE, RESTART_VELOCITY_TOLERANCE = 1e-6, 1e-2
 # What such velocities may be off by that share of: rounding of places in a step, over its length.
-ROUNDED = 1e3 * np.finfo(float).eps / LEFT_OF_SPEEDS
+VELOCITY_ROUNDING = 1e3 * np.finfo(float).eps / RESTART_VELOCITY_TOLERANCE
 
 
 def regularize(system: System, scale: float, share: float = REGULARIZATION) -> float:
@@ -61,7 +61,7 @@ def regularize(system: System, scale: float, share: float = REGULARIZATION) -> f
     if not system.n_multipliers:
         return 0.0
     lam = np.zeros(system.n_multipliers)
-    amplitudes = start_load(system)
+    amplitudes = load_amplitudes_at_start(system)
     values = system.assembly.matrix(1.0, scale, system.q_ref, lam, amplitudes)
     diagonal = values[system.pattern.indptr[: system.n_free]]
     phi_q = system.constraints.jacobian(system.q_ref)[:, : system.n_free]
@@ -91,9 +91,9 @@ def check_constraints(system: System, state: State | None = None) -> None:
             "held already, leave it out or take a joint that holds less, such as pin"
         )
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
-    amplitudes = start_load(system)
+    amplitudes = load_amplitudes_at_start(system)
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
-    followed, rates = followed_at_start(system)
+    followed, rates = prescribed_values_at_start(system)
     phi -= followed
     phi_q = system.constraints.jacobian(system.q0)
     moving = speeds(system.scene, system.places, system.v0)
@@ -101,10 +101,10 @@ def check_constraints(system: System, state: State | None = None) -> None:
     sizes_of_places = system.constraints.sizes(system.q0)
     sizes_of_speeds = np.abs(phi_q) @ moving
     if state is not None:
-        of_places, of_speeds = LEFT_OF_PLACES, LEFT_OF_SPEEDS
+        of_places, of_speeds = RESTART_POSITION_TOLERANCE, RESTART_VELOCITY_TOLERANCE
         sizes_of_places += np.max(np.abs(system.q0))
         if "run" in state.memory:  # places that are rounded in every step make speeds
-            sizes_of_speeds += ROUNDED * sizes_of_places / state.memory["run"]["dt"]
+            sizes_of_speeds += VELOCITY_ROUNDING * sizes_of_places / state.memory["run"]["dt"]
     unsure = np.zeros(system.n_multipliers)
     if system.prescribed.n_equations:
         unsure[-system.prescribed.n_equations :] = system.prescribed.rate_errors(system.t0)
@@ -149,9 +149,9 @@ def check_energy(system: System) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
         energies = system.energies(system.q0[None], system.v0[None])
     if not np.isfinite(energies).all():
-        i = worst_of(system.v0)
+        i = index_of_largest(system.v0)
         unit = "m/s" if system.unit(i) == "N" else "1/s"
-        raise out_of_range(f"{system.describe(i)} moves by {system.v0[i]:.3g} {unit}")
+        raise range_error(f"{system.describe(i)} moves by {system.v0[i]:.3g} {unit}")
 
 
 def starting_state(
@@ -162,10 +162,11 @@ def starting_state(
     The integrator's own acceleration is that at the time it looks ahead to; and where constraints
     prescribe a motion, the velocity across them is the one that Newmark's formulas give a smooth
     motion (`Implicit.velocity_constant`).  Without that, multipliers oscillate with an amplitude of
-    first order, and those of the trapezoidal rule for ever.  What the accelerations and their rates
-    hold of vibrations that the step cannot follow is left out (`resolved`): the formulas would take
-    it for the mean of a whole step, and throw the end of a stiff beam away under a sudden load.
-    Velocities that damping takes within the step are left out too (`lasting`).
+    first order, and those of the trapezoidal rule for ever.  Vibrations that the step cannot
+    resolve are filtered out of the accelerations and their rates (`low_frequency_part`): the
+    formulas would use them as the mean of a whole step, and displace the end of a stiff beam under
+    a sudden load by far too much.  Velocities that are damped out within the step are filtered out
+    too (`undamped_velocities`).
 
     Parameters
     ----------
@@ -188,14 +189,14 @@ def starting_state(
     a : (n_all,) float
         The true accelerations [m/s2, 1/s2].
     """
-    amplitudes = start_load(system)
-    if continues(state, system, integrator, dt):
+    amplitudes = load_amplitudes_at_start(system)
+    if continues_run(state, system, integrator, dt):
         b = state.a if state.b is None else state.b
         return Start(state.q, state.v, state.a, b, state.lam, amplitudes), state.a
     if state is not None and system.n_multipliers:
-        put_on_constraints(system, seed)
+        project_on_constraints(system, seed)
     lam = np.zeros(system.n_multipliers)
-    v = lasting(system, seed, integrator.damping_scale * dt)
+    v = undamped_velocities(system, seed, integrator.damping_scale * dt)
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, amplitudes))
     a, lam = initial_acceleration(system, seed, system.v0)
     begin = a if v is system.v0 else initial_acceleration(system, seed, v)[0]
@@ -203,8 +204,8 @@ def starting_state(
     if integrator.shift != 0.0 or system.n_multipliers:
         jerk = initial_jerk(system, seed, v, begin, lam, dt)
         if system.n_multipliers:
-            rate = integrator.velocity_constant * dt**2 * (gradient(system) @ jerk)
-            change, _ = solve_held(system, seed, np.zeros(system.n_all), rate)
+            rate = integrator.velocity_constant * dt**2 * (constraint_gradients(system) @ jerk)
+            change, _ = solve_constrained(system, seed, np.zeros(system.n_all), rate)
             v = v + change
     scale, damping = integrator.scale * dt**2, integrator.damping_scale * dt
     if seed.factor(
@@ -213,18 +214,18 @@ def starting_state(
         # A stress that the mass does not carry: only a definite matrix makes a filter.
         seed.factor(system.assembly.material(1.0, scale, system.q0, damping_factor=damping))
     # 1 - (1 - S^-1 M)^2: of damping, the filter alone would make an error of first order.
-    once = resolved(system, seed, begin, (scale, damping))
-    smooth = b = 2.0 * once - resolved(system, seed, once, (scale, damping))
+    once = low_frequency_part(system, seed, begin, (scale, damping))
+    smooth = b = 2.0 * once - low_frequency_part(system, seed, once, (scale, damping))
     if jerk is not None and integrator.shift != 0.0:
         # Damping makes the rate larger than accelerations by its own rate, which no step limits:
         # the filter, cubed, leaves little of it beside what is left of the accelerations.
         for _ in range(3):
-            jerk = resolved(system, seed, jerk)
+            jerk = low_frequency_part(system, seed, jerk)
         b = smooth + integrator.shift * dt * jerk
     return Start(system.q0, v, smooth, b, lam, amplitudes), a
 
 
-def put_on_constraints(system: System, seed: Seed) -> None:
+def project_on_constraints(system: System, seed: Seed) -> None:
     """Correct the initial positions and velocities by what they are off from the constraints.
 
     Along ``M^-1 phi_q^T``, which is what an impulse of the joints does.
@@ -236,17 +237,21 @@ def put_on_constraints(system: System, seed: Seed) -> None:
     seed : SparseSeed or IncompleteSeed
         On the pattern of the system; it is left with the factor of the mass matrix.
     """
-    none, lam, loads = np.zeros(system.n_all), np.zeros(system.n_multipliers), start_load(system)
+    none, lam, loads = (
+        np.zeros(system.n_all),
+        np.zeros(system.n_multipliers),
+        load_amplitudes_at_start(system),
+    )
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, loads))
-    followed, rates = followed_at_start(system)
-    for _ in range(PLACED):
+    followed, rates = prescribed_values_at_start(system)
+    for _ in range(N_CORRECTIONS):
         phi = system.assembly.residual(system.q0, none, none, lam, system.dead_load, loads)[1]
-        system.q0 = system.q0 + solve_held(system, seed, none, followed - phi)[0]
-    off = rates - gradient(system) @ system.v0
-    system.v0 = system.v0 + solve_held(system, seed, none, off)[0]
+        system.q0 = system.q0 + solve_constrained(system, seed, none, followed - phi)[0]
+    off = rates - constraint_gradients(system) @ system.v0
+    system.v0 = system.v0 + solve_constrained(system, seed, none, off)[0]
 
 
-def lasting(system: System, seed: Seed, scale: float) -> Vector:
+def undamped_velocities(system: System, seed: Seed, scale: float) -> Vector:
     """Return the part of the initial velocities that damping leaves within a step, (n_all,) [m/s].
 
     ``1 - (1 - D)^3``, ``D = (M + scale C)^-1 M`` with the damping C: of third order where the step
@@ -265,7 +270,7 @@ def lasting(system: System, seed: Seed, scale: float) -> Vector:
     """
     if not system.damped or not system.v0.any():
         return system.v0
-    lam, amplitudes = np.zeros(system.n_multipliers), start_load(system)
+    lam, amplitudes = np.zeros(system.n_multipliers), load_amplitudes_at_start(system)
     seed.factor(
         system.assembly.matrix(
             1.0, 0.0, system.q0, lam, amplitudes, damping_factor=scale, v=system.v0
@@ -273,11 +278,11 @@ def lasting(system: System, seed: Seed, scale: float) -> Vector:
     )
     v = left = system.v0
     for _ in range(3):
-        left = left - resolved(system, seed, left, (0.0, scale))
+        left = left - low_frequency_part(system, seed, left, (0.0, scale))
     return v - left
 
 
-def resolved(
+def low_frequency_part(
     system: System, seed: Seed, rate: Vector, factors: tuple[float, float] = (0.0, 0.0)
 ) -> Vector:
     """Return the part of accelerations, or of their rate, that a step can follow, (n_all,).
@@ -305,9 +310,9 @@ def resolved(
         free[driven:] = 0.0
     force = system.assembly.inertia(free)[:n]
     if rate[driven:].any():
-        force -= pulled_along(system, rate - free, *factors)[:n]
+        force -= forces_of_prescribed_rates(system, rate - free, *factors)[:n]
     if system.n_multipliers:
-        force = np.concatenate([force, gradient(system) @ free])
+        force = np.concatenate([force, constraint_gradients(system) @ free])
     out = np.zeros(system.n_all)
     out[:n] = seed.solve(force)[:n]
     out[driven:] = rate[driven:]

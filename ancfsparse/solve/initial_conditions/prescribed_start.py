@@ -20,14 +20,16 @@ Vector = NDArray[np.float64]
 
 # Share of the largest coordinate by which a start may be off from where a drive begins: what steps
 # leave of equations in another run, otherwise rounding.
-LEFT, SAME = 1e-6, 1e-9
+RESTART_TOLERANCE, START_TOLERANCE = 1e-6, 1e-9
 # Share of the largest prescribed velocity by which that of the start may differ, beside the error
 # of differences in place of derivatives.
-LEAST_IMPACT = 1e-3
-SAMPLES = 65  # times at which the largest is looked for
+MAX_VELOCITY_JUMP = 1e-3
+N_SAMPLES = 65  # times at which the largest is looked for
 
 
-def start_drives(system: System, state: State | None, step: float, t_end: float) -> None:
+def start_prescribed_motions(
+    system: System, state: State | None, step: float, t_end: float
+) -> None:
     """Put what is prescribed into the start of a system.
 
     Parameters
@@ -50,14 +52,14 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
     if not prescribed:
         return
     prescribed.resolve(step, system.t0, t_end)
-    initial_conditions.check_smooth(system, t_end)
+    initial_conditions.check_smoothness(system, t_end)
     if not n:
         return
     now, first = prescribed.at(system.t0), system.n_all - n
     system.q0, system.v0 = system.q0.copy(), system.v0.copy()
     apart = np.abs(system.q0[first:] - now.q)
     worst = int(np.argmax(apart))
-    allowed = (SAME if state is None else LEFT) * max(
+    allowed = (START_TOLERANCE if state is None else RESTART_TOLERANCE) * max(
         float(np.max(np.abs(system.q0))), float(np.max(np.abs(now.q)))
     )
     course = prescribed.course_of(worst)
@@ -72,9 +74,11 @@ def start_drives(system: System, state: State | None, step: float, t_end: float)
             f"the motion starts at {system.q0[first + worst]:.9g} m there: take "
             "start=solve_static(scene), or let its function begin where the motion starts"
         )
-    times = np.linspace(system.t0, t_end, SAMPLES)
+    times = np.linspace(system.t0, t_end, N_SAMPLES)
     fastest = prescribed.fastest(times)
-    allowed_v = LEAST_IMPACT * fastest + ROUNDING * speeds(system.scene, system.places, system.v0)
+    allowed_v = MAX_VELOCITY_JUMP * fastest + ROUNDING * speeds(
+        system.scene, system.places, system.v0
+    )
     allowed_v = allowed_v[first:] + prescribed.speed_errors(system.t0)
     off = np.abs(system.v0[first:] - now.v) - allowed_v
     worst = int(np.argmax(off))
@@ -112,7 +116,7 @@ def inputs_at(
     return table
 
 
-def drive_march(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
+def prescribe_motions_of_loop(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
     """Pass to a march what is prescribed, and the forces that this takes at the start."""
     prescribed = system.prescribed
     if not prescribed:

@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 # Share of a gradient that must be independent of the others, or it is redundant.
-LEFT = 1e-8
+INDEPENDENT_RATIO = 1e-8
 # What is added to squares of gradients of length one, so that a factor exists.
 ROUNDING = 1e-14
 # Pivot below which a gradient is suspect: that of a combination of many is the larger.
-SUSPECT = 1e-10
+SUSPECT_PIVOT = 1e-10
 # Share of a linear combination from which a constraint is named as a part of it.
-PART = 1e-3
+MIN_COEFFICIENT = 1e-3
 # Largest number of equations that are looked at together.
-MOST = 300
+MAX_DENSE_EQUATIONS = 300
 # Share of prescribed changes that does not fit together where joints contradict each other.
-APART = 0.1
+MIN_CONTRADICTION = 0.1
 # Number of constraints that are named, and of those that are looked at for it.
-NAMED, LOOKED_AT = 3, 12
+MAX_NAMED, MAX_EXAMINED = 3, 12
 
 
-def warn_of_repeats(system: System) -> None:
+def warn_of_redundant_constraints(system: System) -> None:
     """Warn of constraints that repeat others.
 
     Their forces are not unique; a small regularization distributes them.
@@ -46,12 +46,14 @@ def warn_of_repeats(system: System) -> None:
     """
     if not len(system.constraints.offset):
         return
-    number, found = repeats(system, system.q0)
+    number, found = find_redundant_constraints(system, system.q0)
     if not number:
         return
     labels = system.constraints.labels
-    words = [f"the {labels[row]}, {_because(labels, of)}" for row, of in found[:NAMED]]
-    more = f" and {number - NAMED} more" if number > NAMED else ""
+    words = [
+        f"the {labels[row]}, {_describe_redundancy(labels, of)}" for row, of in found[:MAX_NAMED]
+    ]
+    more = f" and {number - MAX_NAMED} more" if number > MAX_NAMED else ""
     warnings.warn(
         f"{number} of {len(labels)} constraints repeat others at the start: "
         f"{'; '.join(words)}{more}.  The motion is not affected, but their forces are distributed "
@@ -61,7 +63,7 @@ def warn_of_repeats(system: System) -> None:
     )
 
 
-def contradiction(system: System, q: Vector, t: float) -> str:
+def describe_contradiction(system: System, q: Vector, t: float) -> str:
     """Name joints that cannot hold together at a time, since their motions are prescribed.
 
     An equation that repeats others where the scene is must also have the values that follow from
@@ -83,7 +85,7 @@ def contradiction(system: System, q: Vector, t: float) -> str:
     """
     if not system.prescribed or not np.max(np.abs(q)) < MAX_MAGNITUDE:
         return ""
-    found = repeats(system, q)[1]
+    found = find_redundant_constraints(system, q)[1]
     if not found:
         return ""
     motion, there, none = system.prescribed.at(t), q.copy(), np.zeros(system.n_all)
@@ -97,10 +99,10 @@ def contradiction(system: System, q: Vector, t: float) -> str:
         of_row, of_others = gradients[[row]].toarray()[0], gradients[others].toarray()
         shares = np.linalg.lstsq(of_others.T, of_row, rcond=None)[0] if others else np.zeros(0)
         parts = np.append(-shares * phi[others], phi[row])
-        if abs(np.sum(parts)) > APART * np.max(np.abs(parts)):
+        if abs(np.sum(parts)) > MIN_CONTRADICTION * np.max(np.abs(parts)):
             labels = system.constraints.labels
             names = dict.fromkeys(labels[each] for each in others)
-            listed = " and ".join(f"the {name}" for name in list(names)[:NAMED])
+            listed = " and ".join(f"the {name}" for name in list(names)[:MAX_NAMED])
             return (
                 f"The joints contradict each other: the {labels[row]} repeats {listed}, and what "
                 "they prescribe does not fit together; leave one out, or prescribe the same."
@@ -108,7 +110,7 @@ def contradiction(system: System, q: Vector, t: float) -> str:
     return ""
 
 
-def _because(labels: list[str], others: list[int]) -> str:
+def _describe_redundancy(labels: list[str], others: list[int]) -> str:
     """Name what an equation follows from."""
     if not others:
         return "which holds nothing that can move"
@@ -116,7 +118,7 @@ def _because(labels: list[str], others: list[int]) -> str:
     return f"which follows from the {labels[others[0]]}{more}"
 
 
-def nearly_dependent(system: System, q: Vector, share: float) -> int:
+def count_near_dependent(system: System, q: Vector, share: float) -> int:
     """Count constraints of whose gradients less than a share is independent of those before.
 
     Parameters
@@ -134,7 +136,9 @@ def nearly_dependent(system: System, q: Vector, share: float) -> int:
     return int(np.sum(pivots < share**2))
 
 
-def repeats(system: System, q: Vector) -> tuple[int, list[tuple[int, list[int]]]]:
+def find_redundant_constraints(
+    system: System, q: Vector
+) -> tuple[int, list[tuple[int, list[int]]]]:
     """Find the equations that repeat others, in a time that is linear in their number.
 
     The pivots of phi_q phi_q^T, of gradients of length one, are the squares of what each adds to
@@ -157,25 +161,25 @@ def repeats(system: System, q: Vector) -> tuple[int, list[tuple[int, list[int]]]
     """
     gradients = _unit_gradients(system, q)
     factor = _factored(gradients)
-    suspects = np.flatnonzero(factor.pivots < SUSPECT)
+    suspects = np.flatnonzero(factor.pivots < SUSPECT_PIVOT)
     involved: set[int] = set()
     found: list[tuple[int, list[int]]] = []
-    for suspect in suspects[:LOOKED_AT]:
+    for suspect in suspects[:MAX_EXAMINED]:
         parts = np.zeros(gradients.shape[0])
         parts[suspect] = 1.0
         for _ in range(2):
             parts = factor.solve(parts)
             parts /= np.max(np.abs(parts))
-        involved |= set(np.flatnonzero(np.abs(parts) > PART).tolist())
-        if len(involved) > MOST:
+        involved |= set(np.flatnonzero(np.abs(parts) > MIN_COEFFICIENT).tolist())
+        if len(involved) > MAX_DENSE_EQUATIONS:
             break
     if involved:
         # Equations that keep bodies rigid come first, so that joints are found to repeat them.
         rows = np.array(sorted(involved))
         is_joint = np.array(system.constraints.mass)[rows] == 0.0
         rows = rows[np.argsort(is_joint, kind="stable")]
-        found = _dependent(gradients[rows], rows)
-    looked_at_all = len(suspects) <= LOOKED_AT and len(involved) <= MOST
+        found = _find_dependent_rows(gradients[rows], rows)
+    looked_at_all = len(suspects) <= MAX_EXAMINED and len(involved) <= MAX_DENSE_EQUATIONS
     return len(found) if looked_at_all else len(suspects), found
 
 
@@ -200,7 +204,9 @@ def _factored(gradients: sp.csr_array) -> SparseSeed:
     return seed
 
 
-def _dependent(gradients: sp.csr_array, rows: NDArray[np.intp]) -> list[tuple[int, list[int]]]:
+def _find_dependent_rows(
+    gradients: sp.csr_array, rows: NDArray[np.intp]
+) -> list[tuple[int, list[int]]]:
     """Return which rows of a few repeat those before them, and which these are."""
     used = np.unique(gradients.indices)
     table = gradients[:, used].toarray()
@@ -214,13 +220,13 @@ def _dependent(gradients: sp.csr_array, rows: NDArray[np.intp]) -> list[tuple[in
                 known = np.array(basis)
                 left -= known.T @ (known @ left)
         rest = float(np.linalg.norm(left))
-        if rest > LEFT:
+        if rest > INDEPENDENT_RATIO:
             basis.append(left / rest)
             taken.append(k)
             continue
         others = np.array(taken, dtype=int)
         shares = np.abs(np.linalg.lstsq(table[others].T, row, rcond=None)[0])
         largest = others[np.argsort(-shares, kind="stable")]
-        count = int(np.sum(shares > PART))
+        count = int(np.sum(shares > MIN_COEFFICIENT))
         found.append((int(rows[k]), [int(rows[j]) for j in largest[:count]]))
     return found

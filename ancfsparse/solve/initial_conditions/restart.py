@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 
 # Share of the largest amplitude by which loads may differ from those before: rounding.
-SAME_LOADS = 1e-9
+LOAD_TOLERANCE = 1e-9
 
 
 def check_start(start: object, name: str = "start") -> State | None:
@@ -44,7 +44,7 @@ def check_start(start: object, name: str = "start") -> State | None:
     )
 
 
-def remember(
+def save_state(
     system: System,
     integrator: Integrator,
     march: Loop,
@@ -65,7 +65,7 @@ def remember(
     return system.state(t, q, v, a, lam, b=b, memory=memory)
 
 
-def continues(
+def continues_run(
     state: State | None, system: System, integrator: Integrator, dt: float
 ) -> TypeGuard[State]:
     """Whether a run with these steps goes on from a state without a new beginning.
@@ -81,10 +81,10 @@ def continues(
     # A load that is a function of time may be another function by now.
     now = system.loads.amplitudes(np.array([system.t0]))[0]
     before = np.asarray(state.memory["amplitudes0"])[: len(now)]
-    return bool(np.all(np.abs(now - before) <= SAME_LOADS * np.max(np.abs(now), initial=0.0)))
+    return bool(np.all(np.abs(now - before) <= LOAD_TOLERANCE * np.max(np.abs(now), initial=0.0)))
 
 
-def recall_contributions(state: State | None, system: System) -> bool:
+def restore_contributions(state: State | None, system: System) -> bool:
     """Give contributions what they kept up to a state of the same scene; whether that is any."""
     if state is None or not len(state.memory.get("contributions", ())):
         return False
@@ -94,7 +94,7 @@ def recall_contributions(state: State | None, system: System) -> bool:
     return True
 
 
-def recall(
+def restore_state(
     state: State, system: System, march: Loop, iteration: NonlinearLoop | None = None
 ) -> None:
     """Let a march go on with what the run before remembered."""
@@ -102,7 +102,7 @@ def recall(
     if state.b is not None:
         memory["b0"] = state.b
     march.recall(memory)
-    recall_contributions(state, system)
+    restore_contributions(state, system)
     if iteration is not None:
         iteration.rate = memory["contraction"]
         iteration.measured = memory.get("measured", 0.0)  # older files have none

@@ -14,10 +14,14 @@ from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     initial_acceleration,
-    start_load,
+    load_amplitudes_at_start,
 )
 from ancfsparse.solve.initial_conditions.restart import check_start
-from ancfsparse.solve.linearization.matrices import mass_matrix, on_free, whole
+from ancfsparse.solve.linearization.matrices import (
+    free_submatrix,
+    mass_matrix,
+    symmetric_from_lower,
+)
 from ancfsparse.system import State, System
 
 if TYPE_CHECKING:
@@ -32,7 +36,7 @@ FLEXIBILITY = 1e-10
 STIFFER = 1e3
 
 
-class Pencil:
+class LinearizedSystem:
     """The equations ``M x'' + K x + Phi_q^T mu = 0``, ``Phi_q x = 0`` of small motions.
 
     Parameters
@@ -61,8 +65,8 @@ class Pencil:
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
         self.system, self.state, self._amplitudes = system, state, amplitudes
         n, pattern = system.n_free, system.pattern
-        self.mass = whole(mass_matrix(system))
-        self.stiffness = whole(on_free(system, self._matrix(0.0, 1.0)))
+        self.mass = symmetric_from_lower(mass_matrix(system))
+        self.stiffness = symmetric_from_lower(free_submatrix(system, self._matrix(0.0, 1.0)))
         self.gradients = system.constraints.jacobian(state.q)[:, :n]
         self.diagonal = system.mass_diagonal
         self.seed = self._plain = SparseSeed(pattern.indptr, pattern.indices, n)
@@ -98,7 +102,7 @@ class Pencil:
 
     def damping(self) -> sp.csr_array:
         """Return the damping matrix C over the free coordinates [N s/m, N s, N m s]."""
-        return whole(on_free(self.system, self._matrix(0.0, 0.0, 1.0)))
+        return symmetric_from_lower(free_submatrix(self.system, self._matrix(0.0, 0.0, 1.0)))
 
     def factor(self, shift: float) -> int | None:
         """Factor ``K - shift M`` under the constraints.
@@ -136,7 +140,7 @@ class Pencil:
         import scipy.sparse as sp
 
         self._below, self._scale = None, self.size
-        added = 0.0 if more is None else whole(on_free(self.system, more))
+        added = 0.0 if more is None else symmetric_from_lower(free_submatrix(self.system, more))
         # Coordinates with hardly any are as stiff for their masses as all are on average.
         stiff = np.abs(self.stiffness.diagonal()) / self._scale
         stiff = np.maximum(stiff, self.diagonal * (np.sum(stiff) / np.sum(self.diagonal)))
@@ -223,12 +227,12 @@ def scene_of(of: object, at: object = None) -> Scene:
     return scene
 
 
-def linearised(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Pencil:
+def linearize(of: Scene | Equilibrium, at: State | Equilibrium | None) -> LinearizedSystem:
     """Linearise the scene about a state."""
     if isinstance(of, Equilibrium):
         assert isinstance(of.system, System)
         time = np.array([of.state.t])
-        return Pencil(of.system, of.state, of.system.loads.amplitudes(time)[0])
+        return LinearizedSystem(of.system, of.state, of.system.loads.amplitudes(time)[0])
     state = check_start(at, "at")
     system = System(of, state)
     lam = np.zeros(system.n_multipliers)
@@ -240,10 +244,12 @@ def linearised(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Penci
             )
         rest = np.zeros(system.n_all)
         here = system.state(system.t0, system.q_ref, rest, rest, lam)
-        return Pencil(system, here, np.zeros(system.loads.n_amplitudes))
+        return LinearizedSystem(system, here, np.zeros(system.loads.n_amplitudes))
     if system.n_multipliers:
         seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-        seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, start_load(system)))
+        seed.factor(
+            system.assembly.matrix(1.0, 0.0, system.q0, lam, load_amplitudes_at_start(system))
+        )
         lam = initial_acceleration(system, seed, system.v0)[1]
     here = system.state(system.t0, system.q0, system.v0, None, lam)
-    return Pencil(system, here, start_load(system))
+    return LinearizedSystem(system, here, load_amplitudes_at_start(system))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.solve.linearization.matrices import on_free, whole
+from ancfsparse.solve.linearization.matrices import free_submatrix, symmetric_from_lower
 from ancfsparse.system import System
 from ancfsparse.system.assembly.column_colouring import colours
 from ancfsparse.system.assembly.sparsity_pattern import Unknowns
@@ -29,7 +29,7 @@ ROUNDING = 1e-9
 INNER, ENOUGH, MOST_INNER = 1e-13, 1e-9, 400
 
 
-class Unsymmetric:
+class NonconservativeTangent:
     """What the matrices of stiffness and damping of a system lack, over its free coordinates.
 
     The matrix of a force without a potential contains the symmetric part of its derivatives at
@@ -99,7 +99,7 @@ class Unsymmetric:
         own = self._assembly.matrix(
             *factors, q, lam, amplitudes, damping_factor=1.0 if rate else 0.0, v=none
         )
-        missing = (matrix - whole(on_free(self._system, own))).tocsr()
+        missing = (matrix - symmetric_from_lower(free_submatrix(self._system, own))).tocsr()
         missing.data[np.abs(missing.data) <= ROUNDING * np.max(np.abs(values), initial=0.0)] = 0.0
         missing.eliminate_zeros()
         return missing

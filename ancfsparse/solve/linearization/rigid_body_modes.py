@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 # So many free motions are named at most.
-MOST = 24
+MAX_FREE_MOTIONS = 24
 # A part is held if every motion of one radian, or by its own size, breaks a condition by more than
 # this share; rounding of positions far from the origin adds to it.
 HELD = 1e-10
@@ -64,7 +64,7 @@ def free_motions(system: System) -> list[str]:
     -------
     list of str
         Such as ``"rotation about z through (0, 0) m of beam 0"``; empty if the joints hold
-        everything; at most `MOST`.
+        everything; at most `MAX_FREE_MOTIONS`.
     """
     parts = parts_of(system)
     conditions = _conditions(system, parts)
@@ -79,8 +79,8 @@ def free_motions(system: System) -> list[str]:
         free = _null_space(conditions, group, columns, float(rounding[group].max()))
         members = [parts[k] for k in group]
         names += named(system.dim, members, free)
-        if len(names) >= MOST:
-            return names[:MOST]
+        if len(names) >= MAX_FREE_MOTIONS:
+            return names[:MAX_FREE_MOTIONS]
     return sorted(names, key=lambda name: not name.startswith("translation"))
 
 
@@ -94,12 +94,12 @@ def check_held(system: System) -> None:
     """
     free = free_motions(system)
     if free:
-        raise not_held(free)
+        raise describe_free_motions(free)
 
 
-def not_held(free: list[str], why: str = "") -> SingularSceneError:
+def describe_free_motions(free: list[str], why: str = "") -> SingularSceneError:
     """Return the error that names free motions, and why loads do not restrain them."""
-    count = f"{len(free)}{' or more' * (len(free) == MOST)}"
+    count = f"{len(free)}{' or more' * (len(free) == MAX_FREE_MOTIONS)}"
     return SingularSceneError(
         f"the scene is not held: {count} rigid motion{' is' if len(free) == 1 else 's are'} free, "
         f"first the {free[0]}"
@@ -212,7 +212,7 @@ def _groups(conditions: Conditions, loose: NDArray[np.bool_]) -> list[NDArray[np
 def _null_space(
     conditions: Conditions, group: NDArray[np.int64], columns: NDArray[np.int64], held: float
 ) -> Vector:
-    """Return independent motions that break no condition, (k, n_columns), at most `MOST`.
+    """Return at most `MAX_FREE_MOTIONS` independent motions without restraint, (k, n_columns).
 
     Powers of the inverse of the squared conditions filter them out, closely enough to identify them
     by their residual in the conditions.
@@ -224,8 +224,12 @@ def _null_space(
     largest = np.maximum.reduceat(units.data, units.indptr[rows]) if len(rows) else np.ones(0)
     matrix = sp.diags_array(1.0 / largest) @ matrix[rows]
     n = len(columns)
-    found = np.eye(n) if n <= MOST else np.random.default_rng(0).standard_normal((n, MOST))
-    if n > MOST:
+    found = (
+        np.eye(n)
+        if n <= MAX_FREE_MOTIONS
+        else np.random.default_rng(0).standard_normal((n, MAX_FREE_MOTIONS))
+    )
+    if n > MAX_FREE_MOTIONS:
         squares = sp.csc_array(matrix.T @ matrix)
         shift = SHIFT * float(squares.diagonal().max())
         lower = sp.csc_array(sp.tril(squares + shift * sp.eye_array(n, format="csc")))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice, check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
-from ancfsparse.integrators.interface.time_grid import Clock, as_double, count_steps_from
+from ancfsparse.integrators.interface.time_grid import TimeGrid, as_double, count_steps_from
 from ancfsparse.integrators.names import EXAMPLES
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
@@ -23,8 +23,12 @@ from ancfsparse.scene import Point, Scene, check_scene
 from ancfsparse.solve import statics
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.preparation.choose_factorization import check_factorization
-from ancfsparse.solve.preparation.memory_estimate import Memory, estimate
-from ancfsparse.solve.preparation.solver_settings import check_gain, check_solver, check_tolerance
+from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate, estimate_memory
+from ancfsparse.solve.preparation.solver_settings import (
+    check_max_energy_gain,
+    check_solver,
+    check_tolerance,
+)
 from ancfsparse.solve.preparation.threads import check_threads
 from ancfsparse.solve.stepping.state_recorder import check_nodes, check_output
 from ancfsparse.system import System
@@ -65,7 +69,7 @@ class Request:
 
     scene: Scene
     state: State | None
-    clock: Clock
+    clock: TimeGrid
     t_end: float
     n_steps: int
     accuracy: float | None
@@ -94,9 +98,9 @@ class Request:
         steps = np.append(np.arange(0.0, self.n_steps, self.save_every), self.n_steps)
         return np.asarray(self.clock.at(steps))
 
-    def memory(self) -> Memory:
+    def memory(self) -> MemoryEstimate:
         """Estimate what the run needs."""
-        return estimate(
+        return estimate_memory(
             self.scene,
             self.rows,
             None if self.save_nodes is None else len(self.save_nodes),
@@ -165,12 +169,12 @@ def check_request(
             "simulate needs a time step or an accuracy: give dt=1e-3 [s], or accuracy=1e-4 [m]"
         )
     n_steps = count_steps_from(t_start, t_end, dt)
-    t_end, clock = check_finite("t_end", t_end, "s"), Clock(t_start, as_double("dt", dt))
+    t_end, clock = check_finite("t_end", t_end, "s"), TimeGrid(t_start, as_double("dt", dt))
     save_every = min(check_count("save_every", save_every), n_steps)
     named = check_integrator(integrator)
     check_solver(solver)
     check_factorization(factorization, solver, accuracy)
-    tolerance, max_energy_gain = check_tolerance(tolerance), check_gain(max_energy_gain)
+    tolerance, max_energy_gain = check_tolerance(tolerance), check_max_energy_gain(max_energy_gain)
     progress = check_flag("progress", progress)
     max_halvings = check_count("max_halvings", max_halvings, 0)
     threads = check_threads(threads)

@@ -6,11 +6,11 @@ from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
-from ancfsparse.solve.error_control.best_solution import Attempts
+from ancfsparse.solve.error_control.best_solution import BestSolution
 from ancfsparse.solve.error_control.select_solution import check_accuracy, solve_accurately
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.preparation.threads import usable
-from ancfsparse.solve.stepping.state_recorder import Recorder
+from ancfsparse.solve.preparation.threads import usable_threads
+from ancfsparse.solve.stepping.state_recorder import StateRecorder
 from ancfsparse.system import System
 
 
@@ -29,7 +29,7 @@ class ErrorControlledRun:
         self._request, self._system, self._accuracy = request, system, accuracy
         self._threads = 1
         if not isinstance(request.integrator, Explicit):
-            self._threads = usable(system, request.threads)
+            self._threads = usable_threads(system, request.threads)
         check_accuracy(
             system,
             accuracy,
@@ -39,7 +39,7 @@ class ErrorControlledRun:
             request.max_halvings,
         )
 
-    def march(self, recorder: Recorder) -> Outcome:
+    def march(self, recorder: StateRecorder) -> Outcome:
         """March until the error is small enough."""
         request = self._request
         solve_accurately(
@@ -50,7 +50,7 @@ class ErrorControlledRun:
             request.solver,
             request.max_energy_gain,
             request.progress,
-            Attempts(recorder, self._threads),
+            BestSolution(recorder, self._threads),
         )
         return Outcome.CONVERGED
 

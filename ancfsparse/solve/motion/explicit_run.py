@@ -9,23 +9,23 @@ from ancfsparse.results import Trajectory
 from ancfsparse.seeds import Seed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.motion.fixed_step_run import FixedRun
+from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.stepping.explicit_setup import (
-    check_alone,
+    check_no_equations_options,
     count_forces,
-    instability,
+    instability_error,
     prepare_explicit,
 )
 from ancfsparse.system import System
 
 
-class ExplicitRun(FixedRun):
+class ExplicitRun(FixedStepRun):
     """Fixed steps without equations; parameters as `build_run` takes them."""
 
     takes_rates = True
 
     def __init__(self, request: Request, system: System, integrator: Explicit) -> None:
-        check_alone(
+        check_no_equations_options(
             integrator,
             request.solver,
             request.tolerance,
@@ -49,7 +49,7 @@ class ExplicitRun(FixedRun):
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run that ended with an outcome."""
         steps = self._stats.steps
-        return instability(
+        return instability_error(
             self._system,
             self._march,
             self._mass,

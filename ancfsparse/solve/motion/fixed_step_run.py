@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from ancfsparse.errors import AncfError, LoadError, OutputError
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.solve.initial_conditions.restart import remember
+from ancfsparse.solve.initial_conditions.restart import save_state
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.preparation.memory_estimate import give_back
+from ancfsparse.solve.preparation.memory_estimate import release_free_memory
 from ancfsparse.solve.preparation.progress_bar import progress_bar
-from ancfsparse.solve.stepping.state_recorder import Recorder, buffer_rows
+from ancfsparse.solve.stepping.state_recorder import StateRecorder, buffer_rows
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Failing(Protocol):
         """The exception that it raised there."""
 
 
-class FixedRun(ABC):
+class FixedStepRun(ABC):
     """A run in steps of one length.
 
     Parameters
@@ -112,7 +112,7 @@ class FixedRun(ABC):
         """Take back what a failed run must not keep; return what it has failed for."""
         return outcome
 
-    def march(self, recorder: Recorder) -> Outcome:
+    def march(self, recorder: StateRecorder) -> Outcome:
         """Record the start and take the steps; return how they ended.
 
         Raises
@@ -150,7 +150,7 @@ class FixedRun(ABC):
         self._recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])
         del first, a
         if system.n_all >= LARGE:
-            give_back()
+            release_free_memory()
 
     def _run(self) -> Outcome:
         stats, outcome = self._stats, Outcome.CONVERGED
@@ -227,7 +227,7 @@ class FixedRun(ABC):
         if self._before is not None:
             t = self._clock.at(stats.steps)
             integrator, loop = self._request.integrator, self._nonlinear
-            last = remember(self._system, integrator, self._march, loop, t, self._dt)
+            last = save_state(self._system, integrator, self._march, loop, t, self._dt)
         self._recorder.finish(stats, last)
 
     def _append_state(self) -> None:

@@ -11,23 +11,29 @@ from ancfsparse.results import Event, Trajectory
 from ancfsparse.seeds import Seed
 from ancfsparse.solve import initial_conditions, stepping
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.motion.fixed_step_run import FixedRun
-from ancfsparse.solve.preparation.memory_estimate import Memory
-from ancfsparse.solve.preparation.switch_to_direct import FIRST_LOOK, WayBack
-from ancfsparse.solve.preparation.threads import usable
-from ancfsparse.solve.stepping.implicit_setup import prepare
-from ancfsparse.solve.stepping.outcome_reporting import CAUSES, CURABLE, count, events, stopped
+from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
+from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
+from ancfsparse.solve.preparation.switch_to_direct import FIRST_COMPARISON, SwitchToDirect
+from ancfsparse.solve.preparation.threads import usable_threads
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
+from ancfsparse.solve.stepping.outcome_reporting import (
+    CAUSE_NAMES,
+    RECOVERABLE_OUTCOMES,
+    count_costs,
+    recovery_events,
+    step_error,
+)
 from ancfsparse.system import System
 
 
-class ImplicitRun(FixedRun):
+class ImplicitRun(FixedStepRun):
     """Fixed steps, each with equations to solve; parameters as `build_run` takes them."""
 
     def __init__(
-        self, request: Request, system: System, integrator: Implicit, needed: Memory
+        self, request: Request, system: System, integrator: Implicit, needed: MemoryEstimate
     ) -> None:
-        threads = usable(system, request.threads)
-        ready = prepare(
+        threads = usable_threads(system, request.threads)
+        ready = prepare_implicit(
             system,
             request.clock.dt,
             integrator,
@@ -44,15 +50,15 @@ class ImplicitRun(FixedRun):
         self._solved_with: list[Seed] = [ready.seed]
         self._back, self._exact = ready.back, list[Event]()
         if self._back is not None:
-            self._most, self._chunk = self._chunk, min(self._chunk, FIRST_LOOK)
-        self._softening: stepping.Softening | None = None
+            self._most, self._chunk = self._chunk, min(self._chunk, FIRST_COMPARISON)
+        self._softening: stepping.CompliantConstraints | None = None
         if system.n_multipliers and any(body.masses is not None for body in system.scene.bodies):
-            self._softening = stepping.Softening(
+            self._softening = stepping.CompliantConstraints(
                 system, ready.march, ready.iteration, ready.seed, integrator, request.clock
             )
-        self._halving: stepping.Halving | None = None
+        self._halving: stepping.StepHalving | None = None
         if request.max_halvings:
-            self._halving = stepping.Halving(
+            self._halving = stepping.StepHalving(
                 system,
                 ready.march,
                 ready.iteration,
@@ -72,30 +78,32 @@ class ImplicitRun(FixedRun):
         if self._softening and self._soon and outcome == Outcome.CONVERGED:
             self._soon = self._softening.settle(self._clock.at(self._stats.steps))
         for way in (self._softening, self._halving):
-            if way and outcome in CURABLE:
+            if way and outcome in RECOVERABLE_OUTCOMES:
                 outcome = self._cross(way, outcome)
         return outcome
 
-    def _consider(self, back: WayBack, outcome: Outcome) -> Outcome:
+    def _consider(self, back: SwitchToDirect, outcome: Outcome) -> Outcome:
         """Switch to the complete seed, if it fits, where the incomplete one fails or costs more."""
-        failed, steps = outcome in CURABLE, self._stats.steps
-        if not failed and not back.pays(self._iteration.counts, self._solved_with[0].inner):
+        failed, steps = outcome in RECOVERABLE_OUTCOMES, self._stats.steps
+        if not failed and not back.is_cheaper(self._iteration.counts, self._solved_with[0].inner):
             self._chunk = min(2 * self._chunk, self._most)
             return outcome
-        exact, self._back = back.take(), None
+        exact, self._back = back.switch(), None
         if exact is None:
             return outcome
         self._solved_with.append(exact)
         why = "which cost less"
         if failed:
-            why, time = CAUSES[outcome], self._clock.at(steps + 1)
+            why, time = CAUSE_NAMES[outcome], self._clock.at(steps + 1)
             rate = self._iteration.contraction
-            self._exact.append(Event(steps + 1, time, "complete seed", CAUSES[outcome], rate))
+            self._exact.append(Event(steps + 1, time, "complete seed", CAUSE_NAMES[outcome], rate))
         self._stats.solver += f"; from step {steps + 1} on a complete seed ({why})"
         self._iteration.step = steps
         return Outcome.CONVERGED
 
-    def _cross(self, way: stepping.Softening | stepping.Halving, outcome: Outcome) -> Outcome:
+    def _cross(
+        self, way: stepping.CompliantConstraints | stepping.StepHalving, outcome: Outcome
+    ) -> Outcome:
         """Retry a failed step with compliant constraints, or in shorter ones."""
         stats = self._stats
         self._before, seconds, begin = None, way.seconds, self._march.steps
@@ -132,8 +140,8 @@ class ImplicitRun(FixedRun):
     def _count_costs(self) -> None:
         stats, ways = self._stats, (self._softening, self._halving)
         crossed = [event for way in ways if way for event in way.events]
-        count(stats, self._iteration, *self._solved_with)
-        recovered = events(self._iteration.events, self._clock.begin, self._dt)
+        count_costs(stats, self._iteration, *self._solved_with)
+        recovered = recovery_events(self._iteration.events, self._clock.begin, self._dt)
         listed = recovered + self._exact + crossed
         stats.events = [event for event in listed if event.step <= stats.steps + 1]
         stats.short_steps = self._halving.short_steps if self._halving else 0
@@ -142,11 +150,11 @@ class ImplicitRun(FixedRun):
         """Return the error for a run that ended with an outcome."""
         request, steps = self._request, self._stats.steps
         advice = ""
-        if self._system.n_multipliers and outcome in CURABLE:
-            advice = initial_conditions.contradiction(
+        if self._system.n_multipliers and outcome in RECOVERABLE_OUTCOMES:
+            advice = initial_conditions.describe_contradiction(
                 self._system, self._march.state[0], self._clock.at(steps + 1)
             )
-        return stopped(
+        return step_error(
             self._system,
             self._loop,
             self._iteration,
@@ -156,5 +164,6 @@ class ImplicitRun(FixedRun):
             self._dt,
             request.max_energy_gain,
             path,
-            advice or stepping.for_steps(request.scene, self._integrator, request.max_halvings),
+            advice
+            or stepping.hint_for_fixed_steps(request.scene, self._integrator, request.max_halvings),
         )

@@ -10,22 +10,22 @@ from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import motion
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.preparation.memory_estimate import Memory
-from ancfsparse.solve.stepping.state_recorder import Recorder
+from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
+from ancfsparse.solve.stepping.state_recorder import StateRecorder
 from ancfsparse.system import System
 
 
 class Run(Protocol):
     """A run that is set up and ready to march."""
 
-    def march(self, recorder: Recorder) -> Outcome:
+    def march(self, recorder: StateRecorder) -> Outcome:
         """March to the end and pass all states to a recorder; return the outcome."""
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run whose outcome is not convergence."""
 
 
-def build_run(request: Request, system: System, needed: Memory) -> Run:
+def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
     """Set a run up.
 
     Parameters

@@ -13,11 +13,11 @@ from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
 from ancfsparse.solve import initial_conditions
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
-from ancfsparse.solve.initial_conditions.restart import recall_contributions
+from ancfsparse.solve.initial_conditions.restart import restore_contributions
 from ancfsparse.solve.motion.arguments import Request, check_request, suited
 from ancfsparse.solve.motion.runs import build_run
-from ancfsparse.solve.preparation.memory_estimate import check_fits
-from ancfsparse.solve.stepping.state_recorder import Record
+from ancfsparse.solve.preparation.memory_estimate import check_memory
+from ancfsparse.solve.stepping.state_recorder import RunStorage
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 
@@ -64,7 +64,7 @@ def simulate(
         progress=progress,
         start=start,
     )
-    check_fits(request.memory())
+    check_memory(request.memory())
     return marched(request, system_at_start(request))
 
 
@@ -78,9 +78,9 @@ def marched(request: Request, system: System) -> Trajectory:
     """
     request = suited(request, system)
     needed = request.memory()
-    check_fits(needed)
+    check_memory(needed)
     settings = request.settings
-    record = Record(system, request.rows, request.save_nodes, request.output, settings)
+    record = RunStorage(system, request.rows, request.save_nodes, request.output, settings)
     run = build_run(request, system, needed)
     with record.open() as recorder:
         outcome = run.march(recorder)
@@ -127,11 +127,13 @@ def system_at_start(request: Request) -> System:
 
 def at_start(request: Request, system: System) -> System:
     """Check the start of a system that was made for a request, as `system_at_start` does."""
-    recall_contributions(request.state, system)
+    restore_contributions(request.state, system)
     if system.prescribed:
-        initial_conditions.start_drives(system, request.state, request.clock.dt, request.t_end)
+        initial_conditions.start_prescribed_motions(
+            system, request.state, request.clock.dt, request.t_end
+        )
     check_energy(system)
     check_constraints(system, request.state)
     if may_repeat(system):
-        initial_conditions.warn_of_repeats(system)
+        initial_conditions.warn_of_redundant_constraints(system)
     return system

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.preparation.deflation_space import CoarseModes, slides_of
+    from ancfsparse.solve.preparation.deflation_space import DeflationModes, sliding_points
 
-__all__ = ["CoarseModes", "slides_of"]
+__all__ = ["DeflationModes", "sliding_points"]
 
 __getattr__ = on_demand(
-    __name__, {"CoarseModes": "deflation_space", "slides_of": "deflation_space"}
+    __name__, {"DeflationModes": "deflation_space", "sliding_points": "deflation_space"}
 )

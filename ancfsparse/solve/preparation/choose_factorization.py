@@ -1,4 +1,4 @@
-"""Which seed a run or an equilibrium is solved on: the complete factor, or one without fill."""
+"""Select the seed of a run or an equilibrium: a complete factorization, or an incomplete one."""
 
 from __future__ import annotations
 
@@ -11,27 +11,24 @@ from ancfsparse.seeds.complete.sparse_seed import OWN_ENTRY
 from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS, leading
 from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.solve import preparation
-from ancfsparse.solve.preparation.memory_estimate import Memory, check_factor
+from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate, check_factor_fits
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 from ancfsparse.system_memory import available_memory
 
 FACTORIZATIONS = ("auto", "complete", "incomplete")
-# Coordinates up to which a complete factor costs next to nothing.
-SMALL = 300
-# Blocks of a complete factor for each of the matrix up to which it is taken: its solves cost three
-# sweeps, and incomplete seeds take half as many corrections again.
-MOST_FILL = 3.0
-# The same with equations, where each sweep is two.
-MOST_HELD_FILL = 6.0
-# The same in statics, whose solutions on incomplete seeds take some forty sweeps each: lattices of
-# 10 nodes a side (12 blocks) take as long with both, of 16 (27) five times as long with
-# complete ones.
-MOST_STATIC_FILL = 16.0
+MAX_SMALL_COORDINATES = 300  # free coordinates up to which a complete factor costs next to nothing
+# Solves with a factor of this fill cost three sweeps, and incomplete seeds take half as many
+# corrections again.
+MAX_FILL = 3.0  # blocks of a complete factor per block of the matrix
+MAX_CONSTRAINED_FILL = 6.0  # the same with multipliers, where each sweep is two
+# Static solutions on incomplete seeds take some forty sweeps each: lattices of 10 nodes a side
+# (fill 12) take as long with both, those of 16 (fill 27) five times as long with complete ones.
+MAX_STATIC_FILL = 16.0  # the same in statics
 
 
 def check_factorization(kind: str, solver: Method | str, accuracy: float | None) -> str:
-    """Return the kind of seed; refuse an unknown one, or what incomplete seeds cannot do.
+    """Return the name of a factorization after checking it with solver and accuracy.
 
     Raises
     ------
@@ -58,10 +55,10 @@ def make_seed(
     kind: str,
     solver: Method | str,
     threads: int,
-    needed: Memory,
+    needed: MemoryEstimate,
     dt: float = 0.0,
 ) -> tuple[Seed, Groups | None]:
-    """Make the seed of a run, ordered but not yet factored.
+    """Create the seed of a run, ordered but not yet factored.
 
     "auto" takes the complete factor where it hardly fills in: on trees, and up to three blocks for
     each block of the matrix, or six with multipliers.  A solver that the caller has named gets the
@@ -70,24 +67,24 @@ def make_seed(
     Parameters
     ----------
     system : System
-        Its pattern, and which coordinates are vectors.
+        Provides the sparsity pattern and the nodal vectors.
     kind : str
         One of `FACTORIZATIONS`.
     solver : Method or str
-        How the equations of a step are solved.
+        Nonlinear solver.
     threads : int
-        Most threads for the factor.
-    needed : Memory
-        What else the run takes.
+        Largest number of threads for the factor.
+    needed : MemoryEstimate
+        Other memory of the run.
     dt : float, optional
-        Time step [s]: for long ones an incomplete seed gets modes in which cables slide.
+        Time step [s]; if it is long, an incomplete seed gets modes in which cables slide.
 
     Returns
     -------
     seed : SparseSeed or IncompleteSeed
-        With what corrections are solved.
+        The initial inverse of corrections.
     groups : Groups or None
-        Where an incomplete seed was chosen, of what a complete one would be made.
+        If "auto" has selected an incomplete seed, the groups of unknowns of a complete one.
 
     Raises
     ------
@@ -102,78 +99,78 @@ def make_seed(
             "out factorization, or use joints without multipliers, such as pins"
         )
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
-        groups = groups_of(system)
-        if kind == "incomplete" or _fills_in(groups, solver, needed, most_fill(system)):
+        groups = unknown_groups(system)
+        if kind == "incomplete" or _fills_in(groups, solver, needed, max_fill(system)):
             incomplete = IncompleteSeed(
-                indptr, indices, groups, threads, preparation.slides_of(system, dt)
+                indptr, indices, groups, threads, preparation.sliding_points(system, dt)
             )
-            check_factor(needed, incomplete)
+            check_factor_fits(needed, incomplete)
             return incomplete, None if kind == "incomplete" else groups
         del groups
-    exact = SparseSeed(indptr, indices, system.n_free, threads)
-    check_factor(needed, exact)
-    return exact, None
+    complete = SparseSeed(indptr, indices, system.n_free, threads)
+    check_factor_fits(needed, complete)
+    return complete, None
 
 
 def make_static_seed(
     system: System, indptr: Indices, indices: Indices, kind: str
-) -> tuple[SparseSeed | DeflatedSeed, preparation.CoarseModes | None]:
-    """Make the seed of an equilibrium, with the coarse modes of one that is incomplete.
+) -> tuple[SparseSeed | DeflatedSeed, preparation.DeflationModes | None]:
+    """Create the seed of an equilibrium, with the deflation modes of an incomplete one.
 
     Parameters
     ----------
     system : System
-        Gives the coordinates that are vectors.
+        Provides the nodal vectors.
     indptr, indices : integer arrays
         Lower triangle of the stiffness of the free coordinates.
     kind : str
         One of `FACTORIZATIONS`.
     """
     fills = kind == "incomplete"
-    if fills or (kind == "auto" and _meshed(system)):
+    if fills or (kind == "auto" and _may_have_cycles(system)):
         groups = Groups.of(indptr, indices, *vectors_of(system.places, system.kinds, system.n_free))
         if not fills:
-            fills = groups.cycles > 0 and groups.exact_fill(MOST_STATIC_FILL) is None
+            fills = groups.cycles > 0 and groups.exact_fill(MAX_STATIC_FILL) is None
         if fills:
-            return DeflatedSeed(indptr, indices, groups), preparation.CoarseModes(system)
+            return DeflatedSeed(indptr, indices, groups), preparation.DeflationModes(system)
     return SparseSeed(indptr, indices, system.n_free), None
 
 
-def groups_of(system: System) -> Groups:
-    """Return the vectors of the free coordinates, and which meet in the matrix of a step."""
+def unknown_groups(system: System) -> Groups:
+    """Return the nodal vectors of the free coordinates, and the pairs coupled in the matrix."""
     own = leading(system.pattern.indptr, system.pattern.indices, system.n_free)
     return Groups.of(*own, *vectors_of(system.places, system.kinds, system.n_free))
 
 
 def _may_fill_in(system: System, solver: Method | str) -> bool:
-    """Whether there may be more fill than is worth a thought, and no need of a complete factor."""
+    """Return whether fill-in is possible and the solver does not need a complete factor."""
     if not isinstance(solver, str) and solver.is_dense:
         return False
-    return system.n_multipliers <= MOST_EQUATIONS and _meshed(system)
+    return system.n_multipliers <= MOST_EQUATIONS and _may_have_cycles(system)
 
 
-def _meshed(system: System) -> bool:
-    """Whether beams of a scene may cross, and it has more than a few coordinates."""
+def _may_have_cycles(system: System) -> bool:
+    """Return whether beams can form cycles in a scene with more than a few coordinates."""
     scene = system.scene
-    return system.n_free > SMALL and (
+    return system.n_free > MAX_SMALL_COORDINATES and (
         any(isinstance(body, Mesh) for body in scene.beams)
         or any(joint.joins for joint in scene.joints)
     )
 
 
-def most_fill(system: System) -> float:
-    """Return the largest fill, in blocks per block of the matrix, at which complete factors pay."""
-    return MOST_HELD_FILL if system.n_multipliers else MOST_FILL
+def max_fill(system: System) -> float:
+    """Return the largest fill at which complete factors are selected."""
+    return MAX_CONSTRAINED_FILL if system.n_multipliers else MAX_FILL
 
 
-def _fills_in(groups: Groups, solver: Method | str, needed: Memory, most: float) -> bool:
-    """Whether a complete factor costs more than a sweep or two, or does not fit."""
+def _fills_in(groups: Groups, solver: Method | str, needed: MemoryEstimate, limit: float) -> bool:
+    """Return whether a complete factor costs more than an incomplete one, or does not fit."""
     if groups.cycles == 0:
         return False
     if isinstance(solver, str):
-        return groups.exact_fill(most) is None
+        return groups.exact_fill(limit) is None
     free = available_memory()
     if free is None:
         return False
-    left = free - needed.vectors - needed.states
-    return groups.exact_fill(left / (OWN_ENTRY * groups.nnz)) is None
+    remaining = free - needed.vectors - needed.states
+    return groups.exact_fill(remaining / (OWN_ENTRY * groups.nnz)) is None

@@ -1,4 +1,4 @@
-"""Entries of the factor of a scene, counted before anything large is made."""
+"""Count the entries of the factor of a scene before it is allocated."""
 
 from __future__ import annotations
 
@@ -9,12 +9,11 @@ from ancfsparse.seeds import fill_of
 from ancfsparse.system.assembly.sparsity_pattern import build
 
 
-def counted_fill(scene: Scene) -> float:
-    """Return about how many entries the factor of a scene has.
+def count_factor_entries(scene: Scene) -> float:
+    """Return the approximate number of entries of the factor of a scene.
 
-    A position and a slope are one unknown each instead of two, three or nine, so ordering them
-    takes a ninth of the time that it takes for all coordinates, or less.  What joints hold is
-    counted as if it were free.
+    Each position and each slope is one unknown in place of two, three or nine coordinates, so the
+    ordering takes at most a ninth of the time.  Constrained coordinates are counted as free.
     """
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components

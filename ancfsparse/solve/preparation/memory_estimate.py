@@ -1,4 +1,4 @@
-"""How much memory a run will take, estimated before it starts."""
+"""Estimate the memory of a run before it starts."""
 
 from __future__ import annotations
 
@@ -16,29 +16,27 @@ from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import BLOCK_ENTRY
 from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS
-from ancfsparse.solve.preparation.choose_solver import SPARING_PAIRS
-from ancfsparse.solve.preparation.fill_in_estimate import counted_fill
+from ancfsparse.solve.preparation.choose_solver import LOW_MEMORY_PAIRS
+from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
 from ancfsparse.system_memory import GIGABYTE, MIN_CHECKED, available_memory
 
-# Vectors over all coordinates that a run keeps: loads, last and present state, residuals, one saved
-# state, two changes in single precision, the numbering and the pivots of the factor.
-VECTORS = 25
-# Bytes for an entry of the matrix, value and row; and of its factor, value and its share of a row.
-MATRIX_ENTRY, FACTOR_ENTRY = 12, 9
-# Bytes of an incomplete factor for an entry of the matrix, and of one with coarse modes.
-INCOMPLETE_ENTRY, DEFLATED_ENTRY = 20, 200
-# Entries of the factor of a cube of n nodes, over those of the matrix and the third root of n: 0.8
-# to 1.7 for 6 to 18 nodes a side, growing with their logarithm.
-CUBE = 4.0
-# Secant pairs: two terms of two vectors each.
-PAIR = 4
+# Loads, last and present state, residuals, one saved state, two changes in single precision, the
+# numbering and the pivots of the factor.
+N_VECTORS = 25  # vectors over all coordinates in a run
+MATRIX_ENTRY_BYTES = 12  # value and row
+FACTOR_ENTRY_BYTES = 9  # value and a part of a row
+INCOMPLETE_ENTRY_BYTES = 20  # of an incomplete factor, per entry of the matrix
+DEFLATED_ENTRY_BYTES = 200  # the same with deflation modes
+# Measured 0.8 to 1.7 for cubes of 6 to 18 nodes a side, growing with their logarithm.
+CUBE_FILL_IN = 4.0  # entries of the factor over those of the matrix and the third root of the nodes
+VECTORS_PER_PAIR = 4  # two terms of two vectors each
 
 
-def give_back() -> None:
-    """Return to the system what set-up has freed.
+def release_free_memory() -> None:
+    """Return memory freed by the set-up to the operating system.
 
-    The GNU library keeps freed arrays of up to 32 MB for the next ones: 180 MB of a chain of a
-    million elements.  Others have no such call, and need none.
+    The GNU library keeps freed arrays of up to 32 MB: 180 MB of a chain of a million elements.
+    Other libraries do not, and have no such call.
     """
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
     if trim is not None:
@@ -46,16 +44,16 @@ def give_back() -> None:
 
 
 @dataclass(frozen=True)
-class Memory:
-    """Estimated bytes by what they are for.
+class MemoryEstimate:
+    """Estimated memory by purpose.
 
     Attributes
     ----------
     kernels, matrix, factor, vectors, states : float
         Element arrays; matrix and its pattern; its factor, with secant pairs, or dense inverse;
         vectors of the solvers; saved states [bytes].
-    exact : float
-        Where the factor is an incomplete one, what the complete one might take at most [bytes].
+    complete : float
+        Of an incomplete factor, the memory that the complete one may need [bytes].
     """
 
     kernels: float
@@ -63,18 +61,18 @@ class Memory:
     factor: float
     vectors: float
     states: float
-    exact: float = 0.0
+    complete: float = 0.0
 
     @property
     def total(self) -> float:
-        """All of it [bytes]."""
+        """Sum of all parts [bytes]."""
         return self.kernels + self.matrix + self.factor + self.vectors + self.states
 
 
-NOTHING = Memory(0.0, 0.0, 0.0, 0.0, 0.0)
+NO_MEMORY = MemoryEstimate(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def estimate(
+def estimate_memory(
     scene: Scene,
     rows: int,
     kept_nodes: int | None,
@@ -84,30 +82,30 @@ def estimate(
     whole_runs: int = 0,
     matrices: int = 1,
     incomplete: bool = False,
-    incomplete_entry: float = INCOMPLETE_ENTRY,
-) -> Memory:
+    incomplete_entry: float = INCOMPLETE_ENTRY_BYTES,
+) -> MemoryEstimate:
     """Estimate the memory of a run from the scene alone.
 
     Parameters
     ----------
     scene : Scene
-        What is to move.
+        The model.
     rows : int
         Number of states to save.
     kept_nodes : int or None
-        Number of points to keep; None keeps all coordinates.
+        Number of points to save; None saves all coordinates.
     to_file : bool
         Whether the states go to a file.
     solver : Method or str
-        A full-memory quasi-Newton method takes a dense inverse.
+        Nonlinear solver; full-memory quasi-Newton methods need a dense inverse.
     whole_runs : int, optional
-        Runs whose states are held with all coordinates, to be compared.
+        Number of runs that are stored with all coordinates for comparison.
     matrices : int, optional
-        Arrays of values on the pattern: `EnergyMomentum` adds one up in another.
+        Number of arrays of values on the pattern; `EnergyMomentum` needs two.
     incomplete : bool, optional
-        Whether the factor may be an incomplete one, and so is where it would fill in.
+        Whether an incomplete factor is allowed; it is assumed where a complete one fills in.
     incomplete_entry : float, optional
-        Bytes that such a seed takes for an entry of the matrix.
+        Memory of an incomplete seed per entry of the matrix [bytes].
     """
     kernels = entries = coordinates = 0.0
     n_rows = n_elements = n_nodes = 0
@@ -125,75 +123,79 @@ def estimate(
         n_nodes += body.n_nodes
         width = max(width, n_c)
     columns = coordinates if kept_nodes is None else 4.0 * scene.dim * kept_nodes
-    needed = Memory(
+    needed = MemoryEstimate(
         kernels,
-        (MATRIX_ENTRY + 8 * (matrices - 1)) * entries,
+        (MATRIX_ENTRY_BYTES + 8 * (matrices - 1)) * entries,
         0.0,
-        8.0 * VECTORS * coordinates,
+        8.0 * N_VECTORS * coordinates,
         24.0 * rows * (whole_runs * coordinates + (0.0 if to_file else columns)),
     )
     if not isinstance(solver, str) and solver.is_dense:
         return replace(needed, factor=8.0 * coordinates**2)
     pairs = 0 if isinstance(solver, str) else solver.pairs
-    extra = 8.0 * PAIR * pairs * coordinates
+    extra = 8.0 * VECTORS_PER_PAIR * pairs * coordinates
     if incomplete and isinstance(solver, str):
-        extra = 8.0 * PAIR * SPARING_PAIRS * coordinates
-    if incomplete and _held(scene) <= MOST_EQUATIONS and _cycles(scene) > 0.1 * n_nodes:
-        factor, most = incomplete_entry * entries, _cube(entries, n_nodes)
-        return replace(needed, factor=factor + extra, exact=most + extra)
-    return replace(needed, factor=_factor(scene, entries, n_nodes, needed.total) + extra)
+        extra = 8.0 * VECTORS_PER_PAIR * LOW_MEMORY_PAIRS * coordinates
+    if (
+        incomplete
+        and _count_joints_with_multipliers(scene) <= MOST_EQUATIONS
+        and _count_cycles(scene) > 0.1 * n_nodes
+    ):
+        factor, complete = incomplete_entry * entries, _cube_factor_bytes(entries, n_nodes)
+        return replace(needed, factor=factor + extra, complete=complete + extra)
+    return replace(needed, factor=_factor_bytes(scene, entries, n_nodes, needed.total) + extra)
 
 
-def _held(scene: Scene) -> int:
-    """Return how many joints surely have multipliers; clamps may have some too."""
+def _count_joints_with_multipliers(scene: Scene) -> int:
+    """Return the number of joints that certainly have multipliers; clamps can have some too."""
     return sum(joint.has_multipliers for joint in scene.joints)
 
 
-def _cycles(scene: Scene) -> int:
-    """About how many edges a scene has beyond those of a tree."""
+def _count_cycles(scene: Scene) -> int:
+    """Return the approximate number of edges of a scene beyond those of a tree."""
     cycles = sum(joint.joins for joint in scene.joints)
     return cycles + sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
 
 
-def _cube(entries: float, n_nodes: int) -> float:
-    """Bytes of the factor of a cube of nodes."""
-    return BLOCK_ENTRY * CUBE * entries * math.cbrt(n_nodes)
+def _cube_factor_bytes(entries: float, n_nodes: int) -> float:
+    """Return the memory of the factor of a cube of nodes [bytes]."""
+    return BLOCK_ENTRY * CUBE_FILL_IN * entries * math.cbrt(n_nodes)
 
 
-def _factor(scene: Scene, entries: float, n_nodes: int, beside: float) -> float:
-    """Estimate the bytes of the factor: chains and trees hardly fill in, nets and lattices do.
+def _factor_bytes(scene: Scene, entries: float, n_nodes: int, others: float) -> float:
+    """Estimate the memory of a complete factor, given that of other arrays [bytes].
 
-    Nested dissection of a square grid fills in with the logarithm of the number of nodes, that of a
-    cube with its third root.  Which of them a scene is like need only be known, and is counted,
-    where a cube might not fit.
+    Chains and trees hardly fill in.  Nested dissection of a square grid fills in with the logarithm
+    of the number of nodes, that of a cube with its third root.  The fill-in is counted only if a
+    cube might not fit.
     """
-    if _cycles(scene) <= 0.1 * n_nodes:
-        return FACTOR_ENTRY * entries
+    if _count_cycles(scene) <= 0.1 * n_nodes:
+        return FACTOR_ENTRY_BYTES * entries
     free = available_memory()
-    if free is None or beside + _cube(entries, n_nodes) <= free:
-        return FACTOR_ENTRY * entries * 0.5 * math.log2(n_nodes)
-    return BLOCK_ENTRY * counted_fill(scene)
+    if free is None or others + _cube_factor_bytes(entries, n_nodes) <= free:
+        return FACTOR_ENTRY_BYTES * entries * 0.5 * math.log2(n_nodes)
+    return BLOCK_ENTRY * count_factor_entries(scene)
 
 
-def check_fits(needed: Memory) -> None:
-    """Refuse a run that cannot fit.
+def check_memory(needed: MemoryEstimate) -> None:
+    """Check that a run fits in memory.
 
     Raises
     ------
     InputError
-        With how much would be needed, how much is there, and what to try.
+        With the required and the available memory, and suggestions.
     """
     free = available_memory() if needed.total > MIN_CHECKED else None
     if free is None or needed.total <= free:
         return
     parts = {
         "saved states": needed.states,
-        "the incomplete factor" if needed.exact else "the factor or inverse": needed.factor,
+        "the incomplete factor" if needed.complete else "the factor or inverse": needed.factor,
         "the matrix": needed.matrix,
         "element arrays": needed.kernels,
         "vectors": needed.vectors,
     }
-    name = max(parts, key=lambda each: parts[each])
+    name = max(parts, key=lambda part: parts[part])
     if name == "saved states":
         advice = MessageTemplate(
             "a larger {save_every}, save_nodes=[...], or output='run.h5', which keeps them there",
@@ -202,9 +204,9 @@ def check_fits(needed: Memory) -> None:
     else:
         advice = MessageTemplate("fewer elements or a sparse solver such as solver='auto'")
     other = ""
-    if needed.exact:
+    if needed.complete:
         other = f" (the factor {needed.factor / GIGABYTE:.3g} GB as an incomplete one, and as a "
-        other += f"complete one up to {needed.exact / GIGABYTE:.3g} GB)"
+        other += f"complete one up to {needed.complete / GIGABYTE:.3g} GB)"
     raise InputError(
         "the run would need about {needed:.3g} GB, more than there is: {free:.3g} GB of memory "
         "are free, and {name} alone would take {part:.3g} GB{other}; try {advice}",
@@ -218,15 +220,15 @@ def check_fits(needed: Memory) -> None:
 
 
 @contextmanager
-def memory_for(needed: Memory) -> Iterator[None]:
-    """Refuse what cannot fit, before it starts or, where the estimate was too low, when it fails.
+def within_memory(needed: MemoryEstimate) -> Iterator[None]:
+    """Check that a run fits in memory before it starts, and report it if an allocation fails.
 
     Raises
     ------
     InputError
-        With how much is needed, how much is there, and what to try.
+        With the required and the available memory, and suggestions.
     """
-    check_fits(needed)
+    check_memory(needed)
     try:
         yield
     except MemoryError as full:
@@ -236,18 +238,18 @@ def memory_for(needed: Memory) -> Iterator[None]:
         ) from None
 
 
-def check_factor(needed: Memory, seed: Seed | DeflatedSeed) -> None:
-    """Refuse a run whose factor, now that it is counted, cannot fit with what is yet to come.
+def check_factor_fits(needed: MemoryEstimate, seed: Seed | DeflatedSeed) -> None:
+    """Check that the factor, whose entries are now counted, fits with the remaining arrays.
 
     Parameters
     ----------
-    needed : Memory
-        The estimate from the scene; its element arrays and its matrix are there by now.
+    needed : MemoryEstimate
+        The estimate from the scene; element arrays and the matrix are already allocated.
     seed : SparseSeed, IncompleteSeed or DeflatedSeed
         Ordered, but not yet factored.
     """
     if isinstance(seed, SparseSeed):
-        here = replace(needed, factor=max(needed.factor, seed.nbytes), exact=0.0)
+        remaining = replace(needed, factor=max(needed.factor, seed.nbytes), complete=0.0)
     else:
-        here = replace(needed, factor=seed.nbytes)
-    check_fits(replace(here, kernels=0.0, matrix=0.0))
+        remaining = replace(needed, factor=seed.nbytes)
+    check_memory(replace(remaining, kernels=0.0, matrix=0.0))

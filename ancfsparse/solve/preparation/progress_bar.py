@@ -1,4 +1,4 @@
-"""Progress bars, which are loaded by those who look at them."""
+"""Progress bars by tqdm, imported only if one is drawn."""
 
 from __future__ import annotations
 
@@ -6,32 +6,32 @@ from contextlib import nullcontext
 from typing import Any
 
 
-class _Silent:
-    """A bar that nobody sees."""
+class _NullBar:
+    """A progress bar that is not drawn."""
 
     n = 0
 
     def update(self, steps: int = 1) -> None:
-        """Take no notice."""
+        """Do nothing."""
 
     def set_postfix_str(self, text: str) -> None:
-        """Take no notice."""
+        """Do nothing."""
 
 
-def progress_bar(unit: str, shown: bool, total: int | None = None) -> Any:
-    """Return a context manager that gives a bar of tqdm, or one that nobody sees.
+def progress_bar(unit: str, is_drawn: bool, total: int | None = None) -> Any:
+    """Return a context manager that yields a bar of tqdm, or one that is not drawn.
 
     Parameters
     ----------
     unit : str
-        What is counted.
-    shown : bool
+        Name of the counted items.
+    is_drawn : bool
         Whether the bar is drawn.
     total : int, optional
-        How many there will be.
+        Their number.
     """
-    if not shown:
-        return nullcontext(_Silent())
+    if not is_drawn:
+        return nullcontext(_NullBar())
     from tqdm import tqdm
 
     return tqdm(total=total, unit=unit, leave=False)

@@ -1,4 +1,4 @@
-"""What a run is asked for besides its times: refused before the set-up where it is invalid."""
+"""Check solver, tolerance and energy bound of a run before its set-up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.methods import BY_NAME, UPDATES
 
-# Solvers by the names a caller may give them, which are those of the command line too.
+# Solvers by name, as on the command line.
 SOLVERS = {
     "auto": "'auto'",
     **{
@@ -21,7 +21,7 @@ SOLVERS = {
 
 
 def check_solver(solver: object) -> None:
-    """Refuse what is neither a method nor ``"auto"``."""
+    """Check that a solver is a method or ``"auto"``."""
     if isinstance(solver, Newton | ModifiedNewton | QuasiNewton):
         return
     name = solver if isinstance(solver, str) else ""
@@ -37,7 +37,7 @@ def check_solver(solver: object) -> None:
 
 
 def check_tolerance(tolerance: object) -> str | float:
-    """Return a tolerance; refuse what is neither the name of one nor a positive number."""
+    """Return a tolerance after checking that it is a name or a positive number."""
     if not isinstance(tolerance, str):
         return check_positive("tolerance", tolerance, "m/s2")
     if tolerance not in ("default", "paper"):
@@ -49,11 +49,11 @@ def check_tolerance(tolerance: object) -> str | float:
     return tolerance
 
 
-def check_gain(share: object) -> float:
-    """Return a share of energy, which may be infinite; refuse an invalid one."""
-    if isinstance(share, float) and share == math.inf:
+def check_max_energy_gain(ratio: object) -> float:
+    """Return the largest relative energy increase, possibly infinite, after checking it."""
+    if isinstance(ratio, float) and ratio == math.inf:
         return math.inf
-    number = check_finite("max_energy_gain", share)
+    number = check_finite("max_energy_gain", ratio)
     if number < 0.0:
         raise InputError(
             f"max_energy_gain must not be negative, got {number:g}: 0.01 is one percent"

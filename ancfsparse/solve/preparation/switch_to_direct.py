@@ -1,4 +1,4 @@
-"""From an incomplete seed to the complete one during a run, where the counts show that it pays."""
+"""Switch from an incomplete to a complete seed during a run, by operation counts."""
 
 from __future__ import annotations
 
@@ -9,34 +9,32 @@ from ancfsparse.seeds import Fill, Groups, IncompleteSeed, Seed
 from ancfsparse.seeds.complete.sparse_seed import BLOCK_ENTRY
 from ancfsparse.system_memory import available_memory
 
-# Steps after which costs are compared for the first time; then after twice as many, and so on.
-FIRST_LOOK = 5
-# Complete seeds are renewed a fifth to two thirds as often as incomplete ones, at as many
+FIRST_COMPARISON = 5  # steps before the first comparison of costs; doubled for each further one
+# Complete seeds are renewed a fifth to two thirds as often as incomplete ones, at equally many
 # corrections.
-RARER = 0.33
-# Where a third of the corrections have a seed of their own, complete ones are renewed
-# as often: 248 and 327 times where incomplete ones are 186 and 301 times.
-OFTEN = 3.0
-# By what factor the complete seed must be cheaper as counted: its entries take a third longer than
-# those of an incomplete one, and it has to be ordered.
-MARGIN = 0.6
-# Blocks of the complete factor for each of the matrix beyond which its costs are not looked at.
-MOST_FILL = 25.0
+MIN_RENEWAL_RATIO = 0.33  # renewals of complete over those of incomplete seeds
+# If a third of the corrections have a new seed, complete seeds are renewed as often: 248 and 327
+# times, incomplete ones 186 and 301 times.
+RENEWAL_FACTOR = 3.0  # that ratio over the renewals per correction
+# An entry of a complete seed takes a third longer than one of an incomplete seed, and it must be
+# ordered.
+MAX_COST_RATIO = 0.6  # counted cost with the complete over that with the incomplete seed
+MAX_COUNTED_FILL = 25.0  # blocks of the factor per block of the matrix
 
 
-class WayBack:
-    """Whether a run on incomplete seeds should go on with complete ones, and how.
+class SwitchToDirect:
+    """Compare the costs of a run on incomplete seeds with those on complete ones, and switch.
 
     Parameters
     ----------
     groups : Groups
-        Of what the complete factor would be made.
+        Groups of unknowns of the complete factor.
     costs_of : callable
-        Gives the costs of an iteration and of a seed that has the operations of `Fill`.
+        Returns the costs of an iteration and of a seed with the operations of `Fill`.
     incomplete : IncompleteSeed
-        What the run is on.
-    take : callable
-        Makes the complete seed and lets the compiled loop go on with it.
+        The present seed.
+    switch : callable
+        Creates the complete seed and passes it to the compiled loop.
     """
 
     def __init__(
@@ -44,45 +42,51 @@ class WayBack:
         groups: Groups,
         costs_of: Callable[[Seed | Fill], Costs],
         incomplete: IncompleteSeed,
-        take: Callable[[], Seed],
+        switch: Callable[[], Seed],
     ) -> None:
-        self._groups, self._take = groups, take
-        fill = groups.exact_fill(MOST_FILL)
-        self._exact = None if fill is None else costs_of(fill)
+        self._groups, self._switch = groups, switch
+        fill = groups.exact_fill(MAX_COUNTED_FILL)
+        self._complete = None if fill is None else costs_of(fill)
         self._solve = 0.0 if fill is None else 0.5 * fill.solve_flops
         self._costs, self._sweep = costs_of(incomplete), 0.5 * incomplete.sweep_flops
         self._residual = self._costs.iteration - 0.5 * incomplete.solve_flops
-        self._seen = dict.fromkeys(("residual_evaluations", "solves", "factorizations"), 0)
+        self._counted = dict.fromkeys(("residual_evaluations", "solves", "factorizations"), 0)
         self._swept = 0
 
-    def pays(self, counts: Mapping[str, int], inner: tuple[int, int]) -> bool:
-        """Whether the steps since the last look would have been cheaper on complete seeds.
+    def is_cheaper(self, counts: Mapping[str, int], inner: tuple[int, int]) -> bool:
+        """Return whether the steps since the last comparison had cost less on complete seeds.
 
         Parameters
         ----------
         counts : mapping
-            Of the compiled loop so far.
+            Counts of the compiled loop so far.
         inner : (int, int)
             Sweeps and products so far.
         """
-        since = {key: counts[key] - seen for key, seen in self._seen.items()}
+        since = {key: counts[key] - before for key, before in self._counted.items()}
         swept = sum(inner) - self._swept
-        self._seen, self._swept = {key: counts[key] for key in since}, sum(inner)
-        if self._exact is None:
+        self._counted, self._swept = {key: counts[key] for key in since}, sum(inner)
+        if self._complete is None:
             return False
         residual = self._residual * since["residual_evaluations"]
         cost = residual + self._sweep * swept
         cost += self._costs.seed * since["factorizations"]
-        exact = residual + self._solve * since["solves"]
-        rarer = min(1.0, max(RARER, OFTEN * since["factorizations"] / max(since["solves"], 1)))
-        exact += rarer * self._exact.seed * since["factorizations"]
-        return exact < MARGIN * cost
+        complete = residual + self._solve * since["solves"]
+        renewals = min(
+            1.0,
+            max(
+                MIN_RENEWAL_RATIO,
+                RENEWAL_FACTOR * since["factorizations"] / max(since["solves"], 1),
+            ),
+        )
+        complete += renewals * self._complete.seed * since["factorizations"]
+        return complete < MAX_COST_RATIO * cost
 
-    def take(self) -> Seed | None:
-        """Return the complete seed that the run goes on with; None where it does not fit."""
+    def switch(self) -> Seed | None:
+        """Return the complete seed that the run continues with; None if it does not fit."""
         free = available_memory()
         if free is not None and (
             self._groups.exact_fill(free / (BLOCK_ENTRY * self._groups.nnz)) is None
         ):
             return None
-        return self._take()
+        return self._switch()

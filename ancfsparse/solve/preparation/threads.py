@@ -1,4 +1,4 @@
-"""How many threads a run may use, and what of it is divided among them."""
+"""Select the number of threads, and divide the work of a run among them."""
 
 from __future__ import annotations
 
@@ -9,57 +9,56 @@ from ancfsparse.errors import InputError
 from ancfsparse.openmp import is_forked
 from ancfsparse.system import System
 
-# As in abi/parallel.h.
-MOST = 256
-# Free coordinates from which a second thread gains: waking it takes some ten microseconds, several
-# times in each iteration.  Chains and nets of 20 000 gain 1.3 to 1.5, of 10 000 nothing.
-SMALLEST = 16_000
+MAX_THREADS = 256  # as in abi/parallel.h
+# Waking a thread takes some ten microseconds, several times in each iteration: chains and nets of
+# 20 000 free coordinates gain a factor of 1.3 to 1.5 by a second thread, those of 10 000 none.
+MIN_COORDINATES = 16_000  # free coordinates from which several threads are used
 
 
 class Threaded(Protocol):
-    """What takes passes over vectors."""
+    """A compiled object whose passes over vectors can be divided."""
 
     def set_threads(self, threads: int) -> None:
         """Set the number of threads."""
 
 
 def check_threads(threads: object) -> int:
-    """Return the number of threads; refuse an invalid one.
+    """Return the number of threads after checking it.
 
     Raises
     ------
     InputError
         If it is not a whole number from 1 to 256.
     """
-    wanted = check_count("threads", threads)
-    if wanted > MOST:
+    n = check_count("threads", threads)
+    if n > MAX_THREADS:
         raise InputError(
-            f"threads must be at most {MOST}, got {wanted}: more than the machine has are slower"
+            f"threads must be at most {MAX_THREADS}, got {n}: more than the machine has are slower"
         )
-    return wanted
+    return n
 
 
-def usable(system: System, threads: int, smallest: int = SMALLEST) -> int:
-    """Return how many threads pay for a system: all of them or one; one in a forked process."""
+def usable_threads(system: System, threads: int, smallest: int = MIN_COORDINATES) -> int:
+    """Return the number of threads for a system: all or one; one in a forked process."""
     return threads if system.n_free >= smallest and not is_forked() else 1
 
 
-def divide(system: System, threads: int, *loops: Threaded) -> None:
-    """Let the parts of a solver use threads.
+def divide_among_threads(system: System, threads: int, *loops: Threaded) -> None:
+    """Divide the parts of a solver among threads.
 
     Parameters
     ----------
     system : System
-        What adds to its equations is dealt out.
+        Its contributions are divided.
     threads : int
-        As `usable` returns it.
+        From `usable_threads`.
     *loops : compiled objects
-        March, inverse and nonlinear loop, for their passes over vectors.
+        Time loop, inverse and nonlinear loop, for their passes over vectors.
     """
     if threads == 1:
         return
-    dealt = [each.divide(system.n_free, system.n_all, threads) for each in system.contributions]
-    if any(dealt):
+    divided = [term.divide(system.n_free, system.n_all, threads) for term in system.contributions]
+    if any(divided):
         system.assembly.set_threads(threads)
     for loop in loops:
         loop.set_threads(threads)

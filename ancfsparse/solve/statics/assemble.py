@@ -16,7 +16,11 @@ from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.linearization.linearized_system import FLEXIBILITY
-from ancfsparse.solve.preparation.memory_estimate import check_factor, estimate, memory_for
+from ancfsparse.solve.preparation.memory_estimate import (
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
+)
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -73,7 +77,7 @@ def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
     """
     check_scene(scene)
     t = check_finite("t", t, "s")
-    with memory_for(estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)) as _:
+    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)) as _:
         system = System(scene)
         return _Work(system, t).run()
 
@@ -93,7 +97,7 @@ class _Work:
         self.system, self.t = system, t
         n, m = system.n_free, system.n_multipliers
         self.seed = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
-        check_factor(estimate(system.scene, 0, 0, False, Newton()), self.seed)
+        check_factor_fits(estimate_memory(system.scene, 0, 0, False, Newton()), self.seed)
         self.mass = system.mass_diagonal
         self.positions = system.positions
         slopes = np.ones(system.n_all, dtype=bool)

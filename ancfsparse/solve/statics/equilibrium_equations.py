@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
-from ancfsparse.solve.linearization.nonconservative_tangent import Unsymmetric, solve_beside
+from ancfsparse.solve.linearization.nonconservative_tangent import (
+    NonconservativeTangent,
+    solve_beside,
+)
 from ancfsparse.solve.preparation.choose_factorization import make_static_seed
 from ancfsparse.solve.statics.norms import ROUNDING, Norms
 from ancfsparse.solve.statics.penalties import Penalties
@@ -23,7 +26,7 @@ Vector = NDArray[np.float64]
 SMALL_LOAD = 1e-6
 
 
-class State(NamedTuple):
+class StaticState(NamedTuple):
     """Coordinates and multipliers with what is unbalanced there.
 
     Attributes
@@ -44,7 +47,7 @@ class State(NamedTuple):
     phi: Vector
 
 
-class Balance(Norms):
+class EquilibriumEquations(Norms):
     """The equations of rest of a scene, on the free coordinates alone.
 
     Constraints are held by springs and by multipliers that learn what the springs take (augmented
@@ -109,9 +112,9 @@ class Balance(Norms):
         self.conservative = system.conservative
         self._make_pattern()
         self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
-        self._ready: tuple[State, Vector] | None = None
+        self._ready: tuple[StaticState, Vector] | None = None
         self.strings = _strings(system)
-        self._unsymmetric = None if self.conservative else Unsymmetric(system)
+        self._unsymmetric = None if self.conservative else NonconservativeTangent(system)
         self._beside: Any = None
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)
@@ -192,7 +195,7 @@ class Balance(Norms):
     def _jacobian(self, q: Vector) -> Any:
         return self.system.constraints.jacobian(q)[:, : self.system.n_free]
 
-    def state(self, q: Vector, lam: Vector, load: float) -> State:
+    def state(self, q: Vector, lam: Vector, load: float) -> StaticState:
         """Return a state with what is unbalanced under a share of the loads."""
         self.stats.residual_evaluations += 1
         if self._driven.any():
@@ -202,7 +205,7 @@ class Balance(Norms):
         r, phi = self.system.assembly.residual(q, self._rest, self._rest, lam, *forces)
         followed = self._held + self._way(load) * self._followed
         phi[len(phi) - len(followed) :] -= followed
-        return State(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
+        return StaticState(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
 
     def _share(self, load: float) -> float:
         """Return the share of the forces where the load has come so far."""
@@ -226,13 +229,13 @@ class Balance(Norms):
         """A share of the loads in which unbalanced forces are linear: any without drives."""
         return SMALL_LOAD if self.driven else 1.0
 
-    def moved(self, state: State, dx: Vector, dlam: Vector, load: float) -> State:
+    def moved(self, state: StaticState, dx: Vector, dlam: Vector, load: float) -> StaticState:
         """Return the state after a correction."""
         q = state.q.copy()
         q[: len(dx)] += dx
         return self.state(q, state.lam + dlam, load)
 
-    def stiffness(self, state: State, load: float, out: Vector | None = None) -> Vector:
+    def stiffness(self, state: StaticState, load: float, out: Vector | None = None) -> Vector:
         """Return the values of the tangent stiffness, without springs [N/m, N, N m]."""
         lam, amplitudes = state.lam, self._amplitudes_at(load)
         assembly = self.system.assembly
@@ -246,14 +249,16 @@ class Balance(Norms):
         values -= assembly.material(0.0, 1.0, q, out=work)
         return values
 
-    def _material(self, state: State) -> Vector | None:
+    def _material(self, state: StaticState) -> Vector | None:
         """Return the diagonal of the stiffness without stress and multipliers, for rigid bodies."""
         if not self._penalties.rigid:
             return None
         values = self.system.assembly.material(0.0, 1.0, state.q)
         return np.asarray(values)[self.system.pattern.indptr[: self.system.n_free]]
 
-    def factor(self, state: State, values: Vector, load: float, shift: float = 0.0) -> int | None:
+    def factor(
+        self, state: StaticState, values: Vector, load: float, shift: float = 0.0
+    ) -> int | None:
         """Factor a stiffness with springs and, on the diagonal, `shift` [1/s2] times the mass.
 
         Returns
@@ -291,7 +296,7 @@ class Balance(Norms):
         self.stats.indefinite += self.seed.negative_pivots != 0
         return self.seed.negative_pivots
 
-    def correction(self, state: State) -> tuple[Vector, Vector]:
+    def correction(self, state: StaticState) -> tuple[Vector, Vector]:
         """Return what the last factor takes for the error of coordinates and multipliers."""
         if self._ready is not None and self._ready[0] is state:
             dx = self._ready[1]
@@ -301,7 +306,7 @@ class Balance(Norms):
             return dx, state.phi
         return dx, self._springs * (state.phi + self._phi_q @ dx)
 
-    def _solution(self, state: State) -> Vector:
+    def _solution(self, state: StaticState) -> Vector:
         """Return what the last factor takes for the error of the coordinates."""
         self.stats.solves += 1
         r = state.r
@@ -313,7 +318,7 @@ class Balance(Norms):
                 return -x
         return -self.seed.solve(r)
 
-    def rounding(self, state: State, load: float) -> Vector:
+    def rounding(self, state: StaticState, load: float) -> Vector:
         """Return the rounding of every unbalanced force [N, N m]."""
         if self._rounded is None or self._rounded[0] is not state.q:
             values = self.stiffness(state, load)
@@ -340,14 +345,14 @@ class Balance(Norms):
             return self.seed.negative_pivots
         return counted
 
-    def noise(self, state: State, load: float) -> Vector:
+    def noise(self, state: StaticState, load: float) -> Vector:
         """Return how far rounding of the forces moves the bodies, by the last factor [m]."""
         rounding = self.rounding(state, load)
         sign = np.random.default_rng(0).choice([-1.0, 1.0], len(rounding))
         self.stats.solves += 1
         return self.distances(self.seed.solve(sign * rounding))
 
-    def _is_met(self, state: State) -> bool:
+    def _is_met(self, state: StaticState) -> bool:
         """Whether rounding is all that violates the constraints."""
         if not len(state.phi):
             return True
@@ -355,7 +360,7 @@ class Balance(Norms):
         sizes = span + self.system.constraints.sizes(state.q)
         return bool(np.all(np.abs(state.phi) <= ROUNDING * EPSILON * sizes))
 
-    def is_balanced(self, state: State, load: float, tolerance: float) -> bool:
+    def is_balanced(self, state: StaticState, load: float, tolerance: float) -> bool:
         """Whether what is unbalanced is a small share of the loads, or rounding."""
         if not self._is_met(state):
             return False

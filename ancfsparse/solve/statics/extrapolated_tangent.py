@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 
 Vector = NDArray[np.float64]
 
@@ -25,18 +25,18 @@ class Tangent:
         The equations.
     """
 
-    def __init__(self, balance: Balance) -> None:
+    def __init__(self, balance: EquilibriumEquations) -> None:
         self._balance = balance
         # Large arrays that are made again cost more than what is written into them.
         n = balance.system.pattern.n_values + 1
         self._values, self._work, self._middle, self._stress, self._last = np.empty((5, n))
         self._q: Vector | None = None
 
-    def exact(self, state: State, load: float) -> Vector:
+    def exact(self, state: StaticState, load: float) -> Vector:
         """Return the values of the tangent stiffness."""
         return self._balance.stiffness(state, load, self._values)
 
-    def extrapolated(self, state: State, load: float) -> Vector:
+    def extrapolated(self, state: StaticState, load: float) -> Vector:
         """Return those with the stress extrapolated from the last state that was asked for."""
         balance, work = self._balance, self._work
         stress = balance.stress_stiffness(state.q, self._stress, work)

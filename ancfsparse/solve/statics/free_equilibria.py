@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.solve.linearization.rigid_body_modes import not_held
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
-from ancfsparse.solve.statics.newton_and_relaxation import Found, NotFoundError, settle
+from ancfsparse.solve.linearization.rigid_body_modes import describe_free_motions
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, settle
 from ancfsparse.system.rigid_motion.rigid_parts import parts_of
 
 Vector = NDArray[np.float64]
@@ -21,7 +21,9 @@ IN_BALANCE = 1e-2
 FILTERS = 4
 
 
-def find_hanging(balance: Balance, q: Vector, tolerance: float, free: list[str]) -> Found:
+def find_hanging(
+    balance: EquilibriumEquations, q: Vector, tolerance: float, free: list[str]
+) -> StaticResult:
     """Let a scene come to rest that its joints alone do not hold.
 
     Under no load its stiffness is singular, so the load cannot grow from zero: the scene creeps
@@ -44,12 +46,12 @@ def find_hanging(balance: Balance, q: Vector, tolerance: float, free: list[str])
         If the loads do not restrain them either.
     """
     if not balance.pushes > 0.0:
-        raise not_held(free, "no load restrains them")
+        raise describe_free_motions(free, "no load restrains them")
     if not balance.conservative:
-        raise not_held(free, "some loads have no potential that could restrain them")
+        raise describe_free_motions(free, "some loads have no potential that could restrain them")
     state = balance.state(q, balance.start.lam, 1.0)
     if _falls(balance, state):
-        raise not_held(free, "loads move the scene as a whole")
+        raise describe_free_motions(free, "loads move the scene as a whole")
     balance.stats.steps += 1
     farthest = LARGEST_MOVE * _size(balance, q)
     try:
@@ -61,10 +63,10 @@ def find_hanging(balance: Balance, q: Vector, tolerance: float, free: list[str])
             return settle(balance, out_of_balance(balance, last), 1.0, tolerance, farthest=farthest)
     except NotFoundError:
         pass
-    raise not_held(free, "the scene does not come to rest under its loads")
+    raise describe_free_motions(free, "the scene does not come to rest under its loads")
 
 
-def _falls(balance: Balance, state: State) -> bool:
+def _falls(balance: EquilibriumEquations, state: StaticState) -> bool:
     """Whether nothing opposes a force on the whole scene, along one of the axes."""
     system = balance.system
     for column in np.concatenate(system.vectors("r")).T:
@@ -80,14 +82,14 @@ def _falls(balance: Balance, state: State) -> bool:
     return False
 
 
-def _size(balance: Balance, q: Vector) -> float:
+def _size(balance: EquilibriumEquations, q: Vector) -> float:
     """Return the size of the scene [m]."""
     places = np.concatenate([q[each] for each in balance.system.vectors("r")])
     sizes = [part.size for part in parts_of(balance.system)]
     return max(float(np.ptp(places, axis=0).max()), *sizes)
 
 
-def out_of_balance(balance: Balance, state: State) -> State:
+def out_of_balance(balance: EquilibriumEquations, state: StaticState) -> StaticState:
     """Return a state beside an unstable one, along the motions that its stiffness resists least.
 
     Parameters

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import EquilibriumError
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
-from ancfsparse.solve.statics.newton_and_relaxation import Found, NotFoundError, find, settle
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, find, settle
 
 Vector = NDArray[np.float64]
 
@@ -24,7 +24,9 @@ FEWER = (
 )
 
 
-def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Found:
+def find_equilibrium(
+    balance: EquilibriumEquations, load_steps: int, tolerance: float
+) -> StaticResult:
     """Find an equilibrium by large load steps, then by descent, then by short load steps.
 
     An unstable equilibrium found by large steps is returned if there is no other.
@@ -44,7 +46,7 @@ def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Fou
         With the largest unbalanced force.
     """
     start, stats = balance.start, balance.stats
-    kept: Found | None = None
+    kept: StaticResult | None = None
     try:
         kept = _follow(balance, start, load_steps, tolerance)
         if kept.negative == 0 or not balance.conservative:
@@ -76,7 +78,9 @@ def find_equilibrium(balance: Balance, load_steps: int, tolerance: float) -> Fou
     return kept
 
 
-def find_from(balance: Balance, q: Vector, load_steps: int, tolerance: float) -> Found:
+def find_from(
+    balance: EquilibriumEquations, q: Vector, load_steps: int, tolerance: float
+) -> StaticResult:
     """Find the equilibrium under the full load next to given coordinates, stable if possible.
 
     Where there is none, the load grows from the reference shape as in `find_equilibrium`.
@@ -108,7 +112,7 @@ def find_from(balance: Balance, q: Vector, load_steps: int, tolerance: float) ->
         return find_equilibrium(balance, load_steps, tolerance)
 
 
-def _settled(balance: Balance, state: State, tolerance: float) -> Found:
+def _settled(balance: EquilibriumEquations, state: StaticState, tolerance: float) -> StaticResult:
     """Solve under the full load, which counts as one more load step."""
     found = settle(balance, state, 1.0, tolerance)
     balance.stats.steps += 1
@@ -116,15 +120,20 @@ def _settled(balance: Balance, state: State, tolerance: float) -> Found:
 
 
 def _follow(
-    balance: Balance, state: State, load_steps: int, tolerance: float, *, patient: bool = False
-) -> Found:
+    balance: EquilibriumEquations,
+    state: StaticState,
+    load_steps: int,
+    tolerance: float,
+    *,
+    patient: bool = False,
+) -> StaticResult:
     """Apply the load in steps.
 
     With `patient`, a step that fails or leaves stable equilibria is halved until it is very
     short, and doubled again where it is easy.
     """
     done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
-    found = Found(state, 0, 0.0)
+    found = StaticResult(state, 0, 0.0)
     while done < 1.0:
         target = min(1.0, done + step)
         if 1.0 - target < 1e-9:
@@ -147,7 +156,9 @@ def _follow(
     return found
 
 
-def _failure(balance: Balance, last: NotFoundError, reason: str, *advice: str) -> EquilibriumError:
+def _failure(
+    balance: EquilibriumEquations, last: NotFoundError, reason: str, *advice: str
+) -> EquilibriumError:
     """Name the largest unbalanced force of the last state."""
     system = balance.system
     r = balance.state(last.state.q, last.state.lam, last.load).r

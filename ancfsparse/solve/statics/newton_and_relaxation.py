@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.nonlinear.iteration import EPSILON
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.extrapolated_tangent import Tangent
 
 Vector = NDArray[np.float64]
@@ -45,12 +45,12 @@ class NotFoundError(Exception):
         Share under which load steps have found one.
     """
 
-    def __init__(self, reason: str, state: State, load: float, reached: float = 0.0) -> None:
+    def __init__(self, reason: str, state: StaticState, load: float, reached: float = 0.0) -> None:
         super().__init__(reason)
         self.reason, self.state, self.load, self.reached = reason, state, load, reached
 
 
-class Found(NamedTuple):
+class StaticResult(NamedTuple):
     """An equilibrium.
 
     Attributes
@@ -63,21 +63,21 @@ class Found(NamedTuple):
         The last correction of a body, or how far rounding may move it if that is more [m].
     """
 
-    state: State
+    state: StaticState
     negative: int
     error: float
 
 
 def find(
-    balance: Balance,
-    state: State,
+    balance: EquilibriumEquations,
+    state: StaticState,
     load: float,
     tolerance: float,
     *,
     extrapolate: bool = True,
     definite: bool = False,
     shift: float = 0.0,
-) -> Found:
+) -> StaticResult:
     """Solve for the equilibrium near a state.
 
     Newton's, with tangents that extrapolate the stress and corrections that turn no slope too far.
@@ -131,7 +131,7 @@ def find(
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
         if arrived and (least or balance.is_balanced(state, load, tolerance)):
-            return Found(state, balance.negative_pivots(negative), float(error.max()))
+            return StaticResult(state, balance.negative_pivots(negative), float(error.max()))
         sizes.append(size)
         if len(sizes) > PATIENCE and size > 0.9 * min(sizes[: -PATIENCE // 2]):
             raise NotFoundError("corrections do not become smaller", state, load)
@@ -141,12 +141,12 @@ def find(
     raise NotFoundError(f"no convergence with {MOST_FACTORS} factors", state, load)
 
 
-def _share(balance: Balance, dx: Vector) -> float:
+def _share(balance: EquilibriumEquations, dx: Vector) -> float:
     """Return the share of a correction that turns no slope too far."""
     return LARGEST_TURN / max(LARGEST_TURN, _turn(balance, dx))
 
 
-def _turn(balance: Balance, dx: Vector) -> float:
+def _turn(balance: EquilibriumEquations, dx: Vector) -> float:
     """Return the largest change of a slope, or of the direction of a string [rad]."""
     turn = float(np.max(np.abs(dx[balance.slopes]), initial=0.0))
     if balance.strings is None:
@@ -156,7 +156,9 @@ def _turn(balance: Balance, dx: Vector) -> float:
     return max(turn, float(np.max(np.abs(moved[:, 1] - moved[:, 0]) / lengths[:, None])))
 
 
-def _is_small(balance: Balance, state: State, dx: Vector, tolerance: float) -> bool:
+def _is_small(
+    balance: EquilibriumEquations, state: StaticState, dx: Vector, tolerance: float
+) -> bool:
     """Whether a correction is small beside what each body has moved: its square is left."""
     system = balance.system
     moved = balance.distances(state.q[: system.n_free] - system.q_ref[: system.n_free])
@@ -164,7 +166,9 @@ def _is_small(balance: Balance, state: State, dx: Vector, tolerance: float) -> b
     return bool(np.all(balance.distances(dx) <= tolerance ** (2.0 / 3.0) * moved + rounding))
 
 
-def _chords(balance: Balance, state: State, dx: Vector, load: float, tolerance: float) -> State:
+def _chords(
+    balance: EquilibriumEquations, state: StaticState, dx: Vector, load: float, tolerance: float
+) -> StaticState:
     """Correct by the last factor with Broyden's update, for as long as that converges well."""
     steps, last = [dx], balance.distance(dx)
     for _ in range(MOST_CHORDS):
@@ -191,8 +195,13 @@ def _chords(balance: Balance, state: State, dx: Vector, load: float, tolerance: 
 
 
 def settle(
-    balance: Balance, state: State, load: float, tolerance: float, *, farthest: float = math.inf
-) -> Found:
+    balance: EquilibriumEquations,
+    state: StaticState,
+    load: float,
+    tolerance: float,
+    *,
+    farthest: float = math.inf,
+) -> StaticResult:
     """Let the scene creep downhill until it comes to rest, and find the equilibrium there.
 
     Implicit steps of ``M dq/dt = -r`` without inertia, each solved by one correction with mass

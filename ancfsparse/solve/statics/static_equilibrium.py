@@ -28,22 +28,22 @@ from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import (
-    DEFLATED_ENTRY,
-    Memory,
-    check_factor,
-    estimate,
-    memory_for,
+    DEFLATED_ENTRY_BYTES,
+    MemoryEstimate,
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
 )
 from ancfsparse.solve.preparation.progress_bar import progress_bar
-from ancfsparse.solve.statics.equilibrium_equations import Balance
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_hanging
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
 from ancfsparse.system import State, System
 
 if TYPE_CHECKING:
     from ancfsparse.results.solutions.assembly import Assembly
-    from ancfsparse.solve.statics.equilibrium_equations import Balance
-    from ancfsparse.solve.statics.newton_and_relaxation import Found
+    from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
+    from ancfsparse.solve.statics.newton_and_relaxation import StaticResult
 
 # Shares of the loads that may be asked for.
 FINEST, COARSEST = 1e-14, 1e-3
@@ -136,7 +136,7 @@ def solve_static(
     check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
     begin = time.perf_counter()
-    needed = estimate(
+    needed = estimate_memory(
         scene,
         1,
         0,
@@ -144,19 +144,19 @@ def solve_static(
         Newton(),
         matrices=MATRICES,
         incomplete=factorization != "complete",
-        incomplete_entry=DEFLATED_ENTRY,
+        incomplete_entry=DEFLATED_ENTRY_BYTES,
     )
     stats = RunStats(solver="Newton with extrapolated stress")
-    with memory_for(needed), progress_bar("factor", progress) as bar:
+    with within_memory(needed), progress_bar("factor", progress) as bar:
         system = System(scene, begins)
         free = free_motions(system)
-        balance = Balance(system, stats, bar.update, factorization, t)
-        check_factor(needed, balance.seed)
+        balance = EquilibriumEquations(system, stats, bar.update, factorization, t)
+        check_factor_fits(needed, balance.seed)
         if isinstance(balance.seed, DeflatedSeed):
             stats.solver += ", on an incomplete seed with coarse modes"
         stats.seconds["set-up"] = time.perf_counter() - begin
 
-        def find(equations: Balance) -> Found:
+        def find(equations: EquilibriumEquations) -> StaticResult:
             if free:
                 return find_hanging(equations, system.q0, tolerance, free)
             if begins is not None:
@@ -183,14 +183,18 @@ def solve_static(
 
 
 def _exact_instead(
-    balance: Balance, needed: Memory, kind: str, on_factor: Callable[[], object], t: float
-) -> Balance | None:
+    balance: EquilibriumEquations,
+    needed: MemoryEstimate,
+    kind: str,
+    on_factor: Callable[[], object],
+    t: float,
+) -> EquilibriumEquations | None:
     """Return the same equations on a complete seed, where one was not asked against and it fits."""
     if kind != "auto" or isinstance(balance.seed, SparseSeed):
         return None
-    exact = Balance(balance.system, balance.stats, on_factor, t=t)
+    exact = EquilibriumEquations(balance.system, balance.stats, on_factor, t=t)
     try:
-        check_factor(replace(needed, factor=0.0, exact=0.0), exact.seed)
+        check_factor_fits(replace(needed, factor=0.0, complete=0.0), exact.seed)
     except InputError:
         return None
     return exact

@@ -5,20 +5,27 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.stepping.compliant_constraints import Softening
+    from ancfsparse.solve.stepping.compliant_constraints import CompliantConstraints
     from ancfsparse.solve.stepping.file_recording import check_file, read_recorded, record_to_file
-    from ancfsparse.solve.stepping.remedies import for_steps
-    from ancfsparse.solve.stepping.step_halving import Halving
+    from ancfsparse.solve.stepping.remedies import hint_for_fixed_steps
+    from ancfsparse.solve.stepping.step_halving import StepHalving
 
-__all__ = ["Halving", "Softening", "check_file", "for_steps", "read_recorded", "record_to_file"]
+__all__ = [
+    "CompliantConstraints",
+    "StepHalving",
+    "check_file",
+    "hint_for_fixed_steps",
+    "read_recorded",
+    "record_to_file",
+]
 
 __getattr__ = on_demand(
     __name__,
     {
-        "Halving": "step_halving",
-        "Softening": "compliant_constraints",
+        "StepHalving": "step_halving",
+        "CompliantConstraints": "compliant_constraints",
         "check_file": "file_recording",
-        "for_steps": "remedies",
+        "hint_for_fixed_steps": "remedies",
         "read_recorded": "file_recording",
         "record_to_file": "file_recording",
     },

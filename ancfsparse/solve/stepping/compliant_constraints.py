@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.integrators import Implicit
-from ancfsparse.integrators.interface.time_grid import Clock
+from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
 from ancfsparse.seeds import Seed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.initial_conditions.redundant_constraints import nearly_dependent
-from ancfsparse.solve.stepping.outcome_reporting import CAUSES
+from ancfsparse.solve.initial_conditions.redundant_constraints import count_near_dependent
+from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ LAST_SETTLED = 64
 VIOLATION = 1e-3
 
 
-class Softening:
+class CompliantConstraints:
     """Cross failed steps of a march with compliant constraints.
 
     Damped Newton comes after that: it could find the other way on, which takes an impact.
@@ -78,7 +78,7 @@ class Softening:
         iteration: NonlinearLoop,
         seed: Seed,
         integrator: Implicit,
-        clock: Clock,
+        clock: TimeGrid,
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
         self._seed, self._integrator, self._clock = seed, integrator, clock
@@ -176,8 +176,8 @@ class Softening:
         q, v = self._march.state[:2]
         after = q + self._clock.dt * v
         if self._at_first is None:
-            self._at_first = nearly_dependent(self._system, self._system.q0, NEAR)
-        return any(nearly_dependent(self._system, x, NEAR) > self._at_first for x in (q, after))
+            self._at_first = count_near_dependent(self._system, self._system.q0, NEAR)
+        return any(count_near_dependent(self._system, x, NEAR) > self._at_first for x in (q, after))
 
     def _soften(self, share: float) -> None:
         value = regularize(self._system, self._scale, share) if share else 0.0
@@ -201,7 +201,7 @@ class Softening:
         if self._march.steps == begin:
             return None
         self._largest = max(self._largest, violation)
-        event = Event(step, self._clock.at(step), "softer constraints", CAUSES[cause], rate)
+        event = Event(step, self._clock.at(step), "softer constraints", CAUSE_NAMES[cause], rate)
         self.events.append(event)
         return outcome
 

@@ -27,7 +27,7 @@ FEW = 10.0
 MANY = 100.0
 
 
-class Criterion:
+class ConvergenceCriterion:
     """Bounds on what the iteration of a step leaves.
 
     Motions, corrections and residuals are measured by mass, in metres, so that slopes and positions

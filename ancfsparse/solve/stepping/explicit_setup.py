@@ -16,19 +16,23 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     initial_acceleration,
-    start_load,
+    load_amplitudes_at_start,
 )
-from ancfsparse.solve.initial_conditions.consistent_state import put_on_constraints
+from ancfsparse.solve.initial_conditions.consistent_state import project_on_constraints
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.initial_conditions.restart import continues, recall, recall_contributions
+from ancfsparse.solve.initial_conditions.restart import (
+    continues_run,
+    restore_contributions,
+    restore_state,
+)
 from ancfsparse.solve.linearization.matrices import (
-    fastest_vibration,
+    constraint_magnitudes,
+    highest_frequency,
     initial_multipliers,
     mass_matrix,
     mass_seed,
     needs_saddle,
     saddle_seed,
-    sizes_of_terms,
 )
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
@@ -38,16 +42,16 @@ if TYPE_CHECKING:
 
 # Up to so many operations of a product for each one of a sweep the dense blocks are faster:
 # measured on cables of 3 to 60 elements, where they meet at 5.
-DENSE_AHEAD = 4.0
+MAX_BLOCK_COST_RATIO = 4.0
 
 # Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
-MOST_BLOCKS = 10_000
+MAX_BLOCK_COORDINATES = 10_000
 
-IMPLICIT = Parameter("integrator", "GeneralizedAlpha(0.9)", separator="")
+SUGGESTED_INTEGRATOR = Parameter("integrator", "GeneralizedAlpha(0.9)", separator="")
 """What is advised where no explicit method serves."""
 
 
-def check_free(system: System, integrator: Explicit) -> None:
+def check_explicit_scene(system: System, integrator: Explicit) -> None:
     """Refuse multipliers and damping where forces must depend on free positions alone.
 
     Others take damping, and few multipliers.
@@ -57,14 +61,14 @@ def check_free(system: System, integrator: Explicit) -> None:
             "{integrator!r} cannot follow points that slide along beams: take an implicit "
             "integrator such as {implicit}",
             integrator=integrator,
-            implicit=IMPLICIT,
+            implicit=SUGGESTED_INTEGRATOR,
         )
     if system.reacts:
         raise InputError(
             "{integrator!r} cannot follow friction by the forces of joints: take an implicit "
             "integrator such as {implicit}, or friction of a given size",
             integrator=integrator,
-            implicit=IMPLICIT,
+            implicit=SUGGESTED_INTEGRATOR,
         )
     if system.n_multipliers and not integrator.holds:
         raise InputError(
@@ -73,7 +77,7 @@ def check_free(system: System, integrator: Explicit) -> None:
             "CentralDifference(), DormandPrince() or an implicit integrator such as {implicit}",
             integrator=integrator,
             first=system.constraints.labels[0],
-            implicit=IMPLICIT,
+            implicit=SUGGESTED_INTEGRATOR,
         )
     if system.damped and not integrator.takes_velocities:
         raise InputError(
@@ -81,11 +85,11 @@ def check_free(system: System, integrator: Explicit) -> None:
             "this scene depends on velocities: take DormandPrince() or an implicit integrator such "
             "as {implicit}",
             integrator=integrator,
-            implicit=IMPLICIT,
+            implicit=SUGGESTED_INTEGRATOR,
         )
 
 
-def check_alone(
+def check_no_equations_options(
     integrator: Explicit,
     solver: object,
     tolerance: object,
@@ -105,7 +109,7 @@ def check_alone(
                 "take an implicit integrator such as {implicit}",
                 integrator=integrator,
                 given=Parameter(what, repr(value), "="),
-                implicit=IMPLICIT,
+                implicit=SUGGESTED_INTEGRATOR,
             )
 
 
@@ -124,14 +128,14 @@ def prepare_explicit(
     InputError
         If the integrator does not take the scene, or the step is too long.
     """
-    check_free(system, integrator)
+    check_explicit_scene(system, integrator)
     seed, saddle, lam = mass_seed(system), None, None
     if needs_saddle(system, integrator):
         saddle = saddle_seed(system)
-        if start is not None and not continues(start, system, integrator, dt):
-            put_on_constraints(system, saddle)
+        if start is not None and not continues_run(start, system, integrator, dt):
+            project_on_constraints(system, saddle)
         lam = initial_multipliers(system, saddle)
-    omega = fastest_vibration(system, seed, system.q0, start_load(system), lam)
+    omega = highest_frequency(system, seed, system.q0, load_amplitudes_at_start(system), lam)
     limit = integrator.tableau.interval / omega
     if dt > limit:
         t_end = n_steps * dt
@@ -147,29 +151,29 @@ def prepare_explicit(
             omega=omega,
             enough=Parameter("dt", f"{enough} s"),
             steps=steps,
-            implicit=IMPLICIT,
+            implicit=SUGGESTED_INTEGRATOR,
         )
     if not system.n_multipliers:
         initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
-    mass = cheapest_inverse(system, seed) if saddle is None else saddle
+    mass = cheapest_mass_inverse(system, seed) if saddle is None else saddle
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
     state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]), rates=True)[0])
-    sizes = None if saddle is None else sizes_of_terms(system)
+    sizes = None if saddle is None else constraint_magnitudes(system)
     march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise, sizes)
-    if recall_contributions(start, system):
+    if restore_contributions(start, system):
         march.refresh()
-    check_held(system, march, integrator)
-    if continues(start, system, integrator, dt):
-        recall(start, system, march)
+    check_multipliers(system, march, integrator)
+    if continues_run(start, system, integrator, dt):
+        restore_state(start, system, march)
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
-        f"{_ways_of(system, seed, mass)}"
+        f"{_describe_mass(system, seed, mass)}"
     )
     return march, mass, why
 
 
-def _ways_of(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
+def _describe_mass(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
     """State how accelerations are found."""
     if mass.n > system.n_free:
         often = "once" if system.constraints.linear else "at each of them"
@@ -177,7 +181,7 @@ def _ways_of(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) 
     return f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
 
 
-def check_held(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
+def check_multipliers(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
     """Refuse constraints whose multipliers cannot be found."""
     if not (march.finite and np.isfinite(march.state[2]).all()):
         raise InputError(
@@ -186,17 +190,17 @@ def check_held(system: System, march: ExplicitLoop, integrator: Explicit) -> Non
             "implicit integrator such as {implicit}",
             integrator=integrator,
             last=system.constraints.labels[-1],
-            implicit=IMPLICIT,
+            implicit=SUGGESTED_INTEGRATOR,
         )
 
 
-def cheapest_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
+def cheapest_mass_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
     """Return the inverse of the mass matrix in dense blocks where that is faster than a sweep."""
-    if system.n_free > MOST_BLOCKS:
+    if system.n_free > MAX_BLOCK_COORDINATES:
         return seed
     mass = mass_matrix(system)
     blocks = BlockInverse(mass.indptr, mass.indices, mass.data)
-    return blocks if blocks.solve_flops <= DENSE_AHEAD * seed.solve_flops else seed
+    return blocks if blocks.solve_flops <= MAX_BLOCK_COST_RATIO * seed.solve_flops else seed
 
 
 def count_forces(stats: RunStats, integrator: Explicit) -> None:
@@ -205,7 +209,7 @@ def count_forces(stats: RunStats, integrator: Explicit) -> None:
     stats.factorizations = 1
 
 
-def instability(
+def instability_error(
     system: System,
     march: Loop,
     mass: SparseSeed | BlockInverse,
@@ -240,7 +244,7 @@ def instability(
         load = system.loads.amplitudes(np.array([now]))[0]
         q, _, _, lam = march.state
         mass = mass_seed(system) if mass.n > system.n_free else mass
-        limit = integrator.tableau.interval / fastest_vibration(system, mass, q, load, lam)
+        limit = integrator.tableau.interval / highest_frequency(system, mass, q, load, lam)
         reason = (
             f"the motion has gained {gain:.3g} J that no load accounts for; the stable step, which "
             f"stretching shortens, is now {limit:.3g} s"

@@ -14,13 +14,17 @@ from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration, 
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve import initial_conditions
 from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
-from ancfsparse.solve.initial_conditions.restart import continues, recall, recall_contributions
-from ancfsparse.solve.preparation.choose_factorization import make_seed, most_fill
-from ancfsparse.solve.preparation.choose_solver import choose
-from ancfsparse.solve.preparation.memory_estimate import NOTHING, Memory
-from ancfsparse.solve.preparation.switch_to_direct import WayBack
-from ancfsparse.solve.preparation.threads import divide
-from ancfsparse.solve.stepping.convergence_criterion import Criterion
+from ancfsparse.solve.initial_conditions.restart import (
+    continues_run,
+    restore_contributions,
+    restore_state,
+)
+from ancfsparse.solve.preparation.choose_factorization import make_seed, max_fill
+from ancfsparse.solve.preparation.choose_solver import choose_solver
+from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY, MemoryEstimate
+from ancfsparse.solve.preparation.switch_to_direct import SwitchToDirect
+from ancfsparse.solve.preparation.threads import divide_among_threads
+from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.rigid_motion.corotated_frames import frame_of
@@ -34,13 +38,13 @@ Vector = NDArray[np.float64]
 
 # Unknowns from which accelerations are extrapolated: the sums for it cost a pendulum of ten
 # elements 6 to 10 % of its instructions.
-EXTRAPOLATED_FROM = 1000
+MIN_EXTRAPOLATED_UNKNOWNS = 1000
 # By what share of their size unknowns are moved for finite differences: about the cube root of
 # rounding, where its error and that of cutting the series off are alike.
-SMALL = 1e-6
+DIFFERENCE_STEP = 1e-6
 
 
-class Prepared(NamedTuple):
+class ImplicitSetup(NamedTuple):
     """What an implicit run consists of.
 
     Attributes
@@ -62,13 +66,13 @@ class Prepared(NamedTuple):
     march: ControlledLoop
     iteration: NonlinearLoop
     seed: Seed
-    criterion: Criterion
+    criterion: ConvergenceCriterion
     why: str
     a: Vector
-    back: WayBack | None
+    back: SwitchToDirect | None
 
 
-def prepare(
+def prepare_implicit(
     system: System,
     dt: float,
     integrator: Implicit,
@@ -76,10 +80,10 @@ def prepare(
     tolerance: str | float,
     max_energy_gain: float,
     threads: int = 1,
-    needed: Memory = NOTHING,
+    needed: MemoryEstimate = NO_MEMORY,
     kind: str = "complete",
     state: State | None = None,
-) -> Prepared:
+) -> ImplicitSetup:
     """Set an implicit run up.
 
     The seed is of a kind of `SEEDS`.  A factor is refused if it does not fit in memory together
@@ -88,21 +92,23 @@ def prepare(
     """
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed, dt)
-    method, why = choose(solver, seed, system.constraints.linear, lambda: _is_linkage(system))
+    method, why = choose_solver(
+        solver, seed, system.constraints.linear, lambda: _is_linkage(system)
+    )
     sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
-    if not recall_contributions(state, system):
+    if not restore_contributions(state, system):
         system.forget()
     start, a = starting_state(system, seed, integrator, dt, state)
-    criterion = Criterion(system, integrator, tolerance)
+    criterion = ConvergenceCriterion(system, integrator, tolerance)
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
-    recall_contributions(state, system)  # the march has begun them
+    restore_contributions(state, system)  # the march has begun them
     measures = criterion.at(dt).by_correction
     extrapolates = measures and _extrapolates(system, integrator, method, criterion, dt)
     march.weigh(criterion.mass, criterion.total, measures, extrapolates)
     if system.prescribed:
-        initial_conditions.drive_march(system, march, a, start.lam)
+        initial_conditions.prescribe_motions_of_loop(system, march, a, start.lam)
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
     papers = tolerance == "paper" and method.is_dense
@@ -116,38 +122,40 @@ def prepare(
         inverse,
         method,
         criterion.at(dt),
-        costs(system, integrator, seed, frame),
+        iteration_costs(system, integrator, seed, frame),
         frame,
-        difference_steps(system) if method.by_differences else SMALL,
+        difference_steps(system) if method.by_differences else DIFFERENCE_STEP,
         sparing=sparing,
     )
-    divide(system, threads, march, iteration, inverse)
-    if continues(state, system, integrator, dt):
-        recall(state, system, march, iteration)
+    divide_among_threads(system, threads, march, iteration, inverse)
+    if continues_run(state, system, integrator, dt):
+        restore_state(state, system, march, iteration)
     if method.by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:
-        most = most_fill(system)
+        most = max_fill(system)
         why += f"; a complete one would have more than {most:g} blocks for each of the matrix"
     if groups is None:
-        return Prepared(march, iteration, seed, criterion, why, a, None)
+        return ImplicitSetup(march, iteration, seed, criterion, why, a, None)
 
     def take_exact() -> Seed:
         exact = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
         own = ModifiedNewton(seed_frame=method.frame) if sparing else method
         inverse = make_inverse(own, exact, weights, criterion.norm, criterion.smallest_change(dt))
         inverse.set_threads(threads)
-        cost = costs(system, integrator, exact, frame)
+        cost = iteration_costs(system, integrator, exact, frame)
         iteration.take_seed(exact, turned(inverse, own, frame), True, cost.iteration, cost.seed)
         return exact
 
     assert isinstance(seed, IncompleteSeed)
-    back = WayBack(groups, lambda each: costs(system, integrator, each, None), seed, take_exact)
-    return Prepared(march, iteration, seed, criterion, why, a, back)
+    back = SwitchToDirect(
+        groups, lambda each: iteration_costs(system, integrator, each, None), seed, take_exact
+    )
+    return ImplicitSetup(march, iteration, seed, criterion, why, a, back)
 
 
 def _extrapolates(
-    system: System, integrator: Implicit, method: Method, criterion: Criterion, dt: float
+    system: System, integrator: Implicit, method: Method, criterion: ConvergenceCriterion, dt: float
 ) -> bool:
     """Whether steps may start from an acceleration extrapolated from its last changes.
 
@@ -156,7 +164,7 @@ def _extrapolates(
     its errors are squares of the last.
     """
     return (
-        system.n_free >= EXTRAPOLATED_FROM
+        system.n_free >= MIN_EXTRAPOLATED_UNKNOWNS
         and not system.n_multipliers
         and not integrator.keeps_energy
         and not isinstance(method, Newton)
@@ -170,7 +178,10 @@ def _is_linkage(system: System) -> bool:
         return False
     if system.n_free > system.n_multipliers:
         return True
-    return system.n_multipliers - initial_conditions.repeats(system, system.q0)[0] < system.n_free
+    return (
+        system.n_multipliers - initial_conditions.find_redundant_constraints(system, system.q0)[0]
+        < system.n_free
+    )
 
 
 def difference_steps(system: System) -> Vector:
@@ -179,13 +190,15 @@ def difference_steps(system: System) -> Vector:
     Positions by a millionth of an element [m], slopes by a millionth [-].  Multipliers find their
     own, see `finite_difference`.
     """
-    steps = np.full(system.n_free + system.n_multipliers, SMALL)
+    steps = np.full(system.n_free + system.n_multipliers, DIFFERENCE_STEP)
     for body, places in zip(system.scene.bodies, system.vectors("r"), strict=True):
-        steps[places[places < system.n_free]] = SMALL * body.shortest
+        steps[places[places < system.n_free]] = DIFFERENCE_STEP * body.shortest
     return steps
 
 
-def costs(system: System, integrator: Implicit, seed: Seed | Fill, frame: Frame | None) -> Costs:
+def iteration_costs(
+    system: System, integrator: Implicit, seed: Seed | Fill, frame: Frame | None
+) -> Costs:
     """Weigh an iteration and a seed by the kernels that an integrator calls for them."""
     residual, tangent = (
         sum(times * system.operations(kernel) for kernel, times in kernels.items())

@@ -21,15 +21,15 @@ from ancfsparse.seeds import Seed
 from ancfsparse.system import System
 
 # Rungs of the ladder as the compiled loop numbers them.
-CAUSES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
-CAUSES[Outcome.WOULD_GAIN] = CAUSES[Outcome.GAINED_ENERGY]
+CAUSE_NAMES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
+CAUSE_NAMES[Outcome.WOULD_GAIN] = CAUSE_NAMES[Outcome.GAINED_ENERGY]
 # What a step that is taken in another way may cure.
-CURABLE = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
+RECOVERABLE_OUTCOMES = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
 # Where a run gained energy.
-ON_ALL_THE_SAME = " max_energy_gain=inf goes on all the same."
+HOW_TO_CONTINUE = " max_energy_gain=inf goes on all the same."
 
 
-def count(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
+def count_costs(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
     """Copy counts and times of the compiled loop and its seeds."""
     counts = iteration.counts
     stats.iterations = counts["iterations"]
@@ -52,15 +52,17 @@ def count(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
         stats.seconds |= parts | {"rest": stats.march_seconds - sum(parts.values())}
 
 
-def events(found: Iterable[tuple[int, int, int, float]], now: float, dt: float) -> list[Event]:
+def recovery_events(
+    found: Iterable[tuple[int, int, int, float]], now: float, dt: float
+) -> list[Event]:
     """Return what was tried to save steps of a length, counted from those before the time `now`."""
     return [
-        Event(step, now + step * dt, Rung(rung).words, CAUSES[Outcome(cause)], rate)
+        Event(step, now + step * dt, Rung(rung).words, CAUSE_NAMES[Outcome(cause)], rate)
         for step, rung, cause, rate in found
     ]
 
 
-def stopped(
+def step_error(
     system: System,
     march: ControlledLoop,
     iteration: NonlinearLoop,
@@ -78,18 +80,18 @@ def stopped(
     """
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
-        advice += ON_ALL_THE_SAME
+        advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     if outcome == Outcome.HAD_GAINED:
         gain, motion, when = march.largest_gain
-        advice += ON_ALL_THE_SAME
+        advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(
             gain, motion, max_energy_gain, now, steps, dt, path, advice, when
         )
     steps, now = steps + 1, now + dt
     if outcome == Outcome.WOULD_GAIN:
         gain, exchanged = march.refused_gain
-        advice += ON_ALL_THE_SAME
+        advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     # The place where the last iterate is furthest off.
     r, phi = march.unbalanced

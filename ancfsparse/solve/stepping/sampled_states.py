@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass
-class States:
+class SampledStates:
     """States at the times asked for.
 
     Attributes
@@ -40,7 +40,7 @@ class States:
     rows: int = field(default=0)
 
     @classmethod
-    def empty(cls, t: Vector, n: int, m: int) -> States:
+    def empty(cls, t: Vector, n: int, m: int) -> SampledStates:
         """Return room for states with so many coordinates and multipliers."""
         q, v, a, lam = (np.empty((len(t), width)) for width in (n, n, n, m))
         return cls(t, q, v, a, lam)
@@ -85,11 +85,11 @@ class States:
         self.rows = span.stop
         return span
 
-    def extrapolated(self, coarse: States, weight: float) -> States:
+    def extrapolated(self, coarse: SampledStates, weight: float) -> SampledStates:
         """Return these states and so many times what they are off from those of another run."""
         pairs = ((self.q, coarse.q), (self.v, coarse.v), (self.a, coarse.a), (self.lam, coarse.lam))
         q, v, a, lam = (x + weight * (x - y) for x, y in pairs)
-        return States(self.t, q, v, a, lam, self.rows)
+        return SampledStates(self.t, q, v, a, lam, self.rows)
 
 
 # Rounding of a motion over that of one step and the root of their number, at most; and the share of
@@ -102,12 +102,14 @@ def largest_place(system: System) -> float:
     return float(np.max(np.abs(system.q0[system.positions])))
 
 
-def distance(system: System, one: States, other: States) -> float:
+def distance(system: System, one: SampledStates, other: SampledStates) -> float:
     """Return the largest distance of a node from itself in another motion [m]."""
     return float(np.max(_distances(system, one.q, other.q), initial=0.0))
 
 
-def grew_from_rounding(system: System, one: States, other: States, steps: int) -> bool:
+def grew_from_rounding(
+    system: System, one: SampledStates, other: SampledStates, steps: int
+) -> bool:
     """Whether two runs differ by rounding alone when their motion is already under way.
 
     Errors of steps begin with the motion, unless loads change suddenly later on.

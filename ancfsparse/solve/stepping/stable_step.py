@@ -8,9 +8,9 @@ from ancfsparse.integrators.names import EXPLICIT_EXAMPLES
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Newton
 from ancfsparse.scene import Scene, check_scene
-from ancfsparse.solve.linearization.matrices import fastest_at_start, mass_seed
-from ancfsparse.solve.preparation.memory_estimate import estimate, memory_for
-from ancfsparse.solve.stepping.explicit_setup import check_free
+from ancfsparse.solve.linearization.matrices import highest_initial_frequency, mass_seed
+from ancfsparse.solve.preparation.memory_estimate import estimate_memory, within_memory
+from ancfsparse.solve.stepping.explicit_setup import check_explicit_scene
 from ancfsparse.system import System
 
 # Arrays of values on the pattern: two whole matrices, each from its triangle, with their indices.
@@ -39,10 +39,10 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     """
     check_explicit(integrator)
     check_scene(scene)
-    with memory_for(estimate(scene, 1, 0, False, Newton(), matrices=MATRICES)):
+    with within_memory(estimate_memory(scene, 1, 0, False, Newton(), matrices=MATRICES)):
         system = System(scene)
-        check_free(system, integrator)
-        omega = fastest_at_start(system, mass_seed(system), integrator)
+        check_explicit_scene(system, integrator)
+        omega = highest_initial_frequency(system, mass_seed(system), integrator)
     return integrator.tableau.interval / omega
 
 

@@ -24,10 +24,10 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.integer[Any]]
 
 # Bytes of states that are collected before they are passed on.
-BUFFER = 2**25
+BUFFER_BYTES = 2**25
 
 
-class Recorder(Protocol):
+class StateRecorder(Protocol):
     """Takes saved states in order of time.
 
     Attributes
@@ -49,7 +49,7 @@ class Recorder(Protocol):
         ...
 
 
-class Kept:
+class MemoryRecorder:
     """States in memory.
 
     Parameters
@@ -90,7 +90,7 @@ class Kept:
         return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last)
 
 
-class Record:
+class RunStorage:
     """Where the states of one run go.
 
     Parameters
@@ -118,8 +118,8 @@ class Record:
         self._system, self._rows, self._settings = system, rows, settings
         # The working folder may change before the states are read.
         self._output = None if output is None else Path(output).absolute()
-        self._places = None if nodes is None else places_of(system, nodes)
-        self._kept: Kept | None = None
+        self._places = None if nodes is None else coordinates_of_points(system, nodes)
+        self._kept: MemoryRecorder | None = None
         if self._output is not None:
             self._check_room(self._output)
 
@@ -139,7 +139,7 @@ class Record:
             )
 
     @contextmanager
-    def open(self) -> Iterator[Recorder]:
+    def open(self) -> Iterator[StateRecorder]:
         """Give the recorder, and close the file after use.
 
         Whatever ends a run early, be it an interruption, a full disk or a load that fails, takes
@@ -167,10 +167,10 @@ class Record:
             )
 
     @contextmanager
-    def _recorder(self) -> Iterator[Recorder]:
+    def _recorder(self) -> Iterator[StateRecorder]:
         n, m = self._system.n_all, self._system.n_multipliers
         if self._output is None:
-            self._kept = Kept(self._rows, n, m, self._places)
+            self._kept = MemoryRecorder(self._rows, n, m, self._places)
             yield self._kept
         else:
             with stepping.record_to_file(
@@ -212,7 +212,7 @@ def check_output(output: object) -> None:
         stepping.check_file(output)
 
 
-def places_of(system: System, nodes: Sequence[Point]) -> Places:
+def coordinates_of_points(system: System, nodes: Sequence[Point]) -> Places:
     """Return the coordinates that the positions of points are made of, ascending."""
     places = [system.point(node)[0].ravel() for node in nodes]
     return np.unique(np.concatenate([np.empty(0, np.int32), *places]))
@@ -220,4 +220,4 @@ def places_of(system: System, nodes: Sequence[Point]) -> Places:
 
 def buffer_rows(n_all: int, most: int) -> int:
     """Return how many states to collect before they are passed on, 1 to `most`."""
-    return int(min(most, max(1, BUFFER // (3 * 8 * n_all))))
+    return int(min(most, max(1, BUFFER_BYTES // (3 * 8 * n_all))))

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.integrators import Implicit
-from ancfsparse.integrators.interface.time_grid import Clock
+from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.stepping.convergence_criterion import Criterion
-from ancfsparse.solve.stepping.outcome_reporting import CAUSES, CURABLE
+from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
+from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES, RECOVERABLE_OUTCOMES
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 
 
-class Halving:
+class StepHalving:
     """Cross failed steps of a march in 2, 4, 8 ... parts.
 
     The integrator's own acceleration and the multipliers get no correction for the change of step:
@@ -62,8 +62,8 @@ class Halving:
         march: ImplicitLoop,
         iteration: NonlinearLoop,
         integrator: Implicit,
-        criterion: Criterion,
-        clock: Clock,
+        criterion: ConvergenceCriterion,
+        clock: TimeGrid,
         most: int,
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
@@ -88,7 +88,7 @@ class Halving:
         cause, rate, level, left = outcome, self._iteration.contraction, 0, 1
         n, m = self._system.n_all, self._system.n_multipliers
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
-        while left and outcome in CURABLE and level < self._most:
+        while left and outcome in RECOVERABLE_OUTCOMES and level < self._most:
             level, left = level + 1, 2 * left
             self._iteration.halves = level < self._most
             dt = self._dt / 2**level
@@ -110,7 +110,7 @@ class Halving:
         self.stuck = level > 0 and left > 0
         if outcome == Outcome.CONVERGED:
             what = f"{2**level} steps of {self._dt / 2**level:.3g} s"
-            self.events.append(Event(step, self._clock.at(step), what, CAUSES[cause], rate))
+            self.events.append(Event(step, self._clock.at(step), what, CAUSE_NAMES[cause], rate))
         return outcome
 
     def _change(self, dt: float) -> None:

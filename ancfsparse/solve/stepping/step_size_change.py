@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 
-class Passage:
+class StepSizeChange:
     """What such a change asks of the state.
 
     Parameters

@@ -15,17 +15,22 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.buckling import Buckling
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
-from ancfsparse.solve.linearization.matrices import on_free, whole
+from ancfsparse.solve.linearization.linearized_system import linearize, scene_of
+from ancfsparse.solve.linearization.matrices import free_submatrix, symmetric_from_lower
 from ancfsparse.solve.linearization.rigid_body_modes import check_held
-from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.preparation.memory_estimate import (
+    NO_MEMORY,
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
+)
 from ancfsparse.solve.vibration.symmetric_eigenproblem import BEYOND, DENSE, VECTORS, all_motions
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
     from ancfsparse.results.solutions.buckling import Buckling
-    from ancfsparse.solve.linearization.linearized_system import Pencil
+    from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
 
 Vector = NDArray[np.float64]
 
@@ -79,11 +84,11 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
     """
     n = check_count("n", n)
     scene = scene_of(of)
-    with memory_for(estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)):
-        pencil = linearised(of, None)
+    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)):
+        pencil = linearize(of, None)
         check_held(pencil.system)
         vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
-        check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
+        check_factor_fits(replace(NO_MEMORY, vectors=vectors), pencil.seed)
         base = float(isinstance(of, Equilibrium))
         path = _Path(pencil, base)
         multiples, motions = _lowest(pencil, path, n)
@@ -106,7 +111,7 @@ class _Path:
         Share of the loads in its state.
     """
 
-    def __init__(self, pencil: Pencil, base: float) -> None:
+    def __init__(self, pencil: LinearizedSystem, base: float) -> None:
         system, state = pencil.system, pencil.state
         self._pencil, self._base = pencil, base
         self._loads = system.loads.amplitudes(np.array([state.t]))[0]
@@ -162,10 +167,10 @@ class _Path:
         return np.asarray(out)
 
 
-def _lowest(pencil: Pencil, path: _Path, n: int) -> tuple[Vector, Vector]:
+def _lowest(pencil: LinearizedSystem, path: _Path, n: int) -> tuple[Vector, Vector]:
     """Return the smallest positive multiples, and motions (k, n_free) with ``x.M x = 1``."""
     values = path.change()
-    change = whole(on_free(pencil.system, values))
+    change = symmetric_from_lower(free_submatrix(pencil.system, values))
     size, m = len(pencil.diagonal), pencil.system.n_multipliers
     if size - m <= DENSE:
         from scipy.linalg import eigh
@@ -190,7 +195,7 @@ def _lowest(pencil: Pencil, path: _Path, n: int) -> tuple[Vector, Vector]:
     return multiples, vectors.T.copy()
 
 
-def _by_lanczos(pencil: Pencil, change: sp.csr_array, k: int) -> tuple[Vector, Vector]:
+def _by_lanczos(pencil: LinearizedSystem, change: sp.csr_array, k: int) -> tuple[Vector, Vector]:
     """Return the k lowest roots of ``change x = root K x`` and their motions."""
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
@@ -214,7 +219,9 @@ def _by_lanczos(pencil: Pencil, change: sp.csr_array, k: int) -> tuple[Vector, V
     return roots, vectors
 
 
-def _check_none_missing(pencil: Pencil, change: Vector, multiples: Vector, n: int) -> None:
+def _check_none_missing(
+    pencil: LinearizedSystem, change: Vector, multiples: Vector, n: int
+) -> None:
     """Count the multiples below a gap by the inertia of the stiffness there."""
     last = multiples[n - 1 :]
     gaps = np.diff(last) / last[1:]

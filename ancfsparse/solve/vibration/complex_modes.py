@@ -13,8 +13,13 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.complex_modes import ComplexModes
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
-from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.linearization.linearized_system import linearize, scene_of
+from ancfsparse.solve.preparation.memory_estimate import (
+    NO_MEMORY,
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
+)
 from ancfsparse.solve.vibration.quadratic_eigenproblem import nearest
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     BEYOND,
@@ -74,10 +79,10 @@ def complex_modes(
     """
     n = check_count("n", n)
     scene = scene_of(of, at)
-    with memory_for(estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)):
-        pencil = linearised(of, at)
+    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)):
+        pencil = linearize(of, at)
         vectors = 8.0 * VECTORS * 8 * (n + BEYOND) * pencil.seed.n
-        check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
+        check_factor_fits(replace(NO_MEMORY, vectors=vectors), pencil.seed)
         motions = all_motions(pencil)
         most = most_modes(pencil, motions)
         most = most if motions is not None else most // 2

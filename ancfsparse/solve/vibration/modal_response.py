@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.checks import MAX_MAGNITUDE, check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.integrators.interface.time_grid import Clock, count_steps_from
+from ancfsparse.integrators.interface.time_grid import TimeGrid, count_steps_from
 from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
-from ancfsparse.solve.statics.equilibrium_equations import Balance, State
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import System
 from ancfsparse.system_memory import check_memory
 
@@ -80,7 +80,7 @@ def modal_response(
             "quasi_static"
         )
     n = count_steps_from(about.t, t_end, dt)
-    clock = Clock(about.t, float(dt))
+    clock = TimeGrid(about.t, float(dt))
     rates = _damping(modes, damping)
     check_memory("the states of a modal response", 8.0 * (n + 1) * 4 * system.n_all, "a larger dt")
     begin = time.perf_counter()
@@ -157,7 +157,7 @@ def _second_order(system: System, modes: Modes, q: Vector, stats: RunStats) -> f
     beam that turns stretch it, and forces of second order take that back.
     """
     about = modes.about
-    balance = Balance(system, stats, t=about.t)
+    balance = EquilibriumEquations(system, stats, t=about.t)
     here = balance.state(about.q, about.lam, 1.0)
     negative = balance.factor(here, balance.stiffness(here, 1.0), 1.0)
     if negative is None:
@@ -172,7 +172,7 @@ def _second_order(system: System, modes: Modes, q: Vector, stats: RunStats) -> f
             0.5 * (one + other) - none
             for one, other, none in ((there.r, back.r, here.r), (there.phi, back.phi, here.phi))
         )
-        dx, _ = balance.correction(State(about.q, about.lam, r, phi))
+        dx, _ = balance.correction(StaticState(about.q, about.lam, r, phi))
         whole = np.append(dx, np.zeros(system.n_all - len(dx)))
         places = whole[system.positions].reshape(-1, system.dim)
         worst = max(worst, float(np.linalg.norm(places, axis=1).max()))

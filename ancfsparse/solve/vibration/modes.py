@@ -15,8 +15,13 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearised, scene_of
-from ancfsparse.solve.preparation.memory_estimate import NOTHING, check_factor, estimate, memory_for
+from ancfsparse.solve.linearization.linearized_system import linearize, scene_of
+from ancfsparse.solve.preparation.memory_estimate import (
+    NO_MEMORY,
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
+)
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     BEYOND,
     VECTORS,
@@ -78,16 +83,16 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     """
     n = check_count("n", n)
     scene = scene_of(of, at)
-    needed = estimate(scene, 0, 0, False, Newton(), matrices=MATRICES)
-    with memory_for(needed):
-        pencil = linearised(of, at)
+    needed = estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)
+    with within_memory(needed):
+        pencil = linearize(of, at)
         if pencil.system.gyroscopic is not None:
             raise InputError(
                 "vibrations in a rotating frame are not modes with one phase, because of Coriolis "
                 "forces: take complex_modes"
             )
         vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
-        check_factor(replace(NOTHING, vectors=vectors), pencil.seed)
+        check_factor_fits(replace(NO_MEMORY, vectors=vectors), pencil.seed)
         motions = all_motions(pencil)
         most = most_modes(pencil, motions)
         if n > most:

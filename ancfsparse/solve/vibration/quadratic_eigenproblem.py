@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
-from ancfsparse.solve.linearization.linearized_system import Pencil
+from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
 from ancfsparse.solve.linearization.nonconservative_tangent import ROUNDING as DIFFERENCE
-from ancfsparse.solve.linearization.nonconservative_tangent import Unsymmetric, solve_beside
+from ancfsparse.solve.linearization.nonconservative_tangent import (
+    NonconservativeTangent,
+    solve_beside,
+)
 from ancfsparse.solve.vibration.symmetric_eigenproblem import BEYOND, MOTION, ROUNDING, TOLERANCE
 
 Vector = NDArray[np.float64]
@@ -59,12 +62,12 @@ class Damped:
         [1/s].
     """
 
-    def __init__(self, pencil: Pencil, rate: float) -> None:
+    def __init__(self, pencil: LinearizedSystem, rate: float) -> None:
         self.pencil, self.rate = pencil, rate
         system = pencil.system
         amplitudes = system.loads.amplitudes(np.array([pencil.state.t]))[0]
         self.mass, self.unit = pencil.mass, np.sqrt(pencil.diagonal)
-        missing = Unsymmetric(system)
+        missing = NonconservativeTangent(system)
         stiffness = missing.stiffness(pencil.state.q, amplitudes)
         damping = missing.damping(pencil.state.q, amplitudes, rate)
         if system.gyroscopic is not None:
@@ -106,7 +109,7 @@ class Damped:
         return float(np.sqrt(np.real(np.vdot(x, self.mass @ x))))
 
 
-def nearest(pencil: Pencil, n: int, frequency: float, motions: Vector | None) -> Roots:
+def nearest(pencil: LinearizedSystem, n: int, frequency: float, motions: Vector | None) -> Roots:
     """Find the n roots of smallest size.
 
     Parameters

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
-from ancfsparse.solve.linearization.linearized_system import Pencil
+from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
 
 Vector = NDArray[np.float64]
 Found = tuple[Vector, Vector]
@@ -36,7 +36,9 @@ TOLERANCE, ROUGH = 1e-6, 0.1
 ROUNDING, MOTION = 4.0, 1e3
 
 
-def lowest(pencil: Pencil, n: int, motions: Vector | None) -> tuple[Vector, Vector, Vector]:
+def lowest(
+    pencil: LinearizedSystem, n: int, motions: Vector | None
+) -> tuple[Vector, Vector, Vector]:
     """Find the n lowest eigenvalues of ``K x + Phi_q^T mu = w M x``, ``Phi_q x = 0``.
 
     Parameters
@@ -74,14 +76,14 @@ def lowest(pencil: Pencil, n: int, motions: Vector | None) -> tuple[Vector, Vect
     return values, vectors, rounding + (MOTION * EPSILON) ** 2 * pencil.size
 
 
-def most_modes(pencil: Pencil, motions: Vector | None) -> int:
+def most_modes(pencil: LinearizedSystem, motions: Vector | None) -> int:
     """Return how many modes can be found: all if there are few, else half."""
     if motions is not None:
         return int(motions.shape[1])
     return (pencil.system.n_free - pencil.system.n_multipliers) // 2
 
 
-def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
+def _by_dense(pencil: LinearizedSystem, n: int, motions: Vector) -> Found:
     """Solve a small dense problem on the admissible motions, and refine its modes."""
     from scipy.linalg import eigh
 
@@ -93,7 +95,7 @@ def _by_dense(pencil: Pencil, n: int, motions: Vector) -> Found:
     return _refined(pencil, motions @ mixes)
 
 
-def all_motions(pencil: Pencil) -> Vector | None:
+def all_motions(pencil: LinearizedSystem) -> Vector | None:
     """Return a basis of the admissible motions, (n_free, k); None if there are too many.
 
     Raises
@@ -130,7 +132,7 @@ def all_motions(pencil: Pencil) -> Vector | None:
     return None
 
 
-def _by_lanczos(pencil: Pencil, n: int) -> Found:
+def _by_lanczos(pencil: LinearizedSystem, n: int) -> Found:
     """Solve a large problem with a shift below all eigenvalues; check that none is missing."""
     k = n + BEYOND
     below = _place_shift(pencil, n)
@@ -155,7 +157,7 @@ def _by_lanczos(pencil: Pencil, n: int) -> Found:
     return values[:n], vectors[:, :n]
 
 
-def _place_shift(pencil: Pencil, n: int) -> float:
+def _place_shift(pencil: LinearizedSystem, n: int) -> float:
     """Factor at a shift below all eigenvalues and not far from the wanted ones; return it."""
     least = LEAST_SHIFT * pencil.size
     if least == 0.0:
@@ -175,7 +177,7 @@ def _place_shift(pencil: Pencil, n: int) -> float:
     return _factor_below(pencil, shift)
 
 
-def _factor_below(pencil: Pencil, shift: float) -> float:
+def _factor_below(pencil: LinearizedSystem, shift: float) -> float:
     """Factor at a shift, or at a lower one below all eigenvalues; return it."""
     shift = shift or -1.0  # nothing is stiff: any shift does
     while pencil.factor(shift) != 0:
@@ -185,7 +187,9 @@ def _factor_below(pencil: Pencil, shift: float) -> float:
     return shift
 
 
-def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float = 0.0) -> Found:
+def _near(
+    pencil: LinearizedSystem, k: int, known: Vector | None = None, tolerance: float = 0.0
+) -> Found:
     """Find the k eigenvalues next to the shift, ascending, apart from known modes (n_free, j)."""
     from scipy.sparse.linalg import ArpackError, ArpackNoConvergence, LinearOperator, eigsh
 
@@ -222,7 +226,7 @@ def _near(pencil: Pencil, k: int, known: Vector | None = None, tolerance: float 
     return values[order], vectors[:, order]
 
 
-def _refined(pencil: Pencil, vectors: Vector) -> Found:
+def _refined(pencil: LinearizedSystem, vectors: Vector) -> Found:
     """Improve modes together: one inverse iteration, and a Rayleigh-Ritz projection."""
     from scipy.linalg import eigh
 
@@ -233,7 +237,7 @@ def _refined(pencil: Pencil, vectors: Vector) -> Found:
     return values, vectors @ mixes
 
 
-def _missing(pencil: Pencil, values: Vector, n: int) -> int:
+def _missing(pencil: LinearizedSystem, values: Vector, n: int) -> int:
     """Count the eigenvalues below a gap above the wanted ones; return how many are missing."""
     gaps = np.diff(values[n - 1 :]) / (np.abs(values[n:]) + abs(pencil.shift))
     if not len(gaps):

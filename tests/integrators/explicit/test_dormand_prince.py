@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 import ancfsparse as ancf
 from ancfsparse.integrators.explicit.explicit_methods import make_explicit
 from ancfsparse.solve.linearization.matrices import mass_seed
-from ancfsparse.solve.stepping.explicit_setup import check_held
+from ancfsparse.solve.stepping.explicit_setup import check_multipliers
 from ancfsparse.system import System
 
 SECTION, METHOD = ancf.Rectangle(0.02, 0.02), ancf.DormandPrince()
@@ -186,4 +186,4 @@ def test_constraints_that_repeat_one_another_have_no_multipliers():
         loop = make_explicit(known, 1e-4, METHOD, *state)
         assert loop.finite == finite
     with pytest.raises(ancf.InputError, match="repeats another constraint"):
-        check_held(system, loop, METHOD)
+        check_multipliers(system, loop, METHOD)

@@ -11,7 +11,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton, Outcome
 from ancfsparse.nonlinear.iteration import finite_difference
 from ancfsparse.problems import chain, pendulum
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from benchmarks.stability.scenes import SCENES
 from tests.integrators.implicit.test_family import truss
@@ -303,7 +303,7 @@ def test_the_matrix_of_a_step_is_the_derivative_of_its_residual_for_short_steps(
     off = []
     for dt in (1e-3, 1e-4, 1e-5):
         system = System(SCENES[scene](1e8).scene)
-        march, *_ = prepare(system, dt, KEEPS, Newton(), "default", np.inf)
+        march, *_ = prepare_implicit(system, dt, KEEPS, Newton(), "default", np.inf)
         exact = finite_difference(march)
         pattern = system.pattern
         lower = sp.csc_array((march.matrix(), pattern.indices, pattern.indptr)).toarray()
@@ -360,7 +360,7 @@ def test_the_definite_neighbour_of_a_matrix_is_the_matrix_where_nothing_is_stres
         material = ancf.Material(1e8, 4000.0, axial_damping=damping, bending_damping=damping)
         rod = scene.add_beam("thin", (0, 0), (2, 0), 6, SECTION, material)
         scene.pin(rod.start)
-        march, *_ = prepare(System(scene), 1e-3, integrator, "auto", "default", np.inf)
+        march, *_ = prepare_implicit(System(scene), 1e-3, integrator, "auto", "default", np.inf)
         values.append(march.matrix())
         atol = 1e-12 * np.abs(march.matrix()).max()
         np.testing.assert_allclose(march.material(), march.matrix(), rtol=1e-9, atol=atol)

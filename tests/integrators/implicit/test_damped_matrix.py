@@ -9,7 +9,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import finite_difference
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 
 FAMILY = [ancf.Newmark(0.0), ancf.Newmark(0.3), ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5)]
@@ -39,7 +39,7 @@ def test_the_matrix_of_a_step_is_the_derivative_of_its_residual(integrator):
     matrices = []
     for damping in (0.0, 0.02):
         system = still(damping)
-        march, *_ = prepare(system, DT, integrator, Newton(), "default", np.inf)
+        march, *_ = prepare_implicit(system, DT, integrator, Newton(), "default", np.inf)
         exact = finite_difference(march)
         found = dense(system, march.matrix())
         assert np.abs(found - exact).max() < 1e-6 * np.abs(exact).max()

@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton, Outcome
-from ancfsparse.solve.error_control.step_size_controller import Stepper
+from ancfsparse.solve.error_control.step_size_controller import StepSizeController
 from tests.integrators.points import Point, exact_circle, on_circle
 
 SECOND_ORDER = [ancf.Newmark(0.0), ancf.HHT(0.05), ancf.HHT(0.3), ancf.GeneralizedAlpha(0.9),
@@ -119,7 +119,9 @@ def test_generalized_alpha_without_correction_starts_with_first_order_multiplier
 def alternating_errors(integrator, dt, corrected=True):
     """Largest error of the multiplier where steps of dt and dt / 2 alternate, five at a time."""
     point = on_circle(1.0, 4.0)
-    stepper = Stepper(point, integrator, Newton(), 1.0, dt, np.array([0.0, 1.0]), math.inf)
+    stepper = StepSizeController(
+        point, integrator, Newton(), 1.0, dt, np.array([0.0, 1.0]), math.inf
+    )
     stepper.left = 1e-12
     stepper.iteration.set_tolerance(stepper.criterion.at(dt, stepper.left))
     buffer = [np.empty((2, n)) for n in (2, 2, 2, 1)]

@@ -20,8 +20,8 @@ def both(monkeypatch, make, n_steps, dt=DT, **options):
     """Run a scene as it is, and with steps that start from the last acceleration."""
     options = {"integrator": DAMPED, "save_every": n_steps} | options
     runs = []
-    for least in (implicit_setup.EXTRAPOLATED_FROM, 10**9):
-        monkeypatch.setattr(implicit_setup, "EXTRAPOLATED_FROM", least)
+    for least in (implicit_setup.MIN_EXTRAPOLATED_UNKNOWNS, 10**9):
+        monkeypatch.setattr(implicit_setup, "MIN_EXTRAPOLATED_UNKNOWNS", least)
         runs.append(ancf.simulate(make(), n_steps * dt, dt, **options))
     return runs
 
@@ -107,7 +107,7 @@ def test_a_sudden_load_is_not_extrapolated(monkeypatch):
 
 def test_the_prediction_is_that_of_least_squares():
     system, integrator = System(falling()), ancf.Newmark()
-    made = implicit_setup.prepare(system, DT, integrator, "auto", "default", np.inf)
+    made = implicit_setup.prepare_implicit(system, DT, integrator, "auto", "default", np.inf)
     march, n, loads = made.march, system.n_free, np.empty((1, 0))
     room = [np.empty((2, width)) for width in (system.n_all,) * 3 + (0,)]
     states = []

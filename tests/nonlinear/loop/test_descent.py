@@ -7,7 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.problems import lattice
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from tests.nonlinear.loop.handmade import Equations
 
@@ -84,7 +84,9 @@ def test_shaken_lattices_move_alike_on_all_seeds():
 def test_what_is_found_is_a_minimum():
     dt, n = 5e-3, 3
     system = System(shaken())
-    march, loop, *_ = prepare(system, dt, ancf.GeneralizedAlpha(0.9), "auto", "default", np.inf)
+    march, loop, *_ = prepare_implicit(
+        system, dt, ancf.GeneralizedAlpha(0.9), "auto", "default", np.inf
+    )
     tangent = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     loads, width = np.zeros((1, 0)), system.n_all
     for _ in range(n):

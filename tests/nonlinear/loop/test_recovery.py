@@ -9,7 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 
 STEPS, DT = 200, 5e-4
@@ -18,7 +18,7 @@ STEPS, DT = 200, 5e-4
 def counts_of(solver, tolerance="paper", dt=DT, steps=STEPS, **options):
     """Counts by name, of which the statistics of a run are a part."""
     system = System(pendulum("l2t2", **options).scene)
-    march, iteration, *_ = prepare(system, dt, ancf.Newmark(), solver, tolerance, math.inf)
+    march, iteration, *_ = prepare_implicit(system, dt, ancf.Newmark(), solver, tolerance, math.inf)
     saved = [np.zeros((steps + 1, system.n_all)) for _ in range(3)]
     saved.append(np.zeros((steps + 1, system.n_multipliers)))
     taken, outcome = march.advance(iteration, steps, np.zeros((steps, 0)), 1, 0, *saved)

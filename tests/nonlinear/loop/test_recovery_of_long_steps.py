@@ -7,7 +7,7 @@ from scipy.optimize import root
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome, Rung
 from ancfsparse.seeds.complete import sparse_seed
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from benchmarks.stability.scenes import SCENES
 from tests.nonlinear.loop.handmade import Equations
@@ -97,7 +97,7 @@ def test_a_rough_step_has_two_solutions():
     # Found by SciPy: that a method ends in another one than Newton is no fault of its tolerance.
     dt, n = 0.02, 97
     system = System(SCENES["rod at the tip"](1e7).scene)
-    march, loop, *_ = prepare(
+    march, loop, *_ = prepare_implicit(
         system, dt, ancf.GeneralizedAlpha(0.5), ancf.Newton(), "default", np.inf
     )
     loads, widths = np.zeros((n, 0)), (*[system.n_all] * 3, system.n_multipliers)

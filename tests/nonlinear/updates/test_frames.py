@@ -7,7 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.problems import chain, net, pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from ancfsparse.system.rigid_motion.corotated_frames import frame_of
 
@@ -31,7 +31,7 @@ def share(run):
 def frozen(rotating, dt, youngs_modulus=1e8, t_end=0.5):
     """Counts of modified Newton that takes a new seed only where a step fails."""
     system = System(pendulum("l2t2", youngs_modulus=youngs_modulus).scene)
-    march, *_ = prepare(system, dt, ancf.Newmark(), ancf.Newton(), "paper", np.inf)
+    march, *_ = prepare_implicit(system, dt, ancf.Newmark(), ancf.Newton(), "paper", np.inf)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     inverse, frame = compiled_module("limited").Limited(seed, "broyden", 0), frame_of(system)
     iteration = compiled_module("iteration").Iteration(

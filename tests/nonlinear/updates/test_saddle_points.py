@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from tests.nonlinear.updates.drive import Problem, dense, limited
 
@@ -18,7 +18,9 @@ def curvatures(with_rod, steps=150, dt=5e-4):
     if with_rod:
         scene.rod(rod.end, (2.0, 1.0))
     system = System(scene)
-    march, iteration, *_ = prepare(system, dt, ancf.Newmark(0.05), ancf.Newton(), 1e-9, math.inf)
+    march, iteration, *_ = prepare_implicit(
+        system, dt, ancf.Newmark(0.05), ancf.Newton(), 1e-9, math.inf
+    )
     none = np.zeros((1, 0))
     n = system.n_free + system.n_multipliers
     lower = np.zeros((n, n))

@@ -7,7 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.integrators.explicit.explicit_methods import make_explicit
 from ancfsparse.problems import bricard, dzhanibekov, four_bar, heavy_top, n_four_bar, slider_crank
 from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_acceleration
-from ancfsparse.solve.linearization.matrices import saddle_seed, sizes_of_terms
+from ancfsparse.solve.linearization.matrices import constraint_magnitudes, saddle_seed
 from ancfsparse.system import System
 
 RATTLE, EIGHTH = ancf.CentralDifference(), ancf.DormandPrince()
@@ -25,7 +25,7 @@ def off_constraints(run):
         now = system.prescribed.at(run.t[-1])
         phi[-len(now.s) :] -= now.s
         rate[-len(now.s) :] -= now.s_rate
-    sizes = sizes_of_terms(system)
+    sizes = constraint_magnitudes(system)
     return np.max(np.abs(phi) / sizes), np.max(np.abs(rate) / sizes) / np.max(np.abs(v))
 
 
@@ -133,7 +133,7 @@ def test_accelerations_are_those_of_the_python_formulas(make):
     seed = saddle_seed(system)
     inputs = system.inputs(np.zeros(1), rates=True)[0][0]
     state = (system.q0, system.v0, inputs, seed, np.inf, 0.0)
-    loop = make_explicit(system, 1e-3, EIGHTH, *state, sizes_of_terms(system))
+    loop = make_explicit(system, 1e-3, EIGHTH, *state, constraint_magnitudes(system))
     _, _, a, lam = loop.state
     none = np.zeros(system.n_multipliers)
     amplitudes = system.loads.amplitudes(np.zeros(1))[0]

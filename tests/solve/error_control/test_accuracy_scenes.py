@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.error_control.step_size_controller import Stepper
+from ancfsparse.solve.error_control.step_size_controller import StepSizeController
 from benchmarks.random_scenes.scenes import SAVED, distance, make, positions, reference
 
 # Without multipliers: their references take longest.
@@ -49,7 +49,7 @@ def test_waves_that_both_runs_dissipate_are_counted():
 def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
     # A run of 41 steps completes, and one of 82 does not: the first is compared with 164 steps.
     # Some solutions of its steps gain energy; which are found is a matter of tolerances.
-    case, plain, begun = make(44), Stepper.run, []
+    case, plain, begun = make(44), StepSizeController.run, []
 
     def second_fails(stepper):
         begun.append(stepper)
@@ -58,7 +58,7 @@ def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
             raise ancf.EnergyIncreaseError(1.0, 2.0, 0.01, 0.1, 7, 1e-3)
         return states
 
-    monkeypatch.setattr(Stepper, "run", second_fails)
+    monkeypatch.setattr(StepSizeController, "run", second_fails)
     exact, _ = reference(case)
     run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-3)
     assert distance(positions(run.system, run.q), exact) <= 1e-3

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.error_control.step_size_controller import RATIO, Stepper
-from ancfsparse.solve.stepping.sampled_states import States
+from ancfsparse.solve.error_control.step_size_controller import RATIO, StepSizeController
+from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 from tests.solve.error_control.accuracy_problems import spin_up, swinging_pendulum
 
@@ -16,7 +16,7 @@ def test_steps_follow_the_motion_and_are_powers_of_a_root():
     # The moment sets in smoothly and turns off: short steps while it acts, longer ones before.
     system = System(spin_up())
     t = np.linspace(0.0, 2.0, 11)
-    stepper = Stepper(system, ancf.GeneralizedAlpha(0.8), "auto", 1e-8, 1e-5, t, 0.01)
+    stepper = StepSizeController(system, ancf.GeneralizedAlpha(0.8), "auto", 1e-8, 1e-5, t, 0.01)
     lengths = [stepper.dt]
     change = stepper._change
 
@@ -39,7 +39,7 @@ def test_steps_follow_the_motion_and_are_powers_of_a_root():
 def between(power, resolved, t):
     """States at tenths of a second, from steps between them, of a motion t^power - t."""
     times = np.linspace(0.0, 1.0, 11)
-    states = States.empty(times, 1, 1)
+    states = SampledStates.empty(times, 1, 1)
     rates = [lambda t, k=k: polynomial(power, k, t) for k in range(3)]
     states.begin(*(rate(0.0) for rate in rates), 0.0)
     states.fill(t, *(rate(t)[:, None] for rate in rates), t[:, None], resolved=resolved)
@@ -68,6 +68,6 @@ def test_where_all_is_resolved_states_between_steps_are_of_high_degree(steps, po
 
 def test_an_error_below_rounding_ends_with_a_sentence():
     system, t = System(swinging_pendulum()), np.array([0.0, 0.1])
-    stepper = Stepper(system, ancf.Newmark(), ancf.Newton(), 1e-40, 1e-4, t, 0.01)
+    stepper = StepSizeController(system, ancf.Newmark(), ancf.Newton(), 1e-40, 1e-4, t, 0.01)
     with pytest.raises(ancf.StepError, match="however short it is"):
         stepper.run()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.system import System
 
 T_END = 1.0
@@ -19,7 +19,7 @@ def breaks(*loads):
     scene.pin(rod.start)
     for load in loads:
         scene.point_force(rod.end, lambda t, load=load: (load(t), 0.0))
-    return Breaks(System(scene).loads, 0.0, T_END)
+    return LoadDiscontinuities(System(scene).loads, 0.0, T_END)
 
 
 @pytest.mark.parametrize(

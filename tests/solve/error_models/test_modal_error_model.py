@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.error_models.load_discontinuities import Breaks
-from ancfsparse.solve.error_models.modal_error_model import MOST, Waves
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.error_models.modal_error_model import MOST, ModalSpectrum
 from ancfsparse.solve.error_models.step_count_selection import BESIDE, SAFETY, StepPlan
-from ancfsparse.solve.stepping.sampled_states import States
+from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 from benchmarks.random_scenes.scenes import SAVED, distance, make, positions, reference
 
@@ -55,8 +55,8 @@ def hanging():
 
 def waves_of(scene):
     system = System(scene)
-    breaks = Breaks(system.loads, 0.0, T_END)
-    return Waves.of(system, breaks, T_END), breaks
+    breaks = LoadDiscontinuities(system.loads, 0.0, T_END)
+    return ModalSpectrum.of(system, breaks, T_END), breaks
 
 
 def tips(scene, steps, integrator):
@@ -138,7 +138,9 @@ def test_runs_that_dissipate_the_same_waves_do_not_see_them():
 
 
 def one_wave(omega=50.0, amplitude=1e-2):
-    return StepPlan(Waves(np.array([amplitude]), np.array([omega]), np.array([1.0])), 1.0, 10.0)
+    return StepPlan(
+        ModalSpectrum(np.array([amplitude]), np.array([omega]), np.array([1.0])), 1.0, 10.0
+    )
 
 
 def test_the_errors_of_one_vibration():
@@ -174,7 +176,7 @@ def test_plans_end_with_the_accuracy(accuracy):
 def test_vibrations_that_others_set_off_are_found_in_a_run():
     case = make(0)
     system = System(case.scene)
-    start = Waves.of(system, Breaks(system.loads, 0.0, case.t_end), case.t_end)
+    start = ModalSpectrum.of(system, LoadDiscontinuities(system.loads, 0.0, case.t_end), case.t_end)
     exact, _ = reference(case)
     method = ancf.RungeKuttaNystrom(4)
     limit = ancf.stable_step(case.scene, method)
@@ -185,7 +187,9 @@ def test_vibrations_that_others_set_off_are_found_in_a_run():
         run = ancf.simulate(case.scene, case.t_end, dt, save_every=every, integrator=method)
         runs.append((run, dt, distance(positions(system, run.q), exact)))
     first = runs[0][0]
-    during = Waves.during(system, States(first.t, first.q, first.v, first.a, first.lam))
+    during = ModalSpectrum.during(
+        system, SampledStates(first.t, first.q, first.v, first.a, first.lam)
+    )
     for _, dt, error in runs:
         assert start.error(method.tableau, dt) < 0.3 * error
         assert 0.5 * error < during.error(method.tableau, dt) < 4.0 * error

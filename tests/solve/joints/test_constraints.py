@@ -13,7 +13,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     initial_jerk,
 )
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, regularize
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 
 TIGHT = 1e-9
@@ -187,7 +187,7 @@ def test_a_seed_from_finite_differences_is_not_singular_where_steps_are_long():
     # So long that a millionth of a newton is rounding beside the forces.
     system = System(_hung(1e-3, 1e11)[0])
     solver = ancf.QuasiNewton("davidon", seed="finite-difference")
-    prepare(system, 1.0, ancf.GeneralizedAlpha(0.9), solver, "default", 0.01)
+    prepare_implicit(system, 1.0, ancf.GeneralizedAlpha(0.9), solver, "default", 0.01)
 
 
 def _hung(length, modulus):

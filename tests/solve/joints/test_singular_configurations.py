@@ -10,7 +10,10 @@ from scipy.integrate import solve_ivp
 import ancfsparse as ancf
 from ancfsparse.problems import andrews, bricard, four_bar, n_four_bar
 from ancfsparse.scene.bodies.rigid_shapes import Rod
-from ancfsparse.solve.initial_conditions.redundant_constraints import nearly_dependent, repeats
+from ancfsparse.solve.initial_conditions.redundant_constraints import (
+    count_near_dependent,
+    find_redundant_constraints,
+)
 from ancfsparse.system import System
 
 
@@ -148,18 +151,20 @@ def zigzag_of_bars(n, doubled=()):
 def test_repeats_are_named_however_many_constraints_there_are():
     """A rod that repeats another, among 780 equations."""
     system = System(zigzag_of_bars(260, doubled=(123,)))
-    number, found = repeats(system, system.q0)
+    number, found = find_redundant_constraints(system, system.q0)
     assert number == len(found) == 1
     labels = system.constraints.labels
     (row, of), *_ = found
     assert "distance" in labels[row]
     assert "distance" in labels[of[0]]
-    assert repeats(System(zigzag_of_bars(260)), System(zigzag_of_bars(260)).q0) == (0, [])
+    assert find_redundant_constraints(
+        System(zigzag_of_bars(260)), System(zigzag_of_bars(260)).q0
+    ) == (0, [])
 
 
 def test_many_repeats_are_counted():
     system = System(zigzag_of_bars(200, doubled=range(0, 198, 3)))
-    number, found = repeats(system, system.q0)
+    number, found = find_redundant_constraints(system, system.q0)
     assert number == 66
     assert 3 <= len(found) <= 66
 
@@ -167,11 +172,11 @@ def test_many_repeats_are_counted():
 def test_lost_rank_is_seen():
     """At the start of a four-bar linkage in a line, and not when it is upright."""
     system = System(n_four_bar(5).scene)
-    assert nearly_dependent(system, system.q0, 0.1) == 0
+    assert count_near_dependent(system, system.q0, 0.1) == 0
     q = system.q0.copy()
     for body, places in zip(system.scene.bodies, system.places, strict=True):
         position, axis = (places[0, body.kind.columns(name)] for name in body.kind.vectors)
         q[axis] = (1.0, 0.0)
         if body.name.startswith("coupler"):
             q[position] = body.positions[0] + np.array([1.0, -1.0])
-    assert nearly_dependent(system, q, 0.1) == 5
+    assert count_near_dependent(system, q, 0.1) == 5

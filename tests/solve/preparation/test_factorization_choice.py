@@ -103,7 +103,7 @@ def test_fill_is_that_of_the_exact_factor(make):
 
 def test_what_does_not_fit_exactly_is_marched(monkeypatch):
     scene = lattice(9).scene
-    estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
+    estimated = memory_estimate.estimate_memory(scene, 3, None, False, "auto", incomplete=True)
     for module in (memory_estimate, choose_factorization, switch_to_direct):
         monkeypatch.setattr(module, "available_memory", lambda: 1.2 * estimated.total)
     with pytest.raises(ancf.InputError, match="would need about"):
@@ -114,13 +114,13 @@ def test_what_does_not_fit_exactly_is_marched(monkeypatch):
 
 def test_if_neither_fits_both_are_named(monkeypatch):
     scene = lattice(9).scene
-    estimated = memory_estimate.estimate(scene, 3, None, False, "auto", incomplete=True)
+    estimated = memory_estimate.estimate_memory(scene, 3, None, False, "auto", incomplete=True)
     monkeypatch.setattr(memory_estimate, "available_memory", lambda: 0.5 * estimated.total)
     sentence = r"the factor .* GB as an incomplete one, and as a complete one up to .* GB"
     with pytest.raises(ancf.InputError, match=sentence):
         solver_of(scene)
     exact = SparseSeed(*_pattern(scene))
-    assert exact.nbytes <= estimated.exact <= 8.0 * exact.nbytes
+    assert exact.nbytes <= estimated.complete <= 8.0 * exact.nbytes
 
 
 def _pattern(scene):
@@ -130,16 +130,16 @@ def _pattern(scene):
 
 def test_the_estimate_is_near_what_an_incomplete_factor_takes():
     system = System(lattice(12).scene)
-    estimated = memory_estimate.estimate(
+    estimated = memory_estimate.estimate_memory(
         system.scene, 1, 0, False, ancf.ModifiedNewton(), incomplete=True
     )
     made, _ = choose_factorization.make_seed(
-        system, "incomplete", "auto", 1, memory_estimate.NOTHING
+        system, "incomplete", "auto", 1, memory_estimate.NO_MEMORY
     )
     assert made.own.nbytes <= 1.05 * estimated.factor
     assert estimated.factor <= 1.5 * made.own.nbytes
     # What learns on it keeps two pairs of two terms of two vectors beside.
-    learning = memory_estimate.estimate(system.scene, 1, 0, False, "auto", incomplete=True)
+    learning = memory_estimate.estimate_memory(system.scene, 1, 0, False, "auto", incomplete=True)
     assert learning.factor - estimated.factor == pytest.approx(8 * 8 * system.n_free, rel=0.01)
 
 

@@ -9,8 +9,8 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton
 from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.preparation.fill_in_estimate import counted_fill
-from ancfsparse.solve.preparation.memory_estimate import estimate
+from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
+from ancfsparse.solve.preparation.memory_estimate import estimate_memory
 from ancfsparse.solve.statics.static_equilibrium import MATRICES
 from ancfsparse.system import System
 
@@ -43,7 +43,7 @@ def seed_of(scene):
 )
 def test_fill_is_counted_to_a_tenth(scene):
     seed = seed_of(scene)
-    assert counted_fill(scene) == pytest.approx(seed.nnz + seed.n, rel=0.1)
+    assert count_factor_entries(scene) == pytest.approx(seed.nnz + seed.n, rel=0.1)
 
 
 def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net(monkeypatch):
@@ -52,7 +52,7 @@ def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net
     monkeypatch.setattr(
         "ancfsparse.solve.preparation.memory_estimate.available_memory", lambda: 2.0 * seed.nbytes
     )
-    estimated = estimate(scene, 1, 0, False, Newton()).factor
+    estimated = estimate_memory(scene, 1, 0, False, Newton()).factor
     assert seed.nbytes <= estimated <= 2.0 * seed.nbytes
 
 
@@ -61,7 +61,7 @@ def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
         raise AssertionError("counted")
 
     monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.counted_fill", never)
-    estimate(lattice(6), 1, 0, False, Newton())
+    estimate_memory(lattice(6), 1, 0, False, Newton())
 
 
 @pytest.mark.parametrize("kind", ["chain", "net"])
@@ -71,7 +71,7 @@ def test_the_estimate_for_statics_is_near_the_truth(kind):
         scene.pin(rod.end)
     else:
         scene = net(40).scene
-    estimated = estimate(scene, 1, 0, False, Newton(), matrices=MATRICES).total
+    estimated = estimate_memory(scene, 1, 0, False, Newton(), matrices=MATRICES).total
     tracemalloc.start()
     ancf.solve_static(scene)
     _, peak = tracemalloc.get_traced_memory()

@@ -137,13 +137,13 @@ def test_signals_are_answered_between_two_steps(
     scene, rod = pendulum(n=50)
     n = 1_000_000
 
-    advance = fixed_step_run.FixedRun._advance
+    advance = fixed_step_run.FixedStepRun._advance
 
     def started(self):
         alarm(0.3, error)
         return advance(self)
 
-    monkeypatch.setattr(fixed_step_run.FixedRun, "_advance", started)
+    monkeypatch.setattr(fixed_step_run.FixedStepRun, "_advance", started)
     with pytest.raises(error) as caught:
         ancf.simulate(
             scene, n * 1e-5, 1e-5, integrator=integrator, save_every=1000, save_nodes=[rod.end],
@@ -176,8 +176,8 @@ class Interrupter:
 
     def __call__(self, frame, event, _):
         name, me = frame.f_code.co_name, frame.f_locals.get("self")
-        steps = isinstance(me, fixed_step_run.FixedRun) and name != "__init__"
-        kept = isinstance(me, (state_recorder.Kept, Writer)) and name in (
+        steps = isinstance(me, fixed_step_run.FixedStepRun) and name != "__init__"
+        kept = isinstance(me, (state_recorder.MemoryRecorder, Writer)) and name in (
             "append",
             "finish",
             "_reserve",

@@ -6,7 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.initial_conditions.consistent_state import lasting
+from ancfsparse.solve.initial_conditions.consistent_state import undamped_velocities
 from ancfsparse.system import System
 
 DAMPED = [ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5), ancf.GeneralizedAlpha(0.0)]
@@ -68,7 +68,7 @@ def test_what_lasts_of_a_velocity_is_of_third_order_and_holds_all_rigid_motion()
         system = System(scene)
         pattern = system.pattern
         seed = SparseSeed(pattern.indptr, pattern.indices, system.n_free)
-        return lasting(system, seed, scale) - system.v0, system
+        return undamped_velocities(system, seed, scale) - system.v0, system
 
     def bending(x):
         return np.outer(x[:, 0] ** 2, (0.0, 1.0))
@@ -85,4 +85,4 @@ def test_what_lasts_of_a_velocity_is_of_third_order_and_holds_all_rigid_motion()
     )  # fmt: skip
     free = System(scene)
     seed = SparseSeed(free.pattern.indptr, free.pattern.indices, free.n_free)
-    np.testing.assert_allclose(lasting(free, seed, 1.0), free.v0, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(undamped_velocities(free, seed, 1.0), free.v0, rtol=0, atol=1e-7)

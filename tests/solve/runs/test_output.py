@@ -39,7 +39,7 @@ def same(run, other, points):
 @pytest.mark.parametrize("small_buffers", [False, True])
 def test_a_file_holds_what_memory_would(tmp_path, save_every, small_buffers, monkeypatch):
     if small_buffers:
-        monkeypatch.setattr(state_recorder, "BUFFER", 1500)
+        monkeypatch.setattr(state_recorder, "BUFFER_BYTES", 1500)
         monkeypatch.setattr(
             sys.modules["ancfsparse.solve.motion.fixed_step_run"], "COORDINATES", 300
         )
@@ -181,7 +181,7 @@ def lattice(n):
 
 def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monkeypatch):
     scene = lattice(12)
-    estimated = memory_estimate.estimate(scene, 2, 1, False, "auto")
+    estimated = memory_estimate.estimate_memory(scene, 2, 1, False, "auto")
     seed = seed_of(scene)
     assert seed.nbytes > 2.0 * estimated.factor  # what a plane net of as many nodes would take
     monkeypatch.setattr(memory_estimate, "available_memory", lambda: estimated.total + 1e6)

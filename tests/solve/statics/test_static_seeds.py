@@ -10,7 +10,7 @@ import ancfsparse as ancf
 from ancfsparse.problems import lattice
 from ancfsparse.seeds import DeflatedSeed
 from ancfsparse.solve.preparation import choose_factorization, memory_estimate
-from ancfsparse.solve.preparation.deflation_space import CoarseModes, boxes
+from ancfsparse.solve.preparation.deflation_space import DeflationModes, divide_into_boxes
 from ancfsparse.solve.statics import static_equilibrium as solve_static
 from ancfsparse.system import System
 
@@ -126,8 +126,8 @@ def test_what_fails_is_solved_on_an_exact_seed_if_it_fits(monkeypatch):
     scene = hung(3, "column", 0.0, standing=True)
     with pytest.raises(ancf.EquilibriumError):
         ancf.solve_static(scene, factorization="incomplete")
-    monkeypatch.setattr(choose_factorization, "SMALL", 0)
-    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 1.0)
+    monkeypatch.setattr(choose_factorization, "MAX_SMALL_COORDINATES", 0)
+    monkeypatch.setattr(choose_factorization, "MAX_STATIC_FILL", 1.0)
     with pytest.warns(ancf.UnstableEquilibriumWarning):
         solved = ancf.solve_static(scene)
     assert solved.stats.solver.endswith("then on a complete seed (which found an equilibrium)")
@@ -142,11 +142,11 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
         raise ancf.EquilibriumError("a reason", 1.0, 2.0, "somewhere", "N")
 
     monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.find_equilibrium", failing)
-    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 1.0)
+    monkeypatch.setattr(choose_factorization, "MAX_STATIC_FILL", 1.0)
     with pytest.raises(ancf.EquilibriumError, match="a reason"):
         ancf.solve_static(hung(4))
     assert kinds == ["DeflatedSeed", "SparseSeed"]
-    vectors = memory_estimate.estimate(hung(4), 1, 0, False, ancf.Newton()).vectors
+    vectors = memory_estimate.estimate_memory(hung(4), 1, 0, False, ancf.Newton()).vectors
     monkeypatch.setattr(memory_estimate, "available_memory", lambda: vectors + 1e4)
     monkeypatch.setattr(memory_estimate, "MIN_CHECKED", 0.0)
     monkeypatch.setattr(solve_static, "memory_for", lambda _: contextlib.nullcontext())
@@ -158,20 +158,20 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
 
 def test_the_choice_is_by_fill(monkeypatch):
     assert INCOMPLETE not in ancf.solve_static(hung(5)).stats.solver
-    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 3.0)
+    monkeypatch.setattr(choose_factorization, "MAX_STATIC_FILL", 3.0)
     assert INCOMPLETE in ancf.solve_static(hung(5)).stats.solver
     assert INCOMPLETE not in ancf.solve_static(hung(5), factorization="complete").stats.solver
 
 
 def test_what_does_not_fit_exactly_is_solved(monkeypatch):
     scene = hung(8)
-    monkeypatch.setattr(choose_factorization, "MOST_STATIC_FILL", 3.0)
-    needed = memory_estimate.estimate(
+    monkeypatch.setattr(choose_factorization, "MAX_STATIC_FILL", 3.0)
+    needed = memory_estimate.estimate_memory(
         scene, 1, 0, False, ancf.Newton(), matrices=8, incomplete=True,
-        incomplete_entry=memory_estimate.DEFLATED_ENTRY,
+        incomplete_entry=memory_estimate.DEFLATED_ENTRY_BYTES,
     )  # fmt: skip
     monkeypatch.setattr(memory_estimate, "available_memory", lambda: 1.05 * needed.total)
-    assert needed.exact > needed.factor
+    assert needed.complete > needed.factor
     assert INCOMPLETE in ancf.solve_static(scene).stats.solver
 
 
@@ -182,7 +182,7 @@ def test_other_words_are_refused():
 
 def test_coarse_modes_are_rigid_where_they_turn():
     system = System(hung(4))
-    modes = CoarseModes(system)
+    modes = DeflationModes(system)
     q = system.q0 + 0.01 * np.random.default_rng(0).standard_normal(system.n_all)
     matrix = modes.at(q)
     # A turn of everything about the x axis, and sliding of everything along it, are sums of modes.
@@ -199,7 +199,7 @@ def test_coarse_modes_are_rigid_where_they_turn():
 
 def test_boxes_are_of_like_size():
     places = np.random.default_rng(1).random((1000, 3)) * (1.0, 5.0, 0.1)
-    counts = np.bincount(boxes(places))
+    counts = np.bincount(divide_into_boxes(places))
     assert counts.max() <= 64
     assert counts.min() >= 30
     assert counts.sum() == 1000

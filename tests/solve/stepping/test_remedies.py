@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.error_control.select_solution import check_accuracy
-from ancfsparse.solve.stepping.remedies import for_accuracy, for_steps
+from ancfsparse.solve.stepping.remedies import hint_for_accuracy, hint_for_fixed_steps
 from ancfsparse.system import System
 
 
@@ -27,11 +27,11 @@ from ancfsparse.system import System
 )
 def test_no_integrator_is_advised_that_damps_no_more(integrator, damping):
     scene, _ = pendulum("thin")
-    for text in (for_steps(scene, integrator, 0), for_accuracy(scene, integrator)):
+    for text in (hint_for_fixed_steps(scene, integrator, 0), hint_for_accuracy(scene, integrator)):
         found = re.search(r"integrator=(GeneralizedAlpha.* which)", text)
         assert (found and found[1]) == damping
     keeps = isinstance(integrator, ancf.EnergyMomentum)
-    assert ("EnergyMomentum()" in for_steps(scene, integrator, 0)) != keeps
+    assert ("EnergyMomentum()" in hint_for_fixed_steps(scene, integrator, 0)) != keeps
 
 
 @pytest.mark.parametrize("metre", [1e-6, 1.0, 1e3])
@@ -40,7 +40,7 @@ def test_the_advised_accuracy_fits_the_scene(metre):
     width = 0.01 * metre
     scene.add_beam("thin", (0, 0), (-1.2 * metre, 1.6 * metre), 4, ancf.Rectangle(width, width),
                    ancf.Material(1e8, 4000.0))  # fmt: skip
-    text = for_steps(scene, ancf.Newmark(), 0)
+    text = hint_for_fixed_steps(scene, ancf.Newmark(), 0)
     accuracy = float(re.search(r"accuracy=(\S+) \[m\] instead of dt\.$", text)[1])
     assert accuracy == pytest.approx(2e-3 * metre, rel=0.3)
     check_accuracy(System(scene), accuracy, "default", None, "auto", 0)
@@ -48,9 +48,11 @@ def test_the_advised_accuracy_fits_the_scene(metre):
 
 def test_what_is_in_use_or_not_there_is_not_advised():
     scene, rod = pendulum("thin")
-    assert "max_halvings=5" in for_steps(scene, ancf.Newmark(), 0)
-    assert "max_halvings" not in for_steps(scene, ancf.Newmark(), 3)
-    assert "loads" not in for_accuracy(scene, ancf.Newmark())
+    assert "max_halvings=5" in hint_for_fixed_steps(scene, ancf.Newmark(), 0)
+    assert "max_halvings" not in hint_for_fixed_steps(scene, ancf.Newmark(), 3)
+    assert "loads" not in hint_for_accuracy(scene, ancf.Newmark())
     scene.point_force(rod.end, lambda t: np.array([0.0, np.sin(t)]))
-    assert "smooth loads" in for_accuracy(scene, ancf.Newmark())
-    assert for_accuracy(scene, ancf.GeneralizedAlpha(0.5)).startswith("Try a smaller accuracy, or")
+    assert "smooth loads" in hint_for_accuracy(scene, ancf.Newmark())
+    assert hint_for_accuracy(scene, ancf.GeneralizedAlpha(0.5)).startswith(
+        "Try a smaller accuracy, or"
+    )

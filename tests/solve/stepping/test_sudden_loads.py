@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 
 SOLVERS = (ancf.Newton(), "auto", ancf.QuasiNewton("davidon"))
@@ -174,7 +174,7 @@ def unsure(load, dt, steps):
     scene.pin(rod.start)
     scene.point_force(rod.end, lambda t: (0.0, load(t)))
     system = System(scene)
-    march, iteration, *_ = prepare(system, dt, ancf.HHT(0.3), "auto", "default", math.inf)
+    march, iteration, *_ = prepare_implicit(system, dt, ancf.HHT(0.3), "auto", "default", math.inf)
     n, m = system.n_all, system.n_multipliers
     loads = system.loads.amplitudes(dt * np.arange(1.0, steps + 1))
     march.advance(iteration, steps, loads, steps, 0, *(np.empty((2, k)) for k in (n, n, n, m)))
