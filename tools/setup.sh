@@ -102,11 +102,24 @@ if ! "$venv/bin/python" -c pass 2>/dev/null; then
   "$python" -m venv "$venv"
 fi
 export PATH="$PWD/$venv/bin:$PATH"
-pip() { "$venv/bin/python" -m pip --disable-pip-version-check --no-input --quiet "$@"; }
+log=$venv/setup.log
+: >"$log"
+
+# pip warns of every package that a local index lacks: its output goes to the log, and to the terminal
+# where it fails. Options are those of pip 23.0, which Debian 12 has: no -C for --config-settings.
+pip() {
+  "$venv/bin/python" -m pip --disable-pip-version-check --no-input "$@" >>"$log" 2>&1 && return
+  grep -v '^WARNING: Location .* is ignored' "$log" | tail -n 30 >&2 || true
+  stop "could not $step. The end of $PWD/$log stands above: mend what it names, then run the same make command again."
+}
+begin() {
+  step=$1
+  say "$step ($2)"
+}
 
 # The package is built without isolation, so that it can rebuild itself on import with the same tools;
 # its requirements (scikit-sparse is built from source) come first, each with its own build tools.
-say "installing requirements (a few minutes the first time)"
+begin "install what ancfsparse requires" "about a minute the first time: scikit-sparse is compiled"
 "$venv/bin/python" - pyproject.toml >"$venv/requirements.txt" <<'PYTHON'
 import sys, tomllib
 with open(sys.argv[1], "rb") as file:
@@ -114,6 +127,10 @@ with open(sys.argv[1], "rb") as file:
 print(*project["build-system"]["requires"], *project["project"]["dependencies"], sep="\n")
 PYTHON
 pip install -r "$venv/requirements.txt"
-say "building ancfsparse"
-pip install --no-build-isolation -Csetup-args=-Dinstruction_sets="$sets" -e ".[$extras]"
+if [ "$sets" = all ]; then
+  begin "build ancfsparse for all instruction sets" "up to six minutes the first time"
+else
+  begin "build ancfsparse for this machine" "two or three minutes the first time"
+fi
+pip install --no-build-isolation --config-settings=setup-args=-Dinstruction_sets="$sets" -e ".[$extras]"
 say "done"
