@@ -100,9 +100,9 @@ cdef class Ldl:
         width, rows = np.diff(first).astype(np.int64), np.diff(row_start)
         triangle_start = np.concatenate([[0], np.cumsum(width * (width - 1) // 2)])
         block_start = np.concatenate([[0], np.cumsum(width * rows)])
-        n_triangle = triangle_start[-1]
+        n_super, n_triangle = len(width), np.sum(width * (width - 1) // 2)
         room = max((space_for(w, r) for w, r in set(zip(width.tolist(), rows.tolist()))), default=1)
-        root = int(first[parts[-2]])
+        root = int(first[parts[n_parts]])
         boundary = images(row, row_start, n, root, parts)
         kept = [width[s] * stride_of(rows[s]) for s in boundary]
         # Some arrays have an extra entry, so that the address of the first one is always valid.
@@ -111,14 +111,14 @@ cdef class Ldl:
             "permutation": np.asarray(permutation), "place": place, "super_of": super_of,
             "first": first, "row_start": row_start, "triangle_start": triangle_start,
             "block_start": block_start, "row": row,
-            "entries": np.zeros(n + triangle_start[-1] + block_start[-1] + TAIL), "part": parts,
+            "entries": np.zeros(n + n_triangle + block_start[n_super] + TAIL), "part": parts,
             "work": np.zeros(n + n_parts * (n - root)),
             "boundary": np.append(boundary, np.int32(0)),
             "kept_start": np.cumsum([0, *kept], dtype=np.int64), "kept": np.zeros(sum(kept) + SLACK),
             "space": np.zeros(n_parts * room), "outcome": np.zeros(n_parts, dtype=np.intp),
         }
         a = self.arrays
-        data.n, data.n_super, data.n_positive = n, len(width), n_positive
+        data.n, data.n_super, data.n_positive = n, n_super, n_positive
         data.permutation, data.place = &permutation[0], ints(place)
         data.start, data.index = &indptr[0], &indices[0]
         data.super_of, data.first, data.row = ints(super_of), ints(first), ints(row)
@@ -190,9 +190,10 @@ cdef class Ldl:
         width, rows = np.diff(a["first"]), np.diff(a["row_start"])
         length = [np.arange(w - 1, -1, -1) + r for w, r in zip(width, rows)]
         start = np.concatenate([[0], np.cumsum(np.concatenate(length))])
-        row, lower = np.empty(start[-1], dtype=np.int32), np.empty(start[-1])
-        pivot, triangles, blocks = np.split(
-            a["entries"], [self.data.n, self.data.n + int(a["triangle_start"][-1])])
+        n_lower = start[self.data.n]
+        row, lower = np.empty(n_lower, dtype=np.int32), np.empty(n_lower)
+        n_triangle = a["triangle_start"][self.data.n_super]
+        pivot, triangles, blocks = np.split(a["entries"], [self.data.n, self.data.n + n_triangle])
         for s, (f, end) in enumerate(zip(a["first"][:-1], a["first"][1:])):
             below = a["row"][a["row_start"][s]:a["row_start"][s + 1]]
             image = below - self.data.n
