@@ -95,11 +95,12 @@ charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with
 gallery: setup ## Draw the pictures of docs/gallery.md by its examples, e.g. ARGS="net"
 	$(BIN)/python tools/gallery.py $(ARGS)
 
-lint: setup ## Check style, types and the order of the rooms
+lint: setup ## Check style, types, the order of the rooms, and what fails elsewhere
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/python tools/lint_imports.py
+	$(BIN)/python tools/lint_portable.py
 
 format: setup ## Put the source into the shape `make lint` asks for
 	$(BIN)/ruff check --fix
