@@ -127,7 +127,7 @@ def _conditions(system: System, parts: list[Part]) -> Conditions:
     place = np.concatenate([each[0] for each in moves])
     owner = np.repeat(np.arange(len(parts)), [len(each[0]) for each in moves])
     unit = np.concatenate([each[2] for each in moves])
-    by_mode = sp.block_diag([each[1] for each in moves], format="csr")
+    by_mode = sp.block_diag([sp.coo_array(each[1]) for each in moves], format="csr")
     by_part = sp.csr_array((unit, (np.arange(len(unit)), owner)), shape=(len(unit), len(parts)))
     # The first part at a place defines its motion: that of the others there must be the same.
     _, speaker, group = np.unique(place, return_index=True, return_inverse=True)
