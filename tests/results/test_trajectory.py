@@ -96,3 +96,13 @@ def test_stats_per_step():
     assert RunStats(steps=4, iterations=10).iterations_per_step == 2.5
     assert RunStats().iterations_per_step == 0.0
     assert RunStats().seconds == {}
+
+
+def test_stats_that_were_not_estimated_are_equal():
+    def stats(contraction):
+        return RunStats(error=float("nan"), events=[(1, 0.1, "new seed", "diverged", contraction)])
+
+    assert stats(float("nan")) == stats(float("nan"))
+    assert stats(0.5) == stats(0.5) != stats(0.6)
+    assert stats(0.5) != stats(float("nan"))
+    assert RunStats(error=1e-3) != RunStats() != "stats"

@@ -38,6 +38,15 @@ class Event(NamedTuple):
     contraction: float
 
 
+def _comparable(value: object) -> object:
+    """Return a value with None for what is not a number, in sequences too."""
+    if isinstance(value, float) and math.isnan(value):
+        return None
+    if isinstance(value, (list, tuple)):
+        return [_comparable(each) for each in value]
+    return value
+
+
 @dataclass
 class RunStats:
     """Counts and times of one run.
@@ -137,6 +146,12 @@ class RunStats:
     def __post_init__(self) -> None:
         """Make events of what a file gave."""
         self.events = [Event(*event) for event in self.events]
+
+    def __eq__(self, other: object) -> bool:
+        """Compare field by field; a value that is not a number equals another one."""
+        if not isinstance(other, RunStats):
+            return NotImplemented
+        return _comparable([*vars(self).values()]) == _comparable([*vars(other).values()])
 
     @property
     def iterations_per_step(self) -> float:
