@@ -196,7 +196,7 @@ def test_of_runs_that_start_together_one_gets_the_file(tmp_path):
     ("name", "message"),
     [
         ("x" * 300, "cannot be the file 'xxx.*: File name too long"),
-        ("a\0b", r"cannot be the file 'a\\x00b': embedded null byte"),
+        ("a\0b", r"cannot be the file 'a\\x00b': it has a NUL character"),
         (None, "the file of a run must be the name of a file such as 'run.h5', got None"),
         (b"run.h5", "must be the name of a file such as 'run.h5', got b'run.h5'"),
     ],

@@ -14,7 +14,7 @@ TOOLS = ROOT / "tools"
 
 ENTRY = """
 [[mutant]]
-file = "code.py"
+file = "doubled.py"
 old = {old!r}
 new = {new!r}
 tests = ["{tests}"]
@@ -34,16 +34,16 @@ def mutants():
 @pytest.fixture
 def run(mutants, tmp_path, capsys):
     code = "def double(x):\n    unused = 1\n    return 2 * x\n"
-    (tmp_path / "code.py").write_text(code)
-    (tmp_path / "test_code.py").write_text(
-        "from code import double\n\n\ndef test_double():\n    assert double(3) == 6\n"
+    (tmp_path / "doubled.py").write_text(code)
+    (tmp_path / "test_doubled.py").write_text(
+        "from doubled import double\n\n\ndef test_double():\n    assert double(3) == 6\n"
     )
 
-    def run(old, new, tests="test_code.py", more=""):
+    def run(old, new, tests="test_doubled.py", more=""):
         entry = ENTRY.format(old=old, new=new, tests=tests, more=more)
         (tmp_path / "list.toml").write_text(entry)
         status = mutants.main(["--list", str(tmp_path / "list.toml"), "--root", str(tmp_path)])
-        assert (tmp_path / "code.py").read_text() == code
+        assert (tmp_path / "doubled.py").read_text() == code
         return status, capsys.readouterr().out
 
     return run
@@ -87,16 +87,18 @@ def test_the_list_is_read(mutants):
 
 def test_a_run_that_is_ended_puts_the_file_back(tmp_path):
     code = "def slow():\n    return 60\n"
-    (tmp_path / "code.py").write_text(code)
-    (tmp_path / "test_code.py").write_text("import time\n\ndef test_slow():\n    time.sleep(60)\n")
-    entry = ENTRY.format(old="60", new="61", tests="test_code.py", more="")
+    (tmp_path / "doubled.py").write_text(code)
+    (tmp_path / "test_doubled.py").write_text(
+        "import time\n\ndef test_slow():\n    time.sleep(60)\n"
+    )
+    entry = ENTRY.format(old="60", new="61", tests="test_doubled.py", more="")
     (tmp_path / "list.toml").write_text(entry)
     paths = ["--list", str(tmp_path / "list.toml"), "--root", str(tmp_path)]
     with subprocess.Popen([sys.executable, str(TOOLS / "mutants.py"), *paths]) as run:
         until = time.monotonic() + 60.0
-        while (tmp_path / "code.py").read_text() == code and time.monotonic() < until:
+        while (tmp_path / "doubled.py").read_text() == code and time.monotonic() < until:
             time.sleep(0.05)
-        assert (tmp_path / "code.py").read_text() != code
+        assert (tmp_path / "doubled.py").read_text() != code
         run.terminate()
     assert run.returncode == 128 + signal.SIGTERM
-    assert (tmp_path / "code.py").read_text() == code
+    assert (tmp_path / "doubled.py").read_text() == code

@@ -60,9 +60,10 @@ def file_name(what: str, value: object) -> Path:
         raise InputError(
             f"{what} cannot be the file {format_value(str(value))}: {reason}"
         ) from None
-    except ValueError as refused:  # a NUL, or what the system cannot encode
+    except ValueError as refused:  # what the system cannot encode, or a NUL
+        reason = "it has a NUL character" if "\0" in str(value) else str(refused)
         raise InputError(
-            f"{what} cannot be the file {format_value(str(value))}: {refused}"
+            f"{what} cannot be the file {format_value(str(value))}: {reason}"
         ) from None
     return Path(value)
 
