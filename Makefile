@@ -7,34 +7,31 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup peers demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels compare bench-time bench-error accuracy charts gallery lint format clean
+.PHONY: help setup all-sets peers develop plain demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels compare bench-time bench-error accuracy charts gallery lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-setup: .venv/.installed ## Install what is missing: system packages, .venv, the package
-	@:
-
-.venv/.installed: pyproject.toml tools/setup.sh
+setup: ## Install what is missing: system packages, .venv, the package
 	@PYTHON="$(PYTHON)" tools/setup.sh
-	@touch $@
 
-.venv/.all_sets: .venv/.installed
+all-sets: ## Compile for every instruction set, not for this machine's widest alone
 	@PYTHON="$(PYTHON)" tools/setup.sh all-sets
-	@touch $@
 
-.venv/.peers: .venv/.installed
+peers: ## Install what the studies run beside ours: Exudyn, SUNDIALS, PyElastica
 	@PYTHON="$(PYTHON)" tools/setup.sh peers
-	@touch $@
 
-peers: .venv/.peers ## Install what the studies run beside ours: Exudyn, SUNDIALS, PyElastica
-	@:
+develop: ## Install so that importing the package compiles what has changed
+	@PYTHON="$(PYTHON)" tools/setup.sh develop
+
+plain: ## Undo `make develop`: install a copy, which no import changes
+	@PYTHON="$(PYTHON)" tools/setup.sh plain
 
 demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 	$(ONE_THREAD) $(BIN)/python -m benchmarks table1 $(ARGS)
 
-test: .venv/.all_sets ## Run the tests, e.g. ARGS="-m 'not slow'"
+test: all-sets ## Run the tests, e.g. ARGS="-m 'not slow'"
 	$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
 
 soak: setup ## Look for what breaks, e.g. ARGS="--seed 3 --seconds 120"
@@ -44,7 +41,7 @@ SANITIZED := -m 'not slow' tests/kernels tests/seeds tests/system tests/nonlinea
 sanitize: setup ## Run tests of compiled code under address and undefined-behaviour sanitizers
 	tools/sanitize.sh $(if $(ARGS),$(ARGS),$(SANITIZED))
 
-mutants: setup ## Change hot code in small wrong ways, in place, and see whether tests fail; half an hour
+mutants: develop ## Change hot code in small wrong ways, in place, and see whether tests fail; half an hour
 	$(BIN)/python tools/mutants.py $(ARGS)
 
 codegen: setup ## Derive the elements with SymPy and write generated/
@@ -53,19 +50,19 @@ codegen: setup ## Derive the elements with SymPy and write generated/
 codegen-check: setup ## Prove that generated/ is what `make codegen` writes
 	$(BIN)/python -m codegen --check $(ARGS)
 
-bench-paper: .venv/.peers ## Time the paper's pendulum beside Exudyn, one thread
+bench-paper: peers ## Time the paper's pendulum beside Exudyn, one thread
 	$(ONE_THREAD) $(BIN)/python -m benchmarks bench-paper $(ARGS)
 
-bench-kernels: .venv/.all_sets ## Time every element kernel on every instruction set
+bench-kernels: all-sets ## Time every element kernel on every instruction set
 	$(ONE_THREAD) $(BIN)/python -m benchmarks bench-kernels $(ARGS)
 
 compare: setup ## Compare speed and counts with another build, ARGS="OTHER/.venv/bin/python"
 	$(ONE_THREAD) $(BIN)/python -P tools/compare_builds.py $(ARGS)
 
-bench-time: .venv/.peers ## Measure seconds against the error of the steps, beside peers
+bench-time: peers ## Measure seconds against the error of the steps, beside peers
 	$(ONE_THREAD) $(BIN)/python -m benchmarks work-precision --peers $(ARGS)
 
-bench-error: .venv/.peers ## Measure the whole error against its cost, beside peers
+bench-error: peers ## Measure the whole error against its cost, beside peers
 	$(ONE_THREAD) $(BIN)/python -m benchmarks total-error --peers $(ARGS)
 
 accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; ten minutes
@@ -85,7 +82,7 @@ STUDIES := \
   'work-precision --peers --page docs/accuracy.md' \
   'scaling --peers --largest 1000000 --largest-net 200 --page docs/large.md'
 
-charts: .venv/.peers ## Draw docs/gallery anew, and the tables of the pages with it; an hour
+charts: peers ## Draw docs/gallery anew, and the tables of the pages with it; an hour
 	@for study in $(STUDIES); do \
 	  echo "== python -m benchmarks $$study"; \
 	  $(ONE_THREAD) $(BIN)/python -m benchmarks $$study || exit; \
@@ -107,5 +104,5 @@ format: setup ## Put the source into the shape `make lint` asks for
 	$(BIN)/ruff format
 
 clean: ## Remove .venv and everything built
-	rm -rf .venv build results .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv build results ancfsparse/compiled .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -15,11 +15,11 @@ set=$("$python" -c 'from ancfsparse.dispatch import instruction_set; print(instr
 ninja -C "$folder" -t targets all | sed -nE "s/^((blocks_.*|shared|.*_$set)\.cpython.*\.so):.*/\1/p" |
   xargs ninja -C "$folder"
 
-# The package as it stands, with these modules; and an interpreter that finds them there and all else
-# in .venv, whose editable package it does not see, since that is entered by a .pth file.
+# The package as it stands, with these modules; and an interpreter that finds them there first, and all
+# else in .venv.
 stage=$PWD/$folder/stage
 rm -rf "$stage" && mkdir -p "$stage/ancfsparse/compiled" "$stage/ancfsparse/generator"
-ln -s "$PWD"/ancfsparse/* "$stage/ancfsparse/"
+find "$PWD/ancfsparse" -mindepth 1 -maxdepth 1 ! -name compiled -exec ln -s -t "$stage/ancfsparse" {} +
 ln -s "$PWD/codegen" "$stage/ancfsparse/generator/"
 ln -s "$PWD/$folder"/*.so "$stage/ancfsparse/compiled/"
 [ -d "$folder/venv" ] || "$python" -m venv --without-pip "$folder/venv"

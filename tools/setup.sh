@@ -3,21 +3,68 @@
 # Usage: tools/setup.sh           PYTHON=python3.12 tools/setup.sh chooses another interpreter
 #        tools/setup.sh peers     the programs too that the studies run beside ours
 #        tools/setup.sh all-sets  compiled for every instruction set; otherwise for this machine's widest alone
+#        tools/setup.sh develop   so that importing the package compiles what has changed
+#        tools/setup.sh plain     no longer so
+#        tools/setup.sh check     install nothing; fail if compiled modules are older than their sources
+# What was asked for once stays. Where nothing has changed, nothing is done. One process sets up, others wait.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 venv=.venv
-packages=(libsuitesparse-dev libopenblas-dev) # without OpenBLAS, CHOLMOD runs on reference BLAS
-extras=dev
-sets=native
-if [ "${1:-}" = all-sets ] || [ -e "$venv/.all_sets" ]; then sets=all; fi
-if [ "${1:-}" = peers ]; then
-  packages+=(libsundials-dev)
-  extras=dev,peers
-fi
+log=$venv/setup.log
+lock=build/.lock
+linked=ancfsparse/compiled # see `link_compiled`
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }
+
+# ---- what is asked for, and what is there -------------------------------------------------------
+
+# Print a digest of the sources, or of those alone that are compiled.
+digest() {
+  find ancfsparse codegen generated meson.build meson.options pyproject.toml -type f \
+    ! -path '*/__pycache__/*' "$@" -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum | cut -c -64
+}
+digest_of_all() { digest; }
+digest_of_compiled() { digest ! -name '*.py' ! -name pyproject.toml; }
+
+has() { [ -e "$venv/.$1" ]; }
+
+wish=${1:-}
+case $wish in
+  '' | peers | all-sets | develop | plain) ;;
+  check)
+    # An editable install compiles on import.
+    has develop || [ "$(digest_of_compiled)" = "$(cut -d ' ' -f 2 "$venv/.package" 2>/dev/null)" ] ||
+      stop "compiled modules are older than their sources: run make setup, or make develop once to have imports compile what has changed."
+    exit ;;
+  *) stop "unknown argument $wish; the head of tools/setup.sh lists those there are." ;;
+esac
+
+mkdir -p build
+exec 9>"$lock"
+if ! flock --nonblock 9; then
+  say "waiting for another process that sets up here"
+  flock 9
+fi
+export ANCFSPARSE_HAS_LOCK=1 # for tools/ninja_in_turn.sh, which pip starts below
+
+if [ "$wish" = peers ] || has peers; then extras=dev,peers; else extras=dev; fi
+if [ "$wish" = all-sets ] || has all-sets; then sets=all; else sets=native; fi
+if [ "$wish" != plain ] && { [ "$wish" = develop ] || has develop; }; then mode=develop; else mode=plain; fi
+requirements="$(cat pyproject.toml tools/setup.sh | sha256sum | cut -c -64) $extras"
+if [ $mode = develop ]; then # Python finds the sources themselves
+  package="$(sha256sum <meson.build | cut -c -64) - $sets develop"
+else
+  package="$(digest_of_all) $(digest_of_compiled) $sets plain"
+fi
+is_there() { [ "$(cat "$venv/.$1" 2>/dev/null)" = "$2" ]; }
+if is_there requirements "$requirements" && is_there package "$package" && "$venv/bin/python" -c pass 2>/dev/null; then
+  exit
+fi
+
+packages=(libsuitesparse-dev libopenblas-dev) # without OpenBLAS, CHOLMOD runs on reference BLAS
+if [ $extras = dev,peers ]; then packages+=(libsundials-dev); fi
 
 # ---- the interpreter ----------------------------------------------------------------------------
 
@@ -102,7 +149,6 @@ if ! "$venv/bin/python" -c pass 2>/dev/null; then
   "$python" -m venv "$venv"
 fi
 export PATH="$PWD/$venv/bin:$PATH"
-log=$venv/setup.log
 : >"$log"
 
 # pip warns of every package that a local index lacks: its output goes to the log, and to the terminal
@@ -117,20 +163,47 @@ begin() {
   say "$step ($2)"
 }
 
-# The package is built without isolation, so that it can rebuild itself on import with the same tools;
-# its requirements (scikit-sparse is built from source) come first, each with its own build tools.
-begin "install what ancfsparse requires" "about a minute the first time: scikit-sparse is compiled"
-"$venv/bin/python" - pyproject.toml >"$venv/requirements.txt" <<'PYTHON'
+# The package is built without isolation, in a folder that stays, so that what has not changed is not
+# compiled again; its requirements (scikit-sparse is built from source) come first.
+if ! is_there requirements "$requirements"; then
+  rm -f "$venv/.requirements" "$venv/.package"
+  begin "install what ancfsparse requires" "about a minute the first time: scikit-sparse is compiled"
+  "$venv/bin/python" - pyproject.toml >"$venv/requirements.txt" <<'PYTHON'
 import sys, tomllib
 with open(sys.argv[1], "rb") as file:
     project = tomllib.load(file)
 print(*project["build-system"]["requires"], *project["project"]["dependencies"], sep="\n")
 PYTHON
-pip install -r "$venv/requirements.txt"
-if [ "$sets" = all ]; then
-  begin "build ancfsparse for all instruction sets" "up to six minutes the first time"
-else
-  begin "build ancfsparse for this machine" "two or three minutes the first time"
+  pip install -r "$venv/requirements.txt"
 fi
-pip install --no-build-isolation --config-settings=setup-args=-Dinstruction_sets="$sets" -e ".[$extras]"
+
+# Python that is started here finds the sources before the installed package: it needs the compiled modules.
+link_compiled() {
+  local target
+  target=$("$venv/bin/python" -c 'import sysconfig; print(sysconfig.get_path("platlib"))')/ancfsparse/compiled
+  ln -sfn "$(realpath --relative-to=ancfsparse "$target")" $linked
+}
+
+options=(--no-build-isolation "--config-settings=setup-args=-Dinstruction_sets=$sets"
+  "--config-settings=builddir=build/$("$venv/bin/python" -c 'import sys; print("cp%d%d" % sys.version_info[:2])')")
+if is_there requirements "$requirements"; then options+=(--no-deps --force-reinstall); fi
+rm -f "$venv/.package"
+if [ $sets = all ]; then
+  begin "build ancfsparse for all instruction sets" "up to six minutes the first time, then what has changed"
+else
+  begin "build ancfsparse for this machine" "two or three minutes the first time, then what has changed"
+fi
+find ancfsparse codegen -name __pycache__ -prune -exec rm -rf {} +
+if [ $mode = develop ]; then
+  rm -f $linked
+  NINJA=$PWD/tools/ninja_in_turn.sh pip install "${options[@]}" -e ".[$extras]"
+else
+  pip install "${options[@]}" ".[$extras]"
+  link_compiled
+fi
+
+echo "$requirements" >"$venv/.requirements"
+echo "$package" >"$venv/.package"
+for each in peers all-sets develop; do if [ "$wish" = $each ]; then touch "$venv/.$each"; fi; done
+if [ "$wish" = plain ]; then rm -f "$venv/.develop"; fi
 say "done"
