@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup all-sets peers develop plain demo test soak sanitize mutants codegen codegen-check bench-paper bench-kernels compare bench-time bench-error accuracy charts gallery lint format clean
+.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check bench-paper bench-kernels compare bench-time bench-error accuracy charts gallery lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
@@ -33,6 +33,15 @@ demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 
 test: all-sets ## Run the tests, e.g. ARGS="-m 'not slow'"
 	$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
+
+test-fresh: ## Run the set-up commands and examples of README.md in a bare Debian 12; as root, a quarter of an hour
+	tools/test_fresh.sh $(ARGS)
+
+test-newest: ## Run the fast tests with the newest interpreter here and the newest dependencies
+	@PYTHON="$(PYTHON)" tools/test_versions.sh newest $(ARGS)
+
+test-oldest: ## Run the fast tests with Python 3.11 and the oldest dependencies of pyproject.toml
+	@PYTHON="$(PYTHON)" tools/test_versions.sh oldest $(ARGS)
 
 soak: setup ## Look for what breaks, e.g. ARGS="--seed 3 --seconds 120"
 	$(ONE_THREAD) $(BIN)/python -m tests.soak $(ARGS)

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-MEANT = "# before the pointer"
+REASON = "# before the pointer"
 
 NEWER_OPTIONS = [  # tool, option, first version that has it, version in Debian 12
     ("pip", "-C", "23.1", "23.0.1"),
@@ -62,7 +62,7 @@ def negative_indices(source: str, is_included: bool = False) -> Iterator[int]:
             number += token.count("\n")
             continue
         if begins and token == "-" and not _is_slice(code[match.end() :]):
-            if MEANT not in lines[number - 1]:
+            if REASON not in lines[number - 1]:
                 yield number
         begins = False
         if token in "([{":
@@ -130,7 +130,7 @@ def main() -> int:
     found = []
     for file in _tracked("*.pyx", "*.pxi"):
         for number in negative_indices(file.read_text(encoding="utf-8"), file.suffix == ".pxi"):
-            reason = f"negative index with wraparound off; count from 0, or say {MEANT!r}"
+            reason = f"negative index with wraparound off; count from 0, or say {REASON!r}"
             found.append(f"{file.relative_to(ROOT)}:{number}: {reason}")
     for file in _tracked(*SCRIPTS):
         for number, reason in newer_options(file.read_text(encoding="utf-8")):
