@@ -1,4 +1,4 @@
-"""Points of a sweep on forked processes of this machine: they begin in milliseconds."""
+"""Runs of a sweep in forked processes, which start within milliseconds."""
 
 from __future__ import annotations
 
@@ -18,14 +18,13 @@ from ancfsparse.sweeps.samples import ParameterPoint
 if TYPE_CHECKING:
     from multiprocessing.context import ForkProcess
 
-# Time that a call should take, beside a tenth of a millisecond that its messages need [s].
-BATCH_SECONDS = 0.02
-# Why a point has no numbers whose process ended.
-ENDED = "the process of its worker ended"
+BATCH_SECONDS = 0.02  # s, duration of a batch; its messages take 1e-4 s
+WORKER_ENDED = "the process of its worker ended"
+"""Reason for the failure of a point whose process has ended."""
 
 
 def can_fork() -> bool:
-    """Whether processes can be forked: on Linux, where nothing that is loaded forbids it."""
+    """Return True if processes can be forked: on Linux, where no loaded library forbids it."""
     return sys.platform == "linux" and not mp.current_process().daemon
 
 
@@ -35,38 +34,38 @@ class _Worker:
     Parameters
     ----------
     task : Task
-        What is done at every point.
+        The computation at a point.
     others : list of _Worker
-        Workers whose pipes a new process inherits, and closes.
+        Workers whose pipes the new process inherits and closes.
 
     Attributes
     ----------
     batch : list of dict
-        The points it works on.
+        Its current points.
     pipe : Connection
-        To it.
+        The pipe to the process.
     """
 
     def __init__(self, task: Task, others: list[_Worker]) -> None:
         context = mp.get_context("fork")
         self.batch: list[ParameterPoint] = []
-        self.pipe, theirs = context.Pipe()
+        self.pipe, remote = context.Pipe()
         ends = [self.pipe, *(each.pipe for each in others)]
         self._process: ForkProcess = context.Process(
-            target=_serve, args=(task, theirs, ends), daemon=True
+            target=_serve, args=(task, remote, ends), daemon=True
         )
         with warnings.catch_warnings():  # threads of OpenMP are not used after a fork
             warnings.simplefilter("ignore", DeprecationWarning)
             self._process.start()
-        theirs.close()
+        remote.close()
 
-    def give(self, batch: list[ParameterPoint]) -> None:
-        """Let it work on points."""
+    def send(self, batch: list[ParameterPoint]) -> None:
+        """Send points to the process."""
         self.batch = batch
         self.pipe.send(batch)
 
-    def take(self) -> list[Row] | None:
-        """Return the rows of its points; None if the process has ended."""
+    def receive(self) -> list[Row] | None:
+        """Return the results of its points; None if the process has ended."""
         try:
             rows: list[Row] = self.pipe.recv()
         except (EOFError, ConnectionError):
@@ -83,7 +82,7 @@ class _Worker:
 def _serve(task: Task, pipe: Connection, ends: list[Connection]) -> None:
     """Evaluate points until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
-    for each in ends:  # or the other end would stay open here when the parent ends
+    for each in ends:  # otherwise this process would keep them open after the end of the parent
         each.close()
     while True:
         try:
@@ -94,29 +93,29 @@ def _serve(task: Task, pipe: Connection, ends: list[Connection]) -> None:
 
 
 def run_forked(
-    task: Task, points: list[ParameterPoint], workers: int, each: float
+    task: Task, points: list[ParameterPoint], workers: int, seconds: float
 ) -> Iterator[tuple[ParameterPoint, Row]]:
-    """Run points in forked processes, and yield them as they end.
+    """Run points in forked processes, and yield results as they arrive.
 
     Parameters
     ----------
     task : Task
-        What is done at every point; nothing of it is sent.
+        The computation at a point; forked processes inherit it.
     points : list of dict
         The points.
     workers : int
         Number of processes.
-    each : float
-        Time that a point takes, about [s].
+    seconds : float
+        Approximate time of a point [s].
 
     Yields
     ------
     point, row
-        In any order.  Points that were with a process that ended run once more, one at a time, so
-        that the one that ends it is found.
+        In any order.  The points of a process that has ended run again one by one, which finds the
+        point that ends its process.
     """
-    most = max(1, len(points) // (4 * workers))
-    size = min(most, max(1, round(BATCH_SECONDS / max(each, 1e-6))))
+    largest = max(1, len(points) // (4 * workers))
+    size = min(largest, max(1, round(BATCH_SECONDS / max(seconds, 1e-6))))
     batches = deque(points[k : k + size] for k in range(0, len(points), size))
     crew: list[_Worker] = []
     suspects: list[ParameterPoint] = []
@@ -124,10 +123,10 @@ def run_forked(
         while batches or crew:
             while batches and len(crew) < workers:
                 crew.append(_Worker(task, crew))
-                crew[-1].give(batches.popleft())
+                crew[-1].send(batches.popleft())
             ready = wait([worker.pipe for worker in crew])
             for worker in [each for each in crew if each.pipe in ready]:
-                rows = worker.take()
+                rows = worker.receive()
                 if rows is None:
                     suspects += worker.batch
                 else:
@@ -136,14 +135,16 @@ def run_forked(
                     crew.remove(worker)
                     worker.end()
                 else:
-                    worker.give(batches.popleft())
+                    worker.send(batches.popleft())
         for point in suspects:
             crew.append(_Worker(task, []))
-            crew[0].give([point])
-            rows = crew[0].take()
+            crew[0].send([point])
+            rows = crew[0].receive()
             yield (
                 point,
-                Row(dict.fromkeys(task.quantities, math.nan), ENDED) if not rows else rows[0],
+                Row(dict.fromkeys(task.quantities, math.nan), WORKER_ENDED)
+                if not rows
+                else rows[0],
             )
             crew.pop().end()
     finally:

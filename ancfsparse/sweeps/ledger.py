@@ -1,4 +1,4 @@
-"""The file of a sweep: a line for each point that is done, so that an ended sweep goes on."""
+"""The file of a sweep: one line for each finished point, from which a sweep can be resumed."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from ancfsparse.messages import format_value
 from ancfsparse.sweeps.point import Row, Task
 from ancfsparse.sweeps.samples import ParameterPoint
 
-# First key of the first line.
 MARK = "ancfsparse sweep"
+"""First key of the first line."""
 
 
 class Ledger:
-    """Rows that are known, and the file they are added to.
+    """Results of finished points, and their file.
 
     Parameters
     ----------
     task : Task
-        What is done at every point; a file of another task is refused.
+        The computation at a point; a file of another task is refused.
     path : Path or None
-        The file, in JSON lines; None keeps the rows in memory alone.
+        The file, in JSON lines; None keeps the results in memory only.
 
     Raises
     ------
     InputError
-        If the file is of something else.
+        If the file does not belong to this task.
     """
 
     def __init__(self, task: Task, path: Path | None) -> None:
@@ -40,32 +40,34 @@ class Ledger:
         self._file: TextIO | None = None
         self._head = {
             MARK: 1,
-            "build": getattr(task.build, "__qualname__", None) or _written("build", task.build),
+            "build": getattr(task.build, "__qualname__", None) or _describe("build", task.build),
             "quantities": list(task.quantities),
             "t_end": task.t_end,
             "options": {
-                name: _written(name, value) for name, value in sorted(task.options.items())
+                name: _describe(name, value) for name, value in sorted(task.options.items())
             },
         }
         if path is not None and path.exists():
             self._read(path)
 
     def _read(self, path: Path) -> None:
-        """Take the rows of a file; a last line that was cut off is dropped."""
+        """Read the results of a file; an incomplete last line is deleted."""
         try:
             lines = path.read_bytes().split(b"\n")
         except OSError as error:
             raise InputError(f"{path} cannot be read: {error.strerror}") from error
-        whole, rest = lines[:-1], lines[-1]
+        complete, rest = lines[:-1], lines[-1]
         try:
-            entries = [json.loads(line) for line in whole]
+            entries = [json.loads(line) for line in complete]
         except ValueError as error:
-            raise InputError(f"{path} is damaged or no file of a sweep: choose another") from error
+            raise InputError(
+                f"{path} is damaged or not a file of a sweep: choose another"
+            ) from error
         if not entries and not rest:
             return
         head: Any = entries[0] if entries else None
         if not isinstance(head, dict) or MARK not in head:
-            raise InputError(f"{path} is no file of a sweep: choose another")
+            raise InputError(f"{path} is not a file of a sweep: choose another")
         for name, value in self._head.items():
             if head.get(name) != value:
                 raise InputError(
@@ -80,11 +82,11 @@ class Ledger:
             raise InputError(f"{path} is damaged: choose another file, or delete it") from error
         if rest:
             with path.open("r+b") as file:
-                file.truncate(sum(len(line) + 1 for line in whole))
+                file.truncate(sum(len(line) + 1 for line in complete))
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Keep the file open for new rows."""
+        """Open the file for new results."""
         if self._path is None:
             yield
             return
@@ -102,15 +104,15 @@ class Ledger:
                 self._file = None
 
     def __contains__(self, point: ParameterPoint) -> bool:
-        """Whether a point is done."""
+        """Return True for a finished point."""
         return key(point) in self._rows
 
     def __getitem__(self, point: ParameterPoint) -> Row:
-        """Return the row of a point."""
+        """Return the result of a point."""
         return self._rows[key(point)]
 
     def add(self, point: ParameterPoint, row: Row) -> None:
-        """Add a row, and write it at once."""
+        """Add a result, and write it immediately."""
         self._rows[key(point)] = row
         self._write({"point": point, **asdict(row)})
 
@@ -125,18 +127,18 @@ class Ledger:
 
     def _unwritable(self, error: OSError) -> InputError:
         return InputError(
-            f"{self._path} cannot be written ({error.strerror}): choose another file; what it "
-            "contains is kept"
+            f"{self._path} cannot be written ({error.strerror}): choose another file; its "
+            "results are kept"
         )
 
 
 def key(point: ParameterPoint) -> str:
-    """Return a text that is equal for equal points alone."""
+    """Return a text that identifies a point."""
     return json.dumps(point, sort_keys=True)
 
 
-def _written(name: str, option: object) -> str:
-    """Write an option whole, which shows whether it has changed."""
+def _describe(name: str, option: object) -> str:
+    """Return the complete text of an option, by which changes are detected."""
     try:
         return repr(option)
     except Exception as error:  # a repr of the caller's may raise anything

@@ -1,4 +1,4 @@
-"""One point of a sweep: build a scene, run it, evaluate the quantities."""
+"""Computation at one point of a sweep: build a scene, run it, evaluate quantities."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from ancfsparse.sweeps.samples import ParameterPoint
 
 @dataclass(frozen=True)
 class Task:
-    """What is done at every point.
+    """The computation at every point.
 
     Attributes
     ----------
     build : callable
-        Parameters by name to a scene, or to a scene and handles of it.
+        Function of the parameters by name; returns a scene, or a scene and handles of it.
     quantities : mapping of str to callable
-        From a run, and those handles, to a number.
+        Functions of a run and those handles; each returns a number.
     t_end : float
-        Time at the end [s].
+        Final time [s].
     options : mapping
         Other arguments of `simulate`.
     """
@@ -41,16 +41,16 @@ class Task:
 
 @dataclass(frozen=True)
 class Row:
-    """What came out at one point.
+    """The result at one point.
 
     Attributes
     ----------
     values : dict of str to float
-        The quantities; NaN where the point failed.
+        The quantities; NaN if the point failed.
     reason : str
-        Why it failed; empty if it did not.
+        Reason of the failure; empty without one.
     seconds : float
-        Time that it took [s].
+        Computing time [s].
     """
 
     values: dict[str, float] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Row:
 def evaluate(task: Task, point: ParameterPoint) -> Row:
     """Run one point.
 
-    Whatever the functions of the caller raise belongs to this point alone, and becomes its reason.
+    An exception of a user function becomes the reason for the failure of this point.
     """
     begin = time.perf_counter()
     values = dict.fromkeys(task.quantities, math.nan)
@@ -81,13 +81,13 @@ def evaluate(task: Task, point: ParameterPoint) -> Row:
         }
     except AncfError as error:
         reason = str(error)
-    except Exception as error:  # functions of the caller may raise anything; the row names it
+    except Exception as error:  # user functions may raise anything; the row names it
         reason = f"{type(error).__name__}: {error}"
     return Row(values, reason, time.perf_counter() - begin)
 
 
 def evaluate_all(task: Task, points: list[ParameterPoint]) -> list[Row]:
-    """Run several points one after another."""
+    """Run several points in sequence."""
     return [evaluate(task, point) for point in points]
 
 

@@ -1,4 +1,4 @@
-"""Points of a sweep: grids and random samples of named parameters."""
+"""Points of a sweep: grids and Latin hypercube samples of named parameters."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ancfsparse.system_memory import check_memory
 ParameterPoint = dict[str, Any]
 """A value for every parameter, by name."""
 
-# What a file of results can keep exactly.
-KINDS = (bool, int, float, str)
+PLAIN_TYPES = (bool, int, float, str)
+"""Types that a file of results stores exactly."""
 
 
 def grid(**values: Iterable[Any]) -> list[ParameterPoint]:
-    """Combine all values of all parameters.
+    """Return all combinations of parameter values.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def grid(**values: Iterable[Any]) -> list[ParameterPoint]:
     """
     columns = {}
     for name, each in values.items():
-        if isinstance(each, str) or not _has_several(each):
+        if isinstance(each, str) or not _is_list(each):
             got = format_value(each)
             raise InputError(f"the values of {name} must be a list, got {got}: try [{got}]")
         columns[name] = list(each)
@@ -52,14 +52,14 @@ def grid(**values: Iterable[Any]) -> list[ParameterPoint]:
 
 
 def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> list[ParameterPoint]:
-    """Draw points that fill ranges evenly, one in each of n strips of every parameter.
+    """Return a Latin hypercube sample: one point in each of n intervals of every parameter.
 
     Parameters
     ----------
     n : int
         Number of points.
     seed : int, optional
-        Of the random numbers; equal seeds give equal points.
+        Seed of the random numbers; equal seeds give equal points.
     **ranges : (float, float)
         Smallest and largest value of each parameter, in its own unit.
 
@@ -101,21 +101,21 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
     return [dict(zip(ranges, row, strict=True)) for row in (low + unit * (high - low)).tolist()]
 
 
-def checked_points(points: Any) -> list[ParameterPoint]:
+def check_points(points: Any) -> list[ParameterPoint]:
     """Return points as dictionaries of plain values, all with the same names.
 
     Parameters
     ----------
     points : sequence of mapping, or pandas.DataFrame
-        What was given.
+        The argument.
 
     Raises
     ------
     InputError
-        If there are no points, if names differ, or if a value cannot be kept in a file.
+        If there are no points, if names differ, or if a file cannot store a value.
     """
     rows = points.to_dict("records") if hasattr(points, "to_dict") else points
-    if isinstance(rows, Mapping) or not _has_several(rows):
+    if isinstance(rows, Mapping) or not _is_list(rows):
         raise InputError(
             f"points of a sweep must be a list of dictionaries, got {format_value(points)}: try "
             "ancf.grid(length=[1.0, 2.0])"
@@ -131,7 +131,7 @@ def checked_points(points: Any) -> list[ParameterPoint]:
             other = sorted(set(point) ^ set(out[0]))
             raise InputError(
                 f"point {k} of the sweep has other parameters than the first: {other[0]!r} is in "
-                "one of them alone"
+                "only one of them"
             )
         out.append(point)
     if not out:
@@ -139,14 +139,14 @@ def checked_points(points: Any) -> list[ParameterPoint]:
     return out
 
 
-def _has_several(values: object) -> bool:
-    """Whether values can be taken one by one, unlike those of an array without dimensions."""
+def _is_list(values: object) -> bool:
+    """Return True for an iterable, but not for an array of shape ()."""
     return isinstance(values, Iterable) and getattr(values, "shape", None) != ()
 
 
 def _plain(k: int, name: str, value: Any) -> bool | int | float | str:
     plain = value.item() if isinstance(value, np.generic) else value
-    if not isinstance(plain, KINDS):
+    if not isinstance(plain, PLAIN_TYPES):
         raise InputError(
             f"{name} of point {k} must be a number or a string, got {format_value(value)}: build "
             "vectors and materials from numbers in the function that builds the scene"

@@ -1,4 +1,4 @@
-"""Points of a sweep on the workers of Dask: a local cluster, or any that runs."""
+"""Runs of a sweep on a Dask cluster, local or remote."""
 
 from __future__ import annotations
 
@@ -9,27 +9,25 @@ from typing import Any
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.sweeps.forks import ENDED
+from ancfsparse.sweeps.forks import WORKER_ENDED
 from ancfsparse.sweeps.point import Row, Task, evaluate_all
 from ancfsparse.sweeps.samples import ParameterPoint
 
-# Time that a call should take beside the milliseconds that a cluster needs for it [s], and the
-# fewest calls for each worker, so that all end together.
-BATCH_SECONDS, CALLS_PER_WORKER = 0.25, 8
-# Time to find a cluster [s].
-PATIENCE = 10
+BATCH_SECONDS = 0.25  # s, duration of a batch; a call takes milliseconds
+MIN_CALLS_PER_WORKER = 8  # calls, so that all workers end at about the same time
+CONNECTION_TIMEOUT = 10  # s
 
 
 @contextmanager
-def connected(workers: int, cluster: Any) -> Iterator[Any]:
-    """Give a client of Dask: the one given, that of an address, or one of a local cluster.
+def connect(workers: int, cluster: Any) -> Iterator[Any]:
+    """Open a Dask client: an existing one, one of an address, or one of a local cluster.
 
     Parameters
     ----------
     workers : int
         Processes of a local cluster.
     cluster : None, str or distributed.Client
-        Address of a cluster, or a client of it; None and ``"local"`` start one.
+        Address or client of a cluster; None and ``"local"`` start a local one.
 
     Raises
     ------
@@ -48,11 +46,11 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
         yield cluster
     elif isinstance(cluster, str) and cluster != "local":
         try:
-            client = Client(cluster, timeout=PATIENCE)
+            client = Client(cluster, timeout=CONNECTION_TIMEOUT)
         except (OSError, ValueError) as error:  # a time-out is an OSError
             raise InputError(
-                f"no cluster answers at {cluster!r} within {PATIENCE} s: check the address, or "
-                "leave `cluster` out for a local one"
+                f"no cluster answers at {cluster!r} within {CONNECTION_TIMEOUT} s: check the "
+                "address, or leave `cluster` out for a local one"
             ) from error
         with client:
             yield client
@@ -71,34 +69,33 @@ def connected(workers: int, cluster: Any) -> Iterator[Any]:
         )
 
 
-def run_on(
-    client: Any, task: Task, points: list[ParameterPoint], each: float
+def run_on_cluster(
+    client: Any, task: Task, points: list[ParameterPoint], seconds: float
 ) -> Iterator[tuple[ParameterPoint, Row]]:
-    """Run points in batches, and yield them as they end.
+    """Run points in batches, and yield results as they arrive.
 
     Parameters
     ----------
     client : distributed.Client
-        Of the cluster.
+        Client of the cluster.
     task : Task
-        What is done at every point.
+        The computation at a point.
     points : list of dict
         The points.
-    each : float
-        Time that a point takes, about [s].
+    seconds : float
+        Approximate time of a point [s].
 
     Yields
     ------
     point, row
-        In any order.  Points that were on a worker whose process ended run once more, one at a
-        time.
+        In any order.  The points of a worker that has ended run again one by one.
     """
     from dask.distributed import as_completed
     from distributed.scheduler import KilledWorker
 
     n_workers = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
-    most = max(1, len(points) // (CALLS_PER_WORKER * n_workers))
-    size = min(most, max(1, round(BATCH_SECONDS / max(each, 1e-6))))
+    largest = max(1, len(points) // (MIN_CALLS_PER_WORKER * n_workers))
+    size = min(largest, max(1, round(BATCH_SECONDS / max(seconds, 1e-6))))
     batches = [points[k : k + size] for k in range(0, len(points), size)]
 
     def submit(batch: list[ParameterPoint]) -> Any:
@@ -106,17 +103,17 @@ def run_on(
         future.points = batch
         return future
 
-    suspects: list[ParameterPoint] = []  # whatever was on a worker when it ended
+    suspects: list[ParameterPoint] = []  # points of workers that have ended
     for future in as_completed([submit(batch) for batch in batches]):
         try:
             yield from zip(future.points, future.result(), strict=True)
         except KilledWorker:
             suspects += future.points
         future.release()
-    for point in suspects:  # one at a time, so that the one that ends its worker is found
+    for point in suspects:  # one by one, to find the one that ends its worker
         try:
             row = submit([point]).result()[0]
         except KilledWorker:
             values = dict.fromkeys(task.quantities, math.nan)
-            row = Row(values, ENDED)
+            row = Row(values, WORKER_ENDED)
         yield point, row

@@ -139,10 +139,10 @@ def test_a_file_of_another_sweep_is_refused(tmp_path):
     with pytest.raises(ancf.InputError, match="is damaged"):
         ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
     file.write_text("length,tip\n1,2\n")
-    with pytest.raises(ancf.InputError, match="damaged or no file of a sweep"):
+    with pytest.raises(ancf.InputError, match="damaged or not a file of a sweep"):
         ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
     file.write_text(json.dumps([1]) + "\n")
-    with pytest.raises(ancf.InputError, match="no file of a sweep"):
+    with pytest.raises(ancf.InputError, match="not a file of a sweep"):
         ancf.sweep(pendulum, points, QUANTITIES, 0.1, file=file, workers=1, dt=1e-3)
 
 
@@ -198,7 +198,7 @@ def test_a_sweep_that_was_killed_gives_the_same_table(tmp_path):
         ({"points": {"length": 1.0}}, "must be a list of dictionaries"),
         ({"points": [{"length": 1.0}, {"width": 1.0}]}, "point 1 of the sweep has other param"),
         ({"points": [{"length": (1.0, 2.0)}]}, "length of point 0 must be a number or a string"),
-        ({"points": [{"tip": 1.0}]}, "'tip' is a parameter and another column too"),
+        ({"points": [{"tip": 1.0}]}, "'tip' is the name of a parameter and of another column"),
         ({"quantities": {}}, "quantities must be a dictionary of functions"),
         ({"quantities": {"tip": 3}}, "quantity 'tip' must be a function"),
         ({"build": 3}, "build must be a function"),
