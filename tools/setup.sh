@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Install what is missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
 # Usage: tools/setup.sh           PYTHON=python3.12 tools/setup.sh chooses another interpreter
-#        tools/setup.sh peers     the programs too that the studies run beside ours
+#        tools/setup.sh peers     the other codes of the benchmarks too
 #        tools/setup.sh all-sets  compiled for every instruction set; otherwise for this machine's widest alone
 #        tools/setup.sh develop   so that importing the package compiles what has changed
 #        tools/setup.sh plain     no longer so
@@ -200,6 +200,11 @@ if [ $mode = develop ]; then
 else
   pip install "${options[@]}" ".[$extras]"
   link_compiled
+fi
+
+if [ "$extras" != "${extras#*peers}" ]; then
+  begin "build the SUNDIALS module of the benchmarks" "seconds"
+  "$venv/bin/python" tools/build_sundials.py
 fi
 
 echo "$requirements" >"$venv/.requirements"

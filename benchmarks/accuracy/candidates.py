@@ -1,4 +1,4 @@
-"""What of ours runs against the clock: a table of integrators and one of solvers.
+"""Integrators and solvers of this package that run against the clock.
 
 A new integrator is one line in `INTEGRATORS`.
 """
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from ancfsparse.errors import EnergyIncreaseError, InstabilityError, StepError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.solve import simulate, stable_step
-from benchmarks.accuracy.models import INSTANTS, MODELS, meets_instants, step_up_to
+from benchmarks.accuracy.models import MODELS, OUTPUTS, meets_outputs, step_up_to
 from benchmarks.accuracy.timed_runs import FailedError, Sample, Task
 from benchmarks.common import methods
 from benchmarks.common.methods import chosen
@@ -21,7 +21,7 @@ from benchmarks.common.timing import OURS
 DTS = (2e-2, 1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5, 3.125e-5)
 
 SOLVERS = chosen(methods.SOLVERS, "Davidon", "BFGS", "modified Newton", "Newton")
-"""How the equations of an implicit step are solved."""
+"""Solvers of the equations of an implicit step."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Integrator:
         For tables and charts, and for the table of `methods`.
     dts : tuple of float
         Time steps [s], largest first; those that do not meet the instants are left out.
-    shares : tuple of float
+    stable_fractions : tuple of float
         In the place of `dts`, for an explicit method: parts of its longest stable step.
     solvers : tuple of str
         Keys of `SOLVERS`; empty for an explicit method, which has no equations to solve.
@@ -48,7 +48,7 @@ class Integrator:
     dts: tuple[float, ...] = DTS
     solvers: tuple[str, ...] = tuple(SOLVERS)
     colour: str = "#0072b2"
-    shares: tuple[float, ...] = ()
+    stable_fractions: tuple[float, ...] = ()
     scheme: Implicit | Explicit | None = None
 
     @property
@@ -58,31 +58,31 @@ class Integrator:
 
     def steps(self, model: str, elements: int, t_end: float) -> list[float]:
         """Return the steps to run on a mesh [s], all of which meet the instants."""
-        integrator = self.integrator if self.shares else None
+        integrator = self.integrator if self.stable_fractions else None
         if isinstance(integrator, Explicit):
             limit = stable_step(MODELS[model].problem(elements).scene, integrator)
-            return [step_up_to(share * limit, t_end) for share in self.shares]
-        return [dt for dt in self.dts if meets_instants(dt, t_end)]
+            return [step_up_to(fraction * limit, t_end) for fraction in self.stable_fractions]
+        return [dt for dt in self.dts if meets_outputs(dt, t_end)]
 
 
-FEW = ("BFGS", "modified Newton")
+FAST_SOLVERS = ("BFGS", "modified Newton")
 
-# Parts of the longest stable step; the first is refused, and stays on the chart.
-SHARES = (1.05, 0.98, 0.7, 0.5, 0.35, 0.25)
+# The first is refused, and stays on the chart.
+STABLE_FRACTIONS = (1.05, 0.98, 0.7, 0.5, 0.35, 0.25)
 
 INTEGRATORS = (
     Integrator("Newmark(0)"),
-    Integrator("Newmark(0.05)", solvers=FEW, colour="#56b4e9"),
-    Integrator("HHT(0.05)", solvers=FEW, colour="#5c4fc4"),
-    Integrator("GeneralizedAlpha(0.9)", solvers=FEW, colour="#000000"),
-    Integrator("CentralDifference", (), (), "#b22222", SHARES),
-    Integrator("RungeKuttaNystrom(4)", (), (), "#6b8e23", SHARES),
-    Integrator("RungeKuttaNystrom(8)", (), (), "#2f4f4f", SHARES[:3]),
+    Integrator("Newmark(0.05)", solvers=FAST_SOLVERS, colour="#56b4e9"),
+    Integrator("HHT(0.05)", solvers=FAST_SOLVERS, colour="#5c4fc4"),
+    Integrator("GeneralizedAlpha(0.9)", solvers=FAST_SOLVERS, colour="#000000"),
+    Integrator("CentralDifference", (), (), "#b22222", STABLE_FRACTIONS),
+    Integrator("RungeKuttaNystrom(4)", (), (), "#6b8e23", STABLE_FRACTIONS),
+    Integrator("RungeKuttaNystrom(8)", (), (), "#2f4f4f", STABLE_FRACTIONS[:3]),
 )
-"""Ours; adding one is one line."""
+"""Integrators of the study; adding one is one line."""
 
 
-def entrants(
+def candidates(
     model: str,
     elements: int,
     t_end: float,
@@ -107,7 +107,7 @@ def task(
     solver: str,
     tolerance: str | float = "default",
 ) -> Task:
-    """Return one run of ours, timed by its compiled march alone."""
+    """Return one run of this package, timed by its compiled time loop alone."""
     scene, rod = MODELS[model].problem(elements)
 
     def run() -> Sample:
@@ -122,7 +122,7 @@ def task(
                 integrator=scheme,
                 solver=SOLVERS.get(solver, "auto"),
                 tolerance=tolerance,
-                save_every=round(t_end / INSTANTS / dt),
+                save_every=round(t_end / OUTPUTS / dt),
                 save_nodes=[rod.end],
             )
         except InstabilityError as failure:

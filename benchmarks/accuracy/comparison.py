@@ -1,4 +1,4 @@
-"""Programs beside each other on the pendulum: what they took, and how far they were off."""
+"""Runs of several programs on the pendulum with their references."""
 
 from __future__ import annotations
 
@@ -12,25 +12,13 @@ from benchmarks.common.timing import OURS
 
 
 @dataclass(frozen=True)
-class Contest:
-    """Runs of several programs.
+class Comparison:
+    """Runs of several programs."""
 
-    Attributes
-    ----------
-    points : list of Point
-        One for each run, failures included.
-    references : dict of str to Reference
-        What they are compared with, by model.
-    missing : list of str
-        What could not be compared with, and how to get it.
-    settings : dict
-        What was run, and on what.
-    """
-
-    points: list[Point]
-    references: dict[str, Reference]
-    missing: list[str]
-    settings: dict[str, Any]
+    points: list[Point]  # one for each run, failures included
+    references: dict[str, Reference]  # what they are compared with, by model
+    missing: list[str]  # what could not be compared with, and how to get it
+    settings: dict[str, Any]  # of the study and the machine
 
     def of(self, model: str | None = None, program: str | None = None) -> list[Point]:
         """Return the points of a model and of a program, if they are named."""
@@ -40,7 +28,7 @@ class Contest:
         ]  # fmt: skip
 
     def heading(self, what: str, known: str) -> str:
-        """State what is measured and how, and how well the references are known."""
+        """State the quantity, its measurement, and the uncertainty of the references."""
         given = self.settings
         models = [f"{name} to {each.uncertainty:.1e} m" for name, each in self.references.items()]
         return (

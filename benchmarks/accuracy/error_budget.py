@@ -1,17 +1,19 @@
-"""What a tip error is made of: mesh, time step, tolerance of the solver, and the model itself.
+"""Parts of a tip error: mesh, time step, tolerance of the solver, and the model itself.
 
-Each part is measured alone, against a reference of its own whose uncertainty stands beside it.
+Each part is measured alone, against a reference of its own with its uncertainty.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ancfsparse.checks import check_choice
 from benchmarks.accuracy.candidates import Integrator, task
-from benchmarks.accuracy.models import MODELS, Tips, distance, meets_instants, step_up_to
+from benchmarks.accuracy.models import MODELS, Tips, distance, meets_outputs, step_up_to
 from benchmarks.accuracy.references import Reference, converged, extrapolate, march
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
@@ -23,81 +25,53 @@ MESHES = (5, 10, 20, 40)
 TIMES = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)
 TOLERANCES = (10.0, 1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 
-# Between these two tolerances nothing changes that is looked at [m/s2].
-TIGHT, TIGHTER = 1e-7, 1e-8
+TIGHT, TIGHTER = 1e-7, 1e-8  # tolerances of the reference and of its uncertainty [m/s2]
 
 DEFAULT = "default"
-"""The tolerance of the choice that is looked at; it stands for no number."""
+"""The tolerance of the examined choice."""
 
 SOLVER = "BFGS"
 """The solver whose tolerance is varied."""
 
 TRAPEZOIDAL = Integrator("Newmark(0)")
 
-# Finest mesh of the references in space, and largest step there [s].
-FINE, FINE_DT = 160, 5e-4
+FINE = 160  # elements of the finest reference
+FINE_DT = 5e-4  # its largest step [s]
 
 
 @dataclass(frozen=True)
 class Part:
-    """One measured error.
+    """One measured error."""
 
-    Attributes
-    ----------
-    part : str
-        One of `PARTS`.
-    model : str
-        Key of `MODELS`.
-    value : float or str
-        Number of elements, step [s], tolerance [m/s2] or `DEFAULT`, or the other model.
-    error : float
-        Largest tip distance from the reference [m].
-    uncertainty : float
-        How far the reference may be off [m].
-    """
-
-    part: str
-    model: str
+    part: str  # one of `PARTS`
+    model: str  # key of `MODELS`
+    # number of elements, step [s], tolerance [m/s2] or `DEFAULT`, or the other model
     value: float | str
-    error: float
-    uncertainty: float
+    error: float  # largest tip distance from the reference [m]
+    uncertainty: float  # how far the reference may be off [m]
 
     @property
     def known(self) -> bool:
-        """Whether the error is larger than what the reference may be off."""
+        """True if the error is larger than the uncertainty of the reference."""
         return self.error > self.uncertainty
 
 
 @dataclass(frozen=True)
 class Budget:
-    """The error budget.
+    """The error budget."""
 
-    Attributes
-    ----------
-    parts : list of Part
-        All that was measured.
-    elements : int
-        Elements of the choice that is looked at.
-    dt : float
-        Its step [s].
-    references : dict of str to Reference
-        Motions converged in time and space, by model.
-    settings : dict
-        What was run, and on what.
-    """
-
-    parts: list[Part]
-    elements: int
-    dt: float
-    references: dict[str, Reference]
-    settings: dict[str, Any]
+    parts: list[Part]  # all that was measured
+    elements: int  # elements of the choice that is looked at
+    dt: float  # its step [s]
+    references: dict[str, Reference]  # motions converged in time and space, by model
+    settings: dict[str, Any]  # of the study and the machine
 
     def curve(self, part: str, model: str) -> list[Part]:
-        """Return all measured errors of a kind."""
+        """Return all measured errors of a part."""
         return [p for p in self.parts if (p.part, p.model) == (part, model)]
 
     def choice(self, model: str) -> dict[str, Part]:
-        """Return the parts of the error of the choice that is looked at, largest model distance."""
+        """Return the parts of the error of the examined choice, with the largest model distance."""
         at = {"mesh": self.elements, "time step": self.dt, "solver": DEFAULT}
         chosen = {p.part: p for p in self.parts if p.model == model and at.get(p.part) == p.value}
         others = self.curve("model", model)
@@ -106,7 +80,7 @@ class Budget:
         return {part: chosen[part] for part in PARTS if part in chosen}
 
     def findings(self) -> list[str]:
-        """State for each model which part is largest, and by how much."""
+        """State the largest part for each model, and its ratio to the second."""
         sentences = []
         for model in self.references:
             chosen = self.choice(model)
@@ -121,17 +95,17 @@ class Budget:
 
 def error_budget(
     models: Sequence[str] = tuple(MODELS),
-    elements: int = paper.ELEMENTS,
+    elements: Annotated[int, typer.Option(help="Number of elements.")] = paper.ELEMENTS,
     dt: float = paper.DT,
-    t_end: float = paper.T_END,
+    t_end: Annotated[float, typer.Option("--time", help="Simulated time [s].")] = paper.T_END,
     meshes: Sequence[int] = MESHES,
     fine: int = FINE,
     progress: bool = False,
 ) -> Budget:
-    """Measure every part of the error of a choice of mesh and step, beside other `meshes`."""
+    """Split the error of the paper's choice into mesh, time step, solver and model."""
     for model in models:
         check_choice("model", model, MODELS)
-    dts = [each for each in sorted({*TIMES, dt}, reverse=True) if meets_instants(each, t_end)]
+    dts = [each for each in sorted({*TIMES, dt}, reverse=True) if meets_outputs(each, t_end)]
     parts: list[Part] = []
     references: dict[str, Reference] = {}
     total = len(models) * 4

@@ -1,4 +1,4 @@
-"""The error budget as text, CSV, JSON and a chart."""
+"""Table and chart of the error budget."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ AXES = {
 
 
 def heading(budget: Budget) -> str:
-    """Name the choice that is looked at."""
+    """Name the examined choice."""
     return (
         f"Error budget of {budget.elements} elements, dt = {budget.dt:g} s, default tolerance: "
-        "tip error [m] and what its reference may be off"
+        "tip error [m] and uncertainty of its reference"
     )
 
 
@@ -43,7 +43,7 @@ def _cell(budget: Budget, model: str, part: str) -> str:
 
 
 def chart(budget: Budget) -> Figure:
-    """Draw each part against what it depends on, and the distances between the models."""
+    """Draw each part against its parameter, and the distances between the models."""
     name = f"{budget.elements} elements, dt = {budget.dt:g} s"
     figure = new_figure(7.6, f"The parts of the error of {name}")
     panels = figure.subplots(2, 2, sharey=True).ravel()
@@ -65,7 +65,7 @@ def chart(budget: Budget) -> Figure:
     meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
     panels[0].set_xticks(meshes, [str(n) for n in meshes])
     _models(panels[3], budget)
-    text = "hollow: not larger than what the reference may be off"
+    text = "hollow: not larger than the uncertainty of the reference"
     set_legend(figure, shown, len(shown), text)
     return figure
 

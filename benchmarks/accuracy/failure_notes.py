@@ -22,7 +22,7 @@ NOTE_LETTERS = 71  # letters of a line in a column of notes
 MODEL_COLOURS = dict(
     zip(MODELS, ("#0072b2", "#009e73", "#e69f00", "#d55e00", "#cc79a7"), strict=True)
 )
-"""One colour per model, distinguished by colour-blind eyes too."""
+"""One colour per model, also for colour-blind eyes."""
 
 
 def mark_failures(

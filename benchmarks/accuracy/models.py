@@ -1,4 +1,4 @@
-"""The pendulum by element, as the studies of accuracy compare it: planar, pinned by numbering."""
+"""The planar pendulum by element, for the studies of accuracy."""
 
 from __future__ import annotations
 
@@ -13,33 +13,20 @@ from ancfsparse.problems import Problem, pendulum
 
 Tips = NDArray[np.float64]
 
-# The tip is compared at so many instants, the last one at the end of the run.
-INSTANTS = 4
+OUTPUTS = 4  # times at which tips are compared, the last one at the end of the run
 
 
 @dataclass(frozen=True)
 class Model:
-    """An element and its options.
+    """An element and its options."""
 
-    Attributes
-    ----------
-    name : str
-        For tables and charts.
-    element : str
-        As `Scene.add_beam` calls it.
-    options : dict of str to str
-        Options of the element.
-    order : int
-        Power of the element length with which the tip error falls on fine meshes.
-    """
-
-    name: str
-    element: str
-    options: dict[str, str] = field(default_factory=dict)
-    order: int = 4
+    name: str  # for tables and charts
+    element: str  # as `Scene.add_beam` calls it
+    options: dict[str, str] = field(default_factory=dict)  # options of the element
+    order: int = 4  # power of the element length with which the tip error falls on fine meshes
 
     def problem(self, n_elements: int) -> Problem:
-        """Return the planar pendulum of so many of these elements.
+        """Return the planar pendulum of `n_elements` of these elements.
 
         The motion stays in the plane whether or not the scene is planar, so a planar scene has the
         same motion with fewer coordinates.
@@ -61,20 +48,20 @@ MODELS = {
 """By name: the paper's three elements, Exudyn's strain, and the thick beam without locking."""
 
 
-def instants(t_end: float) -> NDArray[np.float64]:
-    """Return when the tip is compared, (4,) [s]: every half second of two."""
-    return np.linspace(t_end / INSTANTS, t_end, INSTANTS, dtype=np.float64)
+def output_times(t_end: float) -> NDArray[np.float64]:
+    """Return the times at which tips are compared, (4,) [s]: every half second of two."""
+    return np.linspace(t_end / OUTPUTS, t_end, OUTPUTS, dtype=np.float64)
 
 
-def meets_instants(dt: float, t_end: float) -> bool:
-    """Return whether whole steps lead to every instant."""
-    parts = t_end / INSTANTS / dt
+def meets_outputs(dt: float, t_end: float) -> bool:
+    """Return True if whole steps lead to every output time."""
+    parts = t_end / OUTPUTS / dt
     return parts > 0.5 and abs(parts - round(parts)) < 1e-9 * parts
 
 
 def step_up_to(dt: float, t_end: float) -> float:
     """Return the largest step no larger than `dt` that meets every instant [s]."""
-    return t_end / INSTANTS / math.ceil(t_end / INSTANTS / dt * (1.0 - 1e-9))
+    return t_end / OUTPUTS / math.ceil(t_end / OUTPUTS / dt * (1.0 - 1e-9))
 
 
 def distance(tip: Tips, other: Tips) -> float:

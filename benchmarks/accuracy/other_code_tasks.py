@@ -1,6 +1,7 @@
-"""What of others runs against the clock: Exudyn, SciPy and SUNDIALS, each with its best settings.
+"""Runs of other codes against the clock: Exudyn, SciPy and SUNDIALS, each with its best settings.
 
-SciPy and SUNDIALS get our compiled forces and tangents, so that they are compared as integrators.
+SciPy and SUNDIALS have the compiled forces and tangents of this package, so that integrators are
+compared.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.interpolation import combine
 from ancfsparse.system import System
-from benchmarks.accuracy.models import INSTANTS, MODELS, instants, meets_instants
+from benchmarks.accuracy.models import MODELS, OUTPUTS, meets_outputs, output_times
 from benchmarks.accuracy.timed_runs import FailedError, Sample, Task
 from benchmarks.common.first_order import FirstOrder, OdeRun, OutOfTimeError, integrate
 from benchmarks.other_codes import elastica as elastica_peer
@@ -24,7 +25,7 @@ from benchmarks.other_codes.exudyn_pendulum import run_exudyn
 from benchmarks.other_codes.sundials import integrate_sundials
 
 EXUDYN_MODEL = "Thin, Biot"
-"""The model that is Exudyn's discretisation."""
+"""The model with Exudyn's discretisation."""
 
 IMPLICIT_DTS = (2e-2, 1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)
 
@@ -45,8 +46,7 @@ EXUDYN: dict[tuple[str, str], tuple[Setting, tuple[float, ...]]] = {
 }
 """Methods and solvers of Exudyn that were fastest of all that were tried, with their steps [s]."""
 
-# Absolute tolerances are this much smaller than relative ones.
-ATOL_PER_RTOL = 1e-2
+ATOL_PER_RTOL = 1e-2  # absolute over relative tolerances [m]
 
 SCIPY = {"DOP853": (1e-2, 1e-3, 1e-5, 1e-7, 1e-9), "Radau": (1e-1, 1e-2, 1e-3, 1e-5)}
 """Its fastest explicit and implicit method, with relative tolerances."""
@@ -59,7 +59,7 @@ SUNDIALS = {
 
 
 def missing() -> list[str]:
-    """State which peers cannot run, one sentence each."""
+    """State the codes that are not installed, one sentence each."""
     sentences = []
     for load in (exudyn_peer.load, sundials_peer.load, elastica_peer.load):
         try:
@@ -70,7 +70,7 @@ def missing() -> list[str]:
 
 
 def installed(load: Callable[[], Any]) -> bool:
-    """Return whether the module of a peer can be imported."""
+    """Return True if the module of another code can be imported."""
     try:
         load()
     except InputError:
@@ -78,14 +78,14 @@ def installed(load: Callable[[], Any]) -> bool:
     return True
 
 
-def peers(model: str, elements: int, t_end: float, cap: float) -> list[Task]:
-    """Return the tasks of the peers that are installed; Exudyn has those of its own model only.
+def other_code_tasks(model: str, elements: int, t_end: float, cap: float) -> list[Task]:
+    """Return the tasks of the installed codes; Exudyn only has those of its own model.
 
     SciPy and SUNDIALS are stopped after `cap` seconds a run.
     """
     tasks = []
     if model == EXUDYN_MODEL and installed(exudyn_peer.load):
-        tasks += exudyn(elements, t_end)
+        tasks += exudyn_tasks(elements, t_end)
     tasks += [
         _on_our_forces("SciPy", method, model, elements, t_end, rtol, cap)
         for method, tolerances in SCIPY.items()
@@ -100,13 +100,13 @@ def peers(model: str, elements: int, t_end: float, cap: float) -> list[Task]:
     return tasks
 
 
-def exudyn(elements: int, t_end: float, chosen: dict[Any, Any] | None = None) -> list[Task]:
+def exudyn_tasks(elements: int, t_end: float, chosen: dict[Any, Any] | None = None) -> list[Task]:
     """Return Exudyn's tasks: every method, solver and step of `EXUDYN`, or of a part of it."""
     return [
         _exudyn_task(method, solver, setting, elements, t_end, dt)
         for (method, solver), (setting, dts) in (EXUDYN if chosen is None else chosen).items()
         for dt in dts
-        if meets_instants(dt, t_end)
+        if meets_outputs(dt, t_end)
     ]
 
 
@@ -117,11 +117,11 @@ def _exudyn_task(
 
     def run() -> Sample:
         try:
-            done = run_exudyn(problem, setting, t_end, dt, t_end / INSTANTS)
+            done = run_exudyn(problem, setting, t_end, dt, t_end / OUTPUTS)
         except ExudynError as failure:
             raise FailedError(str(failure)) from failure
         if not np.isfinite(done.tip).all():
-            raise FailedError("unstable, the tip is nowhere")
+            raise FailedError("unstable, the tip is not finite")
         return Sample(done.seconds, done.tip, done.counts)
 
     return Task("Exudyn", method, solver, EXUDYN_MODEL, elements, "dt", dt, run)
@@ -131,7 +131,7 @@ def _on_our_forces(
     program: str, method: str, model: str, elements: int, t_end: float, rtol: float, cap: float
 ) -> Task:
     problem = MODELS[model].problem(elements)
-    t = np.concatenate([[0.0], instants(t_end)])
+    t = np.concatenate([[0.0], output_times(t_end)])
 
     def run() -> Sample:
         system = System(problem.scene)

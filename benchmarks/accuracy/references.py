@@ -1,4 +1,4 @@
-"""Motions to compare with, each with a number for how well it is known itself."""
+"""Reference motions with their uncertainty."""
 
 from __future__ import annotations
 
@@ -12,33 +12,21 @@ from ancfsparse.nonlinear import ModifiedNewton
 from ancfsparse.results.data.interpolation import combine
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
-from benchmarks.accuracy.models import INSTANTS, MODELS, Tips, distance, instants
+from benchmarks.accuracy.models import MODELS, OUTPUTS, Tips, distance, output_times
 from benchmarks.common.first_order import FirstOrder, integrate
 
-# DOP853 meets the rounding of the forces at much tighter ones.
-RTOL, ATOL = 1e-10, 1e-11
-
-# Acceleration error that a step of the marches below may leave [m/s2].
-TOLERANCE = 1e-7
+# Much tighter tolerances of DOP853 meet the rounding of the forces.
+RTOL, ATOL = 1e-10, 1e-11  # relative, absolute
+TOLERANCE = 1e-7  # residual of the steps below [m/s2]
 
 
 @dataclass(frozen=True)
 class Reference:
-    """The tip of a motion that is taken for true.
+    """The tip of a reference motion."""
 
-    Attributes
-    ----------
-    tip : (4, 2) float
-        At the instants [m].
-    uncertainty : float
-        How far it may be off [m].
-    how : str
-        Where both numbers come from.
-    """
-
-    tip: Tips
-    uncertainty: float
-    how: str
+    tip: Tips  # (4, 2), at the instants [m]
+    uncertainty: float  # how far it may be off [m]
+    how: str  # where both numbers come from
 
 
 def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Reference:
@@ -49,7 +37,7 @@ def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Ref
     """
     problem = MODELS[model].problem(elements)
     system = System(problem.scene)
-    t = np.concatenate([[0.0], instants(t_end)])
+    t = np.concatenate([[0.0], output_times(t_end)])
     precise = integrate(FirstOrder(system), "DOP853", t, RTOL, ATOL)
     tip = combine(system.point(problem.rod.end), precise.q)[1:]
     other, _ = extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
@@ -108,7 +96,7 @@ def march(model: str, elements: int, t_end: float, dt: float) -> Tips:
         integrator=Newmark(0.0),
         solver=ModifiedNewton(),
         tolerance=TOLERANCE,
-        save_every=round(t_end / INSTANTS / dt),
+        save_every=round(t_end / OUTPUTS / dt),
         save_nodes=[rod.end],
     )
     return run.position(rod.end)[1:]

@@ -1,4 +1,4 @@
-"""Runs in turn against the clock: what each took, how far it was off, and why some failed."""
+"""Interleaved timed runs: time, error, counts, and reasons of failures."""
 
 from __future__ import annotations
 
@@ -14,14 +14,9 @@ from benchmarks.accuracy.models import Tips, distance
 from benchmarks.common.files import plain
 from benchmarks.common.timing import OURS, in_turn
 
-# A run that took so long is not repeated [s].
-LONG = 0.5
-
-# A timed part is most of its run from this share on.
-MOST = 0.8
-
-# A tip that is off by more than half the rod is no result [m].
-LOST = 1.0
+MAX_REPEATED = 0.5  # time of a run that is repeated [s]
+MIN_TIMED_FRACTION = 0.8  # timed part of a run that is corrected for other processes
+MAX_ERROR = 1.0  # of a tip that is a result: half the rod [m]
 
 
 class FailedError(Exception):
@@ -30,54 +25,26 @@ class FailedError(Exception):
 
 @dataclass(frozen=True)
 class Sample:
-    """One run.
+    """One run."""
 
-    Attributes
-    ----------
-    seconds : float
-        Wall time of the march or solver alone [s].
-    tip : (k, 2) float
-        Tip at the instants of the study [m].
-    counts : dict of str to int
-        What was evaluated, factored and solved, as far as the program reports it.
-    """
-
-    seconds: float
-    tip: Tips
+    seconds: float  # wall time of the march or solver alone [s]
+    tip: Tips  # (k, 2), tip at the instants of the study [m]
+    # what was evaluated, factored and solved, as far as the program reports it
     counts: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Task:
-    """Something to run, with its names in tables.
+    """Something to run, with its names in tables."""
 
-    Attributes
-    ----------
-    program : str
-        `OURS` or the name of a peer.
-    method : str
-        The integrator.
-    solver : str
-        How its equations are solved; empty for explicit methods.
-    model : str
-        Key of `MODELS`, or the peer's own.
-    elements : int
-        Their number.
-    knob : str
-        What `value` is: ``"dt"`` [s] or ``"rtol"`` [-].
-    value : float
-        Time step or tolerance.
-    run : callable
-        Runs once; raises `FailedError` if there is no result.
-    """
-
-    program: str
-    method: str
-    solver: str
-    model: str
-    elements: int
-    knob: str
-    value: float
+    program: str  # `OURS` or the name of a peer
+    method: str  # the integrator
+    solver: str  # how its equations are solved; empty for explicit methods
+    model: str  # key of `MODELS`, or the peer's own
+    elements: int  # their number
+    knob: str  # what `value` is: ``"dt"`` [s] or ``"rtol"`` [-]
+    value: float  # time step or tolerance
+    # runs once; raises `FailedError` if there is no result
     run: Callable[[], Sample] = field(repr=False, compare=False)
 
     @property
@@ -89,46 +56,33 @@ class Task:
 
 @dataclass(frozen=True)
 class Point:
-    """A task that was run.
+    """A task that was run."""
 
-    Attributes
-    ----------
-    task : Task
-        What was run.
-    seconds : float
-        Its best time [s]; NaN without result.
-    error : float
-        Largest distance of the tip from the reference [m]; NaN without result.
-    counts : dict of str to int
-        Of one run.
-    note : str
-        Why there is no result.
-    """
-
-    task: Task
-    seconds: float = math.nan
+    task: Task  # what was run
+    seconds: float = math.nan  # its best time [s]; NaN without result
+    # largest distance of the tip from the reference [m]; NaN without result
     error: float = math.nan
-    counts: dict[str, int] = field(default_factory=dict)
-    note: str = ""
+    counts: dict[str, int] = field(default_factory=dict)  # of one run
+    note: str = ""  # why there is no result
 
     @property
     def finished(self) -> bool:
-        """Whether there is a result."""
+        """True if there is a result."""
         return not self.note
 
     def record(self) -> dict[str, Any]:
-        """Return it by the names that files use; None for what is missing."""
+        """Return the entries of the CSV table; None where there is no result."""
         found = {"seconds": self.seconds, "tip_error_m": self.error, **self.counts}
         row: dict[str, Any] = plain(plain(self.task) | found | {"note": self.note})
         return row
 
 
-def race(
+def measure(
     tasks: Sequence[Task],
     reference: Callable[[Task], Tips],
     rounds: int,
     bar: tqdm[Any],
-    long: float = LONG,
+    long: float = MAX_REPEATED,
 ) -> list[Point]:
     """Run all tasks in turn; the time of each is its best, its error the distance of tips [m].
 
@@ -155,22 +109,21 @@ def _point(task: Task, reference: Tips) -> Point:
     except FailedError as failure:
         return Point(task, note=str(failure))
     error = distance(sample.tip, reference)
-    if not error <= LOST:
+    if not error <= MAX_ERROR:
         return Point(task, note=f"unstable, the tip is off by {error:.0e} m", counts=sample.counts)
     return Point(task, sample.seconds, error, sample.counts)
 
 
 def timed(task: Task) -> Sample:
-    """Run once, and take off the time that other processes took from a run.
+    """Run once, corrected for the time that other processes took.
 
-    A run of a tenth of a second meets other processes on a busy machine, one of a millisecond may
-    slip between them, and to compare their wall times would flatter the short one.  So a timed part
-    that makes up most of its run is counted by the share of the processor that the run had.
+    On a busy machine long runs are interrupted and short ones are not, so a timed part that makes
+    up most of its run is multiplied by the fraction of the processor that the run had.
     """
     wall, processor = time.perf_counter(), time.process_time()
     sample = task.run()
     wall, processor = time.perf_counter() - wall, time.process_time() - processor
-    if MOST * wall < sample.seconds <= wall:
+    if MIN_TIMED_FRACTION * wall < sample.seconds <= wall:
         return replace(sample, seconds=sample.seconds * min(1.0, processor / wall))
     return sample
 

@@ -1,17 +1,20 @@
-"""The whole error against its cost: elements, their number and the step, and the Pareto front."""
+"""Total error against its cost over elements, their number and the step, and the Pareto front."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Annotated
+
+import typer
 
 from ancfsparse.checks import check_choice, check_count
 from benchmarks.accuracy.candidates import Integrator, task
-from benchmarks.accuracy.comparison import Contest
-from benchmarks.accuracy.models import INSTANTS, MODELS, Tips, distance, step_up_to
-from benchmarks.accuracy.other_code_tasks import EXUDYN_MODEL, exudyn, installed, missing
+from benchmarks.accuracy.comparison import Comparison
+from benchmarks.accuracy.models import MODELS, OUTPUTS, Tips, distance, step_up_to
+from benchmarks.accuracy.other_code_tasks import EXUDYN_MODEL, exudyn_tasks, installed, missing
 from benchmarks.accuracy.references import converged
-from benchmarks.accuracy.timed_runs import Point, Sample, Task, front, race
+from benchmarks.accuracy.timed_runs import Point, Sample, Task, front, measure
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.timing import OURS
@@ -25,44 +28,38 @@ DTS = (1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)
 
 INTEGRATORS = (
     Integrator("Newmark(0)", DTS, ("auto",)),
-    Integrator("CentralDifference", (), (), shares=(0.98,)),
+    Integrator("CentralDifference", (), (), stable_fractions=(0.98,)),
 )
-"""Ours; adding one is one line."""
+"""Integrators of ancfsparse; adding one is one line."""
 
 PAPER_MODELS = ("L2T2", "Thin", "Thick")
-"""The paper's elements, each of which it ran with ten elements and 5e-4 s."""
+"""The paper's elements, run there with ten elements and 5e-4 s."""
 
-PEER_MESHES = (10, 20, 40, 80)
-PEER_DTS = (4e-3, 2e-3, 1e-3, 5e-4)
-
-# Its dense solver is the faster one up to here.
-DENSE = 10
-
-# Above it the explicit method of PyElastica is unstable: its sections turn fast [s].
-ELASTICA_DT = 5e-5
+OTHER_MESHES = (10, 20, 40, 80)  # elements of the other codes
+OTHER_DTS = (4e-3, 2e-3, 1e-3, 5e-4)  # their time steps [s]
+MAX_DENSE = 10  # elements up to which Exudyn's dense solver is the faster one
+ELASTICA_DT = 5e-5  # largest stable step of PyElastica, whose sections rotate fast [s]
 
 ELASTICA_MODEL = "Cosserat rod"
 
-# Finest mesh of the references, and largest step on it [s].
-FINE, FINE_DT = 160, 5e-4
-
-# Two errors within this factor are as good as equal.
-EQUAL = 1.1
+FINE = 160  # elements of the finest reference
+FINE_DT = 5e-4  # its largest step [s]
+EQUAL_ERROR = 1.1  # ratio of errors that count as equal
 
 
-class TotalError(Contest):
-    """Everything the study measures."""
+class TotalError(Comparison):
+    """Runs against the converged motions of the models."""
 
     def ours(self, model: str | None = None) -> list[Point]:
-        """Return our points with a result, of one model if it is named."""
+        """Return the points of ancfsparse with a result, of one model if it is named."""
         return [p for p in self.of(model, OURS) if p.finished]
 
     def front(self) -> list[Point]:
-        """Return our points that none of ours beats in error at no more seconds, fastest first."""
+        """Return the Pareto front of ancfsparse in error and seconds, fastest first."""
         return front(self.ours())
 
     def at(self, model: str, elements: int, dt: float) -> Point | None:
-        """Return our point of a choice; the fastest if several integrators have it."""
+        """Return the point of ancfsparse of a choice; the fastest of several integrators."""
         found = [p for p in self.ours(model) if (p.task.elements, p.task.value) == (elements, dt)]
         return min(found, key=lambda p: p.seconds, default=None)
 
@@ -86,15 +83,15 @@ class TotalError(Contest):
         return min(pairs, default=math.nan), max(pairs, default=math.nan)
 
     def largest_step(self, model: str, elements: int) -> Point | None:
-        """Return the point with the largest step whose error is no more than its mesh leaves.
+        """Return the point with the largest step whose error is that of its mesh.
 
-        What the mesh leaves is taken from the smallest step that was run.
+        The error of the mesh is taken from the smallest step that was run.
         """
         curve = [p for p in self.ours(model) if p.task.elements == elements]
         if not curve:
             return None
         mesh = min(curve, key=lambda p: p.task.value).error
-        good = [p for p in curve if p.error <= EQUAL * mesh]
+        good = [p for p in curve if p.error <= EQUAL_ERROR * mesh]
         return max(good, key=lambda p: p.task.value)
 
     def elements_for(self, model: str, error: float) -> int | None:
@@ -103,7 +100,7 @@ class TotalError(Contest):
 
 
 def element_forces(point: Point) -> float:
-    """Return how many forces of elements a run evaluated, its cost without a clock."""
+    """Return the number of element forces of a run, its cost without a clock."""
     return float(point.counts.get("residuals", math.nan)) * point.task.elements
 
 
@@ -111,13 +108,13 @@ def total_error(
     models: Sequence[str] = tuple(MODELS),
     meshes: Sequence[int] = MESHES,
     t_end: float = paper.T_END,
-    with_peers: bool = False,
-    rounds: int = 2,
+    peers: Annotated[bool, typer.Option("--peers", help="Run Exudyn and PyElastica too.")] = False,
+    rounds: Annotated[int, typer.Option(help="Interleaved runs, of which the best counts.")] = 2,
     integrators: Sequence[Integrator] = INTEGRATORS,
     fine: int = FINE,
     progress: bool = False,
 ) -> TotalError:
-    """Run all meshes and steps of each model against its motion converged on `fine` elements."""
+    """Measure the total error against its cost over elements, their number and the step."""
     for model in models:
         check_choice("model", model, MODELS)
     for n in meshes:
@@ -130,8 +127,8 @@ def total_error(
         for integrator in integrators
         for dt in integrator.steps(model, n, t_end)
     ]
-    if with_peers and EXUDYN_MODEL in models:
-        tasks += _peers(t_end)
+    if peers and EXUDYN_MODEL in models:
+        tasks += _other_tasks(t_end)
     total = len(models) + rounds * len(tasks)
     with progress_bar(total, "run", progress) as bar:
         references = {}
@@ -144,29 +141,29 @@ def total_error(
             model = task.model if task.model in references else EXUDYN_MODEL
             return references[model].tip
 
-        points = race(tasks, tip_of, rounds, bar)
+        points = measure(tasks, tip_of, rounds, bar)
     settings = {
         "scene": "the paper's pendulum, planar",
         "t_end_s": t_end,
-        "error": f"largest tip distance at {INSTANTS} instants, from the converged motion of the "
-        f"same model (peers: of {EXUDYN_MODEL})",
-        "seconds": f"best of {rounds} rounds in turn, march or solver alone",
+        "error": f"largest tip distance at {OUTPUTS} times, from the converged motion of the same "
+        f"model (other codes: of {EXUDYN_MODEL})",
+        "seconds": f"best of {rounds} rounds in turn, time loop or solver alone",
         **environment(),
     }
-    return TotalError(points, references, missing() if with_peers else [], settings)
+    return TotalError(points, references, missing() if peers else [], settings)
 
 
-def _peers(t_end: float) -> list[Task]:
+def _other_tasks(t_end: float) -> list[Task]:
     tasks: list[Task] = []
     if installed(exudyn_peer.load):
-        for n in PEER_MESHES:
-            dense = Setting("", 0.02), PEER_DTS
-            sparse = Setting("", 0.02, "EigenSparse", reuse_pattern=True), PEER_DTS
-            tasks += exudyn(
-                n, t_end, {("trapezoidal", "modified 0.02"): dense if n <= DENSE else sparse}
+        for n in OTHER_MESHES:
+            dense = Setting("", 0.02), OTHER_DTS
+            sparse = Setting("", 0.02, "EigenSparse", reuse_pattern=True), OTHER_DTS
+            tasks += exudyn_tasks(
+                n, t_end, {("trapezoidal", "modified 0.02"): dense if n <= MAX_DENSE else sparse}
             )
     if installed(elastica_peer.load):
-        tasks += [_elastica(n, t_end) for n in PEER_MESHES]
+        tasks += [_elastica(n, t_end) for n in OTHER_MESHES]
     return tasks
 
 
@@ -175,7 +172,7 @@ def _elastica(elements: int, t_end: float) -> Task:
     dt = step_up_to(ELASTICA_DT, t_end)
 
     def run() -> Sample:
-        seconds, tip = elastica_peer.run_elastica(problem, elements, t_end, dt, INSTANTS)
+        seconds, tip = elastica_peer.run_elastica(problem, elements, t_end, dt, OUTPUTS)
         steps = round(t_end / dt)
         return Sample(seconds, tip, {"steps": steps, "residuals": steps})
 

@@ -1,4 +1,4 @@
-"""The study of the whole error as text, CSV, JSON and a chart."""
+"""Tables, chart and findings of the study of the total error."""
 
 from __future__ import annotations
 
@@ -19,23 +19,22 @@ from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import OURS
 
-PEERS = {"Exudyn": ("#555555", "s"), "PyElastica": ("#a0522d", "^")}
-"""Colour and marker by peer."""
+OTHERS = {"Exudyn": ("#555555", "s"), "PyElastica": ("#a0522d", "^")}
+"""Colour and marker by other code."""
 
-# Labels of two runs on the front need errors this far apart.
-APART = 2.0
+MIN_LABEL_RATIO = 2.0  # of the errors of two labelled runs on the front
 
 Size = Callable[[Point], float]
 
 
 def tables(result: TotalError) -> list[Table]:
-    """Set the front, the paper's choices and the peers."""
+    """Set the front, the paper's choices and the other codes."""
     title = "The front: no run of ours has a smaller error at no more seconds"
     theirs = [p for p in result.points if p.task.program != OURS and p.finished]
     return [
         _runs(result.front(), title),
         _runs(result.paper_choices(), "The paper's choice"),
-        *[_runs(theirs, "Peers")] * bool(theirs),
+        *[_runs(theirs, "Other codes")] * bool(theirs),
     ]
 
 
@@ -60,11 +59,11 @@ def _runs(points: Sequence[Point], title: str = "") -> Table:
 
 def chart(result: TotalError) -> Figure:
     """Draw cost against error with its front, in seconds and counts, and error by mesh and step."""
-    figure = new_figure(9.6, "Whole error against cost, and by mesh and step")
+    figure = new_figure(9.6, "Total error against cost, and by mesh and step")
     seconds, counts, mesh, step = figure.subplots(2, 2).ravel()
     shown: dict[str, Any] = {}
     notes: list[str] = []
-    _cloud(seconds, result, lambda p: p.seconds, "seconds", "March or solver alone", shown)
+    _cloud(seconds, result, lambda p: p.seconds, "seconds", "Time loop or solver alone", shown)
     mark_failures(seconds, result.points, _colour, notes)
     low, high = result.model_spread()
     what = "forces of elements evaluated"
@@ -85,13 +84,13 @@ def explicit(p: Point) -> bool:
 
 
 def _colour(p: Point) -> str:
-    return MODEL_COLOURS[p.task.model] if p.task.program == OURS else PEERS[p.task.program][0]
+    return MODEL_COLOURS[p.task.model] if p.task.program == OURS else OTHERS[p.task.program][0]
 
 
 def _cloud(
     ax: Axes, result: TotalError, size: Size, unit: str, title: str, shown: dict[str, Any]
 ) -> None:
-    """Draw all runs, the front of ours through them, the paper's choices and the peers."""
+    """Draw all runs, the front of ancfsparse, the paper's choices and the other codes."""
     for model in result.references:
         points = result.ours(model)
         areas = [6.0 + 0.6 * p.task.elements for p in points]
@@ -108,7 +107,7 @@ def _cloud(
     )
     least = math.inf
     for p in best[:: max(1, len(best) // 6)]:
-        if p.error > least / APART:
+        if p.error > least / MIN_LABEL_RATIO:
             continue
         least = p.error
         label = f"{p.task.elements}, {p.task.value:.2g} s{'*' * explicit(p)}"
@@ -120,7 +119,7 @@ def _cloud(
         (shown["the paper's choice"],) = ax.plot(
             p.error, size(p), "*", color=_colour(p), markersize=17, markeredgecolor="black"
         )
-    for program, (colour, marker) in PEERS.items():
+    for program, (colour, marker) in OTHERS.items():
         theirs = [p for p in result.points if p.task.program == program and p.finished]
         if theirs:
             shown[program] = ax.scatter(
@@ -159,7 +158,7 @@ def _by_step(ax: Axes, result: TotalError) -> None:
 
 
 def findings(result: TotalError) -> list[str]:
-    """State what the front shows of the paper's choices, the thick element, steps and models."""
+    """State the paper's choices relative to the front, locking, steps and models."""
     sentences = [_about_choice(result, p) for p in result.paper_choices()]
     sentences += [_about_steps(result, p) for p in result.paper_choices()]
     sentences += _about_thick(result)
@@ -169,7 +168,7 @@ def findings(result: TotalError) -> list[str]:
             f"Models that are converged differ by {low:.0e} to {high:.0e} m: below that the choice "
             "of the model decides, not the mesh."
         )
-    return sentences + _about_peers(result)
+    return sentences + _about_others(result)
 
 
 def _about_choice(result: TotalError, p: Point) -> str:
@@ -192,7 +191,7 @@ def _say(p: Point) -> str:
 
 
 def _about_steps(result: TotalError, p: Point) -> str:
-    """State by how much the step of a choice can grow before its error does."""
+    """State the largest step of a choice that leaves its error as it is."""
     largest = result.largest_step(p.task.model, p.task.elements)
     name = f"{p.task.model}, {p.task.elements} elements"
     if largest is None or largest.task.value <= p.task.value:
@@ -205,7 +204,7 @@ def _about_steps(result: TotalError, p: Point) -> str:
 
 
 def _about_thick(result: TotalError) -> list[str]:
-    """State whether the thick element locks on the paper's mesh, if it and Thin were run."""
+    """State the locking of the thick element on the paper's mesh, if it and Thin were run."""
     found = {m: result.at(m, paper.ELEMENTS, paper.DT) for m in ("Thin", "Thick", "Thick, nodal")}
     thin, thick, nodal = found.values()
     if thin is None or thick is None:
@@ -228,7 +227,7 @@ def _about_thick(result: TotalError) -> list[str]:
     return [text + "."]
 
 
-def _about_peers(result: TotalError) -> list[str]:
+def _about_others(result: TotalError) -> list[str]:
     sentences = []
     for program in dict.fromkeys(p.task.program for p in result.points):
         theirs = [p for p in result.points if p.task.program == program and p.finished]
@@ -257,7 +256,7 @@ def _about_peers(result: TotalError) -> list[str]:
 STUDY = Study(
     "total-error",
     run=total_error,
-    heading=lambda result: result.heading("Whole error against cost", "converged"),
+    heading=lambda result: result.heading("Total error against cost", "converged"),
     tables=tables,
     rows=lambda result: [p.record() for p in result.points],
     findings=findings,

@@ -1,6 +1,6 @@
-"""Seconds against error in time: elements, integrators, solvers and steps of ours, and peers.
+"""Seconds against error in time: elements, integrators, solvers and steps, and other codes.
 
-Every run is compared with the motion of the same mesh converged in time, so that nothing but the
+The reference of every run is the motion of the same mesh converged in time.
 """
 
 from __future__ import annotations
@@ -9,15 +9,17 @@ import math
 from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ancfsparse.checks import check_choice, check_count, check_positive
-from benchmarks.accuracy.candidates import INTEGRATORS, SOLVERS, Integrator, entrants
-from benchmarks.accuracy.comparison import Contest
-from benchmarks.accuracy.models import INSTANTS, MODELS, step_up_to
-from benchmarks.accuracy.other_code_tasks import EXUDYN_MODEL, missing, peers
+from benchmarks.accuracy.candidates import INTEGRATORS, SOLVERS, Integrator, candidates
+from benchmarks.accuracy.comparison import Comparison
+from benchmarks.accuracy.models import MODELS, OUTPUTS, step_up_to
+from benchmarks.accuracy.other_code_tasks import EXUDYN_MODEL, missing, other_code_tasks
 from benchmarks.accuracy.references import Reference, converged_in_time
-from benchmarks.accuracy.timed_runs import Point, Task, fastest, race
+from benchmarks.accuracy.timed_runs import Point, Task, fastest, measure
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.target import Target
@@ -27,32 +29,31 @@ from benchmarks.other_codes.environment import environment
 LEVELS = (*(a * 10.0**-k for k in range(2, 9) for a in (1.0, 0.3)), 1e-9)
 """Errors at which the fastest runs are compared [m]: from 1e-2 down to 1e-9, two a decade."""
 
-# Largest step of the trapezoidal rule that is extrapolated [s].
-REFERENCE_DT = 3.125e-5
+REFERENCE_DT = 3.125e-5  # largest step of the extrapolated trapezoidal rule [s]
 
-# Elements whose step needs more corrections and more time get fewer solvers.
 SOLVERS_OF = {"Thick": ("BFGS", "modified Newton")}
+"""Solvers of elements whose steps are expensive."""
 
-# Exudyn's implicit methods should be beaten by this, at errors down to this [m].
-FACTOR, DOWN_TO = 5.0, 1e-5
+MIN_IMPLICIT_RATIO = 5.0  # time of Exudyn's implicit methods over that of ancfsparse
+MIN_ERROR = 1e-5  # least error at which this ratio is required [m]
 
 
-class WorkPrecision(Contest):
-    """Everything the study measures."""
+class WorkPrecision(Comparison):
+    """Runs against the error in time."""
 
     def programs(self, model: str) -> list[str]:
-        """Return the peers of a model."""
+        """Return the other codes of a model."""
         names = dict.fromkeys(p.task.program for p in self.of(model))
         return [name for name in names if name != OURS]
 
     def ratio(
         self, model: str, program: str, error: float, implicit: bool = False, alike: bool = False
     ) -> float:
-        """Return how many times faster our best is than a peer's best at an error [m].
+        """Return the time of another code over that of ancfsparse at an error [m].
 
-        0 where only the peer reaches the error, infinite where only we do, NaN where neither does.
-        With `implicit` only those runs of the peer count that solve equations, with `alike` those
-        of ours too.
+        0 where only the other code reaches the error, infinite where only ancfsparse does, NaN
+        where neither does.  With `implicit` only implicit runs of the other code count, with
+        `alike` only those of ancfsparse too.
         """
         theirs = [p for p in self.of(model, program) if p.task.solver or not implicit]
         ours = [p for p in self.of(model, OURS) if p.task.solver or not alike]
@@ -74,7 +75,7 @@ class WorkPrecision(Contest):
         return min(found, default=(math.nan, math.nan))
 
     def targets(self) -> list[Target]:
-        """Return the targets against the peers that ran, and whether they were reached."""
+        """Return the targets relative to the other codes that ran."""
         model = EXUDYN_MODEL
         targets = []
         for program in self.programs(model):
@@ -83,13 +84,13 @@ class WorkPrecision(Contest):
                 what = f"smallest speed-up over {program}, at an error of {level:.0e} m"
                 targets.append(Target(what, ratio, 1.0))
         if "Exudyn" in self.programs(model):
-            ratio, level = self.worst(model, "Exudyn", implicit=True, low=DOWN_TO)
+            ratio, level = self.worst(model, "Exudyn", implicit=True, low=MIN_ERROR)
             what = f"smallest speed-up over Exudyn's implicit methods, at an error of {level:.0e} m"
-            targets.append(Target(what, ratio, FACTOR))
+            targets.append(Target(what, ratio, MIN_IMPLICIT_RATIO))
         return targets
 
     def orders(self) -> dict[str, float]:
-        """Return the power of the step with which each curve of ours falls at its fine end.
+        """Return the observed order of each curve of ancfsparse at its fine end.
 
         Taken between neighbouring steps whose errors are well above the reference's uncertainty;
         the median of the last three of them.
@@ -112,15 +113,15 @@ class WorkPrecision(Contest):
 
 def work_precision(
     models: Sequence[str] = (EXUDYN_MODEL, "L2T2", "Thick"),
-    elements: int = paper.ELEMENTS,
-    t_end: float = paper.T_END,
-    with_peers: bool = False,
-    rounds: int = 3,
-    cap: float = 8.0,
+    elements: Annotated[int, typer.Option(help="Number of elements.")] = paper.ELEMENTS,
+    t_end: Annotated[float, typer.Option("--time", help="Simulated time [s].")] = paper.T_END,
+    peers: Annotated[bool, typer.Option("--peers", help="Run all other codes too.")] = False,
+    rounds: Annotated[int, typer.Option(help="Interleaved runs, of which the best counts.")] = 3,
+    cap: Annotated[float, typer.Option(help="Time limit of SciPy and SUNDIALS [s].")] = 8.0,
     integrators: Sequence[Integrator] = INTEGRATORS,
     progress: bool = False,
 ) -> WorkPrecision:
-    """Run all methods on each mesh, and on that of Exudyn the peers, each `cap` seconds at most."""
+    """Measure seconds against the error in time of all methods, on the mesh of each model."""
     for model in models:
         check_choice("model", model, MODELS)
     check_count("elements", elements)
@@ -130,9 +131,9 @@ def work_precision(
     tasks: list[Task] = []
     for model in models:
         solvers = SOLVERS_OF.get(model, tuple(SOLVERS))
-        tasks += entrants(model, elements, t_end, integrators, solvers)
-        if with_peers and model == EXUDYN_MODEL:
-            tasks += peers(model, elements, t_end, cap)
+        tasks += candidates(model, elements, t_end, integrators, solvers)
+        if peers and model == EXUDYN_MODEL:
+            tasks += other_code_tasks(model, elements, t_end, cap)
     total = len(models) + rounds * len(tasks)
     with progress_bar(total, "run", progress) as bar:
         references = {}
@@ -141,17 +142,17 @@ def work_precision(
             dt = step_up_to(REFERENCE_DT, t_end)
             references[model] = converged_in_time(model, elements, t_end, dt)
             bar.update()
-        points = race(tasks, partial(_tip_of, references), rounds, bar)
+        points = measure(tasks, partial(_tip_of, references), rounds, bar)
     settings = {
         "scene": "the paper's pendulum, planar",
         "elements": elements,
         "t_end_s": t_end,
-        "error": f"largest tip distance at {INSTANTS} instants, from the same mesh solved exactly",
-        "seconds": f"best of {rounds} rounds in turn, march or solver alone",
+        "error": f"largest tip distance at {OUTPUTS} times, from the same mesh solved exactly",
+        "seconds": f"best of {rounds} rounds in turn, time loop or solver alone",
         "cap_s": cap,
         **environment(),
     }
-    return WorkPrecision(points, references, missing() if with_peers else [], settings)
+    return WorkPrecision(points, references, missing() if peers else [], settings)
 
 
 def _tip_of(references: dict[str, Reference], task: Task) -> Any:

@@ -1,4 +1,4 @@
-"""The work-precision study as text, CSV, JSON and a chart."""
+"""Tables, chart and findings of the work-precision study."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLOURS = {
     "SciPy": ("#009e73", "#7fcdb5"),
     "SUNDIALS": ("#cc79a7", "#7b3f66", "#e6b3d0", "#a0407c"),
 }
-"""Shades of one colour per peer, one for each of its methods."""
+"""Shades of one colour for each other code, one for each of its methods."""
 
 STYLES = {OURS: "-o", "Exudyn": "--s", "SciPy": ":^", "SUNDIALS": "-.v"}
 """One style of line and marker per program."""
@@ -34,7 +34,7 @@ Size = Callable[[Point], float]
 def tables(result: WorkPrecision) -> list[Table]:
     """Set the fastest runs of each model, and the orders of the curves."""
     orders = [[name, f"{order:.2f}"] for name, order in result.orders().items()]
-    title = "Powers of the step with which the errors of ours fall"
+    title = "Observed orders of the integrators of ancfsparse"
     return [
         *(fastest_runs(result, m) for m in result.references),
         Table(["", ""], orders, (0,), title),
@@ -42,9 +42,9 @@ def tables(result: WorkPrecision) -> list[Table]:
 
 
 def fastest_runs(result: WorkPrecision, model: str = "") -> Table:
-    """Set our fastest run at each error, and how long each peer takes.
+    """Set the fastest run at each error, and the times of the other codes.
 
-    Of the first model by default, which has Exudyn's discretisation.
+    By default for the first model, which has Exudyn's discretisation.
     """
     model = model or next(iter(result.references))
     names = result.programs(model)
@@ -56,7 +56,12 @@ def fastest_runs(result: WorkPrecision, model: str = "") -> Table:
             ours = [f"{best.task.name}, {best.task.value:g} s", f"{1e3 * best.seconds:.1f}"]
         theirs = [_times(result.ratio(model, name, level)) for name in names]
         rows.append([f"{level:.0e}", *ours, *theirs])
-    head = ["error at most [m]", "our fastest", "ms", *(f"{name} takes" for name in names)]
+    head = [
+        "error at most [m]",
+        "fastest of ancfsparse",
+        "ms",
+        *(f"{name} takes" for name in names),
+    ]
     return Table(head, rows, left=(1,), title=model)
 
 
@@ -147,18 +152,12 @@ def _looks(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:
 
 
 def findings(result: WorkPrecision) -> list[str]:
-    """State what the numbers show, one sentence for each peer and one for each target."""
+    """State the times of each other code, the evaluations, and the targets."""
     sentences = []
     for model in result.references:
-        for program in result.programs(model):
-            sentences.append(_finding(result, model, program))
-        sentences += _alike(result, model)
-        sentences += _about_counts(result, model)
-    return sentences + [
-        f"{each.what[0].upper()}{each.what[1:]}: {each.value:.1f}; "
-        f"target: at least {each.wanted:g}, " + ("met." if each.met else "missed.")
-        for each in result.targets()
-    ]
+        sentences += [_finding(result, model, program) for program in result.programs(model)]
+        sentences += _implicit_only(result, model) + _about_counts(result, model)
+    return [*sentences, *(f"{target.sentence()}." for target in result.targets())]
 
 
 def _finding(result: WorkPrecision, model: str, program: str) -> str:
@@ -177,7 +176,7 @@ def _finding(result: WorkPrecision, model: str, program: str) -> str:
     return first + "."
 
 
-def _alike(result: WorkPrecision, model: str) -> list[str]:
+def _implicit_only(result: WorkPrecision, model: str) -> list[str]:
     """Compare implicit methods with implicit methods, where Exudyn ran."""
     found = [result.ratio(model, "Exudyn", v, implicit=True, alike=True) for v in LEVELS]
     both = [each for each in found if 0.0 < each < math.inf]
@@ -190,7 +189,7 @@ def _alike(result: WorkPrecision, model: str) -> list[str]:
 
 
 def _about_counts(result: WorkPrecision, model: str) -> list[str]:
-    """State at which errors a peer evaluates its equations less often than any run of ours."""
+    """State the errors at which another code evaluates its equations least often."""
     fewer: dict[str, list[float]] = {}
     for level in LEVELS:
         good = [p for p in result.of(model) if p.finished and p.error <= level]

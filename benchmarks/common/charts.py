@@ -1,19 +1,21 @@
-"""What the charts of the studies have in common: sizes, findings, keys, failures in the margin."""
+"""Charts of the studies: sizes, panels, lines by columns of a table, keys."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from typing import Any, TypeVar
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-# A page shows a picture 800 pixels wide: what is drawn at this width [in] has letters of ten pixels
-# and more if they are of 8 points; notes, which no finding needs, of 8.6 pixels.
-WIDTH = 9.0
-SMALL = 8.0
-NOTE_SIZE = 7.0
+# A page shows a picture 800 pixels wide, so letters of 8 points have ten pixels there.
+WIDTH = 9.0  # of all charts [in]
+SMALL = 8.0  # letters [points]
+NOTE_SIZE = 7.0  # letters of notes, which no finding needs [points]
+
+Row = TypeVar("Row")
+Key = TypeVar("Key", bound=Hashable)
 
 
 def new_figure(height: float, title: str) -> Figure:
@@ -49,6 +51,39 @@ def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy", title: str = "") ->
     if title:
         ax.set_title(title, fontsize=SMALL)
     ax.grid(alpha=0.3, which="major")
+
+
+def panels(figure: Figure, count: int, columns: int, **shared: Any) -> list[Axes]:
+    """Return the axes of a grid, row by row, without those that are not needed."""
+    columns = min(columns, count)
+    grid: Any = figure.subplots(-(-count // columns), columns, squeeze=False, **shared)
+    axes: list[Axes] = grid.ravel().tolist()
+    for ax in axes[count:]:
+        ax.remove()
+    return axes[:count]
+
+
+def draw_lines(
+    ax: Axes,
+    rows: Iterable[Row],
+    line: Callable[[Row], Key],
+    x: Callable[[Row], float],
+    y: Callable[[Row], float],
+    look: Callable[[Key], Mapping[str, Any]],
+) -> dict[str, Any]:
+    """Draw y against x, a line for each value of `line`; return them by label for the key.
+
+    `look` gives the style of a line and its label, empty for a line without one.
+    """
+    groups: dict[Key, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(line(row), []).append(row)
+    shown = {}
+    for key, members in groups.items():
+        style = {"linestyle": "-", "marker": ".", **look(key)}
+        (drawn,) = ax.plot([x(row) for row in members], [y(row) for row in members], **style)
+        shown[str(style.get("label", ""))] = drawn
+    return {label: drawn for label, drawn in shown.items() if label}
 
 
 def set_empty(ax: Axes, why: str) -> None:

@@ -1,4 +1,4 @@
-"""What studies write: tables, charts, and regions of a page."""
+"""Files of studies: CSV tables, charts, and regions of a page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import csv
 import math
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from ancfsparse.errors import InputError
 
 
 def plain(value: Any) -> Any:
-    """Return a result as JSON has it: objects, lists, and null for what is no finite number."""
+    """Return a result in the types of JSON; numbers that are not finite become null."""
     if is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.repr}
     if isinstance(value, Mapping):
@@ -30,8 +30,9 @@ def plain(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def write_csv(records: Sequence[dict[str, Any]], path: Path) -> None:
-    """Write one line per record; what a record lacks is left empty."""
+def write_csv(rows: Sequence[Any], path: Path) -> None:
+    """Write one line per record; missing entries are left empty."""
+    records = [asdict(row) if is_dataclass(row) else row for row in rows]  # type: ignore[arg-type]
     names = list(dict.fromkeys(key for record in records for key in record))
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names)
@@ -39,46 +40,66 @@ def write_csv(records: Sequence[dict[str, Any]], path: Path) -> None:
         writer.writerows(records)
 
 
-def check_targets(output: Path, page: Path | None, *names: str) -> None:
-    """Refuse a folder and a page that could not be written to, before a study and not after it."""
-    folder = next(each for each in (output, *output.parents) if each.exists())
+def check_output(output: Path) -> None:
+    """Check that a folder exists or can be made.
+
+    Raises
+    ------
+    InputError
+        If a file has its place.
+    """
+    folder = next(path for path in (output, *output.parents) if path.exists())
     if not folder.is_dir():
         raise InputError(
             f"{output} cannot be a folder for tables and charts, because {folder} is a file: give "
             "--output another name"
         )
-    if page is not None:
-        for name in names:
-            _split(page, name)
 
 
-def fill_page(
-    page: Path, name: str, text: str, chart: Path | None = None, gallery: Path | None = None
-) -> None:
-    """Put generated text between the two markers of a name on a page, and a chart into its gallery.
-
-    The gallery, made if missing, is the folder ``gallery`` beside the page by default.
+def find_regions(page: Path, names: Sequence[str]) -> list[str]:
+    """Return the names of the regions on a page.
 
     Raises
     ------
     InputError
-        If a marker is missing; nothing is written.
+        If there is no such page, or it has none of the regions.
     """
-    before, after = _split(page, name)
-    page.write_text(f"{before}\n{text}\n{after}", encoding="utf-8")
+    if not page.is_file():
+        raise InputError(f"{page} cannot be renewed: there is no such page")
+    text = page.read_text(encoding="utf-8")
+    found = [name for name in names if _begin(name) in text and _end(name) in text]
+    if not found:
+        places = " or ".join(names)
+        example = f"add {_begin(names[0])} and {_end(names[0])} to it" if names else "leave it out"
+        raise InputError(f"{page} has no place for {places}: {example}")
+    return found
+
+
+def fill_page(page: Path, name: str, text: str, chart: Path | None = None) -> None:
+    """Put generated text into the region of a page, and a chart into its gallery.
+
+    The gallery, made if missing, is the folder ``gallery`` next to the page, that of the README in
+    ``docs``.
+
+    Raises
+    ------
+    InputError
+        If the region is missing; nothing is written.
+    """
+    find_regions(page, [name])
+    before, _, rest = page.read_text(encoding="utf-8").partition(_begin(name))
+    after = rest.partition(_end(name))[2]
+    region = f"{_begin(name)}\n{text}\n{_end(name)}"
+    page.write_text(before + region + after, encoding="utf-8")
     if chart is not None:
-        gallery = gallery or page.parent / "gallery"
+        gallery = page.parent / ("docs/gallery" if page.name == "README.md" else "gallery")
         gallery.mkdir(parents=True, exist_ok=True)
         shutil.copy(chart, gallery)
 
 
-def _split(page: Path, name: str) -> tuple[str, str]:
-    """Return a page up to the one marker of a name, and from the other on."""
-    begin, end = f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
-    if not page.is_file():
-        raise InputError(f"{page} cannot be renewed: there is no such page")
-    before, opened, rest = page.read_text(encoding="utf-8").partition(begin)
-    _, closed, after = rest.partition(end)
-    if not (opened and closed):
-        raise InputError(f"{page} has no place for {name}: add {begin} and {end} to it")
-    return before + begin, end + after
+def _begin(name: str) -> str:
+    return f"<!-- {name}:begin -->"
+
+
+def _end(name: str) -> str:
+    return f"<!-- {name}:end -->"

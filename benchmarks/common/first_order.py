@@ -108,24 +108,12 @@ class OutOfTimeError(Exception):
 
 @dataclass(frozen=True)
 class OdeRun:
-    """What an integrator found.
+    """What an integrator found."""
 
-    Attributes
-    ----------
-    q : (k, n_all) float
-        Coordinates at the times asked for.
-    seconds : float
-        Wall time of the integration [s].
-    evaluations : int
-        Evaluations of the right-hand side.
-    counts : dict of str to int
-        Jacobians and factorizations.
-    """
-
-    q: Vector
-    seconds: float
-    evaluations: int
-    counts: dict[str, int] = field(default_factory=dict)
+    q: Vector  # (k, n_all), coordinates at the times asked for
+    seconds: float  # wall time of the integration [s]
+    evaluations: int  # evaluations of the right-hand side
+    counts: dict[str, int] = field(default_factory=dict)  # Jacobians and factorizations
 
 
 def integrate(

@@ -11,24 +11,13 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class Table:
-    """Cells of text under a head.
+    """Cells of text under a head."""
 
-    Attributes
-    ----------
-    head : sequence of str
-        Names of the columns.
-    rows : sequence of sequence of str
-        Lines, of as many cells.
-    left : sequence of int, optional
-        Numbers of the columns that are set to the left; all others are set to the right.
-    title : str, optional
-        Line above it on a terminal.
-    """
-
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    head: Sequence[str]  # names of the columns
+    rows: Sequence[Sequence[str]]  # lines, of as many cells
+    # numbers of the columns that are set to the left; all others are set to the right
     left: Sequence[int] = (0,)
-    title: str = ""
+    title: str = ""  # line above it on a terminal
 
     @classmethod
     def of(

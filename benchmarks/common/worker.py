@@ -1,4 +1,4 @@
-"""Runs in processes of their own, because only then is the peak memory that of the run.
+"""Runs in separate processes, so that the peak memory of a process is that of its run.
 
 A process reads jobs, one JSON object per line, and answers each with the record of the run.
 """
@@ -7,28 +7,23 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import select
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 
 @dataclass
 class Answered:
-    """A job with what a process has answered, for the rows of studies.
+    """A job with what a process has answered, for the rows of studies."""
 
-    Attributes
-    ----------
-    job : dataclass
-        What was run.
-    record : dict
-        As the process returned it, the last time.
-    """
-
-    job: Any
+    job: Any  # what was run
+    # as the process returned it, the last time
     record: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -114,3 +109,16 @@ def serve(run: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
     for line in sys.stdin:
         answers.write(json.dumps(run(json.loads(line))) + "\n")
         answers.flush()
+
+
+def peak_memory() -> int:
+    """Return the largest resident memory of this process so far [bytes].
+
+    ``ru_maxrss`` would do, but for a child process Linux starts it at what the parent had.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        for line in status.read_text(encoding="utf-8").splitlines():
+            if line.startswith("VmHWM:"):
+                return 1024 * int(line.split()[1])
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -1,1 +1,1 @@
-"""Plans beside the best choice by hand: errors that were asked for and reached, and their cost."""
+"""Plans relative to the best choice of a search: errors, tolerances and cost."""

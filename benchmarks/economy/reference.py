@@ -1,4 +1,4 @@
-"""What plans and choices by hand are compared with: fine runs, extrapolated, of the right model."""
+"""References of plans and of the search: fine runs, extrapolated, of the right model."""
 
 from __future__ import annotations
 
@@ -17,54 +17,51 @@ from benchmarks.economy.scenes import RICHEST, Case, Made
 
 Array = NDArray[np.float64]
 
-# Steps between saved states of the finest run, and elements of one that is thick.
-EVERY, THICK = 4, 128
-# Share of the least error asked for up to which models are alike.
-ALIKE = 0.1
-# References are refined so many times where they are less certain than this share of the least
-# error asked for.
-FINER, CERTAIN = (1, 2, 4), 0.2
-# States of other runs that are compared.
-COMPARED = 400
+SAVE_EVERY = 4  # steps of the finest run
+THICK_ELEMENTS = 128  # of a thick reference
+MAX_MODEL_ERROR = 0.1  # difference of models that may be neglected, over the least tolerance
+REFINEMENTS = (1, 2, 4)  # of a reference until it is certain
+MAX_UNCERTAINTY = 0.2  # of a certain reference, over the least tolerance
+COMPARED_STATES = 400  # of other runs
 
 
 class Reference:
-    """The quantity over time, of the model that neglects least where that matters.
+    """The quantity over time, of the richest model where the models differ.
 
     Parameters
     ----------
     case : Case
         The scene.
     least : float
-        Least error that is asked for, over the size of the quantity [-].
+        Least tolerance, over the size of the quantity [-].
 
     Attributes
     ----------
     size : float
-        What errors refer to [unit of the quantity].
+        Scale of the errors [unit of the quantity].
     uncertain : float
-        By how much it may be off, over that size [-].
+        Uncertainty over that size [-].
     is_thick : bool
-        Whether it is of thick elements, since what others neglect may matter.
+        True if it is of thick elements.
     """
 
     def __init__(self, case: Case, least: float) -> None:
         self.t_end = case.t_end
-        for finer in FINER:
+        for finer in REFINEMENTS:
             values = self._found(case, least, finer)
-            if self.uncertain <= CERTAIN * least:
+            if self.uncertain <= MAX_UNCERTAINTY * least:
                 break
         self._at = CubicSpline(self._t, values) if case.t_end else lambda t: values
 
     def _found(self, case: Case, least: float, finer: int) -> Array:
-        """Return the values of meshes and steps that are so many times as fine."""
+        """Return the values of meshes and steps refined by a factor."""
         element, options = case.elements[0]
         self._t, values, self.size, self.uncertain = _extrapolated(case, element, options, finer)
         self.is_thick = element == RICHEST[0]
         if not self.is_thick and case.is_thick_tried:
             _, thick, _, uncertain = _extrapolated(case, *RICHEST, finer)
             apart = float(np.linalg.norm(thick - values, axis=1).max()) / self.size
-            if apart > ALIKE * least + self.uncertain:
+            if apart > MAX_MODEL_ERROR * least + self.uncertain:
                 self.is_thick, self.uncertain = True, uncertain
                 values = thick
         return values
@@ -80,19 +77,20 @@ def _extrapolated(
     """Return times, values, their size and their uncertainty, of three runs.
 
     Each has twice the steps and elements of the one before.  Two give values without the error of
-    second order; three show by how much those still differ.
+    second order; three give the difference of these.
     """
-    most = finer * (max(case.most, THICK) if element == RICHEST[0] else case.most)
+    most = finer * (max(case.most, THICK_ELEMENTS) if element == RICHEST[0] else case.most)
     steps = finer * case.steps
     histories = []
     for part in (4, 2, 1):
         scene, quantity = case.build(Made(element, most // part, options))
-        run = run_in(scene, case.t_end, steps // part, GeneralizedAlpha(0.9), EVERY * finer // part)
+        run = run_in(
+            scene, case.t_end, steps // part, GeneralizedAlpha(0.9), SAVE_EVERY * finer // part
+        )
         histories.append(values_of(quantity, run))
     times = times_of(run)
     one, other = (fine + (fine - coarse) / 3.0 for coarse, fine in pairwise(histories))
     size = float(np.linalg.norm(other[-1])) if case.t_end is None else quantity.size(other)
-    # The second is nearer to the truth at least as much as errors of second order are.
     apart = float(np.linalg.norm(other - one, axis=1).max())
     return times, other, size, apart / 3.0 / size
 
@@ -104,10 +102,10 @@ def run_in(
     integrator: Implicit | Explicit,
     every: int | None = None,
 ) -> Any:
-    """Run a scene in so many steps, or find its equilibrium."""
+    """Run a scene in a number of steps, or find its equilibrium."""
     if t_end is None:
         return solve_static(scene)
-    every = max(1, steps // COMPARED) if every is None else every
+    every = max(1, steps // COMPARED_STATES) if every is None else every
     return simulate(scene, t_end, t_end / steps, integrator=integrator, save_every=max(1, every))
 
 

@@ -1,4 +1,4 @@
-"""The economy of plans as text, CSV, JSON and a chart."""
+"""Table, chart, targets and findings of the economy of plans."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from benchmarks.common.charts import new_figure, set_axes, set_legend
 from benchmarks.common.study import Study
@@ -16,21 +17,20 @@ from benchmarks.common.tables import Table, bullets
 from benchmarks.common.target import Target
 from benchmarks.economy.run import Economy, Outcome, economy
 
-# Best choices whose run takes longer than this are held to the worst cost [s].
-LONG = 0.2
-# What plans may take: this time [s], or this share of their run.
-FREE, SHARE = 0.2, 0.15
+MIN_LONG_TIME = 0.2  # of best choices whose worst cost is limited [s]
+MAX_PLAN_TIME = 0.2  # of a plan [s], or
+MAX_PLAN_RATIO = 0.15  # of its run
 COLOURS = ("#0072b2", "#e69f00", "#d55e00")
 
 
 COLUMNS: dict[str, Callable[[Outcome], str]] = {
     "scene": lambda each: each.scene,
-    "asked": lambda each: f"{100 * each.asked:g} %",
-    "reached / asked": lambda each: _number(each.share),
-    "predicted / asked": lambda each: _number(each.predicted / each.asked),
+    "tolerance": lambda each: f"{100 * each.tolerance:g} %",
+    "error / tolerance": lambda each: _number(each.error_ratio),
+    "estimate / tolerance": lambda each: _number(each.predicted / each.tolerance),
     "plan": lambda each: each.reason or each.choice,
-    "best by hand": lambda each: each.best or "none",
-    "plan ms": lambda each: f"{1e3 * each.pilot_seconds:.1f}",
+    "best of the search": lambda each: each.best or "none",
+    "plan ms": lambda each: f"{1e3 * each.trial_seconds:.1f}",
     "run ms": lambda each: f"{1e3 * each.run_seconds:.1f}",
     "best ms": lambda each: _number(1e3 * each.best_seconds),
     "cost / best": lambda each: _number(each.cost),
@@ -49,55 +49,56 @@ def _number(value: float) -> str:
 
 def _judged(result: Economy) -> list[Outcome]:
     """Return outcomes whose reference is certain enough to judge them."""
-    return [each for each in result.outcomes if each.uncertain <= 0.2 * each.asked]
+    return [each for each in result.outcomes if each.uncertain <= 0.2 * each.tolerance]
 
 
 def targets(result: Economy) -> list[Target]:
-    """Compare errors and costs with what they should be."""
+    """Compare errors and costs with their targets."""
     judged = _judged(result)
-    shares = [each.share if math.isfinite(each.share) else math.inf for each in judged]
-    costs = [each.cost for each in result.outcomes if math.isfinite(each.cost)]
-    runs = [each.run_cost for each in result.outcomes if math.isfinite(each.run_cost)]
-    works = [each.work for each in result.outcomes if math.isfinite(each.work)]
-    cheap = [
-        each.pilot_seconds <= max(FREE, SHARE * each.run_seconds)
-        for each in result.outcomes
-        if not each.reason
-    ]
-    long = [each.cost for each in result.outcomes if each.best_seconds > LONG]
+    ratios = [each.error_ratio if math.isfinite(each.error_ratio) else math.inf for each in judged]
+    planned = [each for each in result.outcomes if not each.reason]
+    limits = [max(MAX_PLAN_TIME, MAX_PLAN_RATIO * each.run_seconds) for each in planned]
+    cheap = [each.trial_seconds <= limit for each, limit in zip(planned, limits, strict=True)]
+    long = [each.cost for each in result.outcomes if each.best_seconds > MIN_LONG_TIME]
     found = []
     if judged:
-        within = 100.0 * float(np.mean([share <= 1.0 for share in shares]))
-        found += [
-            Target("errors within those asked for [%]", within, 95.0),
-            Target("worst error over the one asked for", max(shares), 3.0, at_most=True),
-        ]
-    if costs:
-        found += [
-            Target("cost with pilots over the best, median", float(np.median(costs)), 2.0, True),
-            Target(
-                "counted work with pilots over the best, median", float(np.median(works)), 2.0, True
-            ),
-            Target("cost without pilots over the best, median", float(np.median(runs)), 2.0, True),
-        ]
+        within = 100.0 * float(np.mean([ratio <= 1.0 for ratio in ratios]))
+        found.append(Target("errors within the tolerance [%]", within, 95.0))
+        found.append(Target("worst error over its tolerance", max(ratios), 3.0, at_most=True))
+    for what, name in (
+        ("cost with trial runs", "cost"),
+        ("counted work with trial runs", "work"),
+        ("cost without trial runs", "run_cost"),
+    ):
+        values = _finite(result, name)
+        if len(values):
+            median = float(np.median(values))
+            found.append(Target(f"{what} over the best, median", median, 2.0, at_most=True))
     if cheap:
-        share = 100.0 * float(np.mean(cheap))
-        found.append(Target("plans beside their runs below 15 % or 0.2 s [%]", share, 100.0))
+        what = "plans below 15 % of their runs or 0.2 s [%]"
+        found.append(Target(what, 100.0 * float(np.mean(cheap)), 100.0))
     if long:
-        found.append(Target(f"worst cost of best runs above {LONG:g} s", max(long), 4.0, True))
+        what = f"worst cost of best runs above {MIN_LONG_TIME:g} s"
+        found.append(Target(what, max(long), 4.0, at_most=True))
     return found
 
 
+def _finite(result: Economy, name: str) -> NDArray[np.float64]:
+    """Return the finite values of a property of the outcomes."""
+    values = np.array([getattr(each, name) for each in result.outcomes], dtype=np.float64)
+    return values[np.isfinite(values)]
+
+
 def findings(result: Economy) -> list[str]:
-    """State how many errors are reached, which are not, and what plans cost."""
+    """State the tolerances that are met and missed, and the cost of plans."""
     judged = _judged(result)
     failed = [each for each in result.outcomes if each.reason]
-    missed = [each for each in judged if not each.reason and each.share > 1.0]
+    missed = [each for each in judged if not each.reason and each.error_ratio > 1.0]
     sentences = [
         f"Of {len(judged)} requests with a reference certain to a fifth of them, "
         f"{len(judged) - len(missed) - sum(bool(each.reason) for each in judged)} are met."
     ]
-    sentences += [f"{_name(each)}: {each.share:.3g} times the error asked for." for each in missed]
+    sentences += [f"{_name(each)}: {each.error_ratio:.3g} times the tolerance." for each in missed]
     sentences += [f"{_name(each)}: no plan, {each.reason}." for each in failed]
     doubtful = [each for each in result.outcomes if each not in judged]
     if doubtful:
@@ -106,27 +107,26 @@ def findings(result: Economy) -> list[str]:
     nothing = [each for each in result.outcomes if not each.best]
     if nothing:
         names = "; ".join(_name(each) for each in nothing)
-        sentences.append(f"The search by hand reaches no such error: {names}.")
-    costs = np.array([each.cost for each in result.outcomes if math.isfinite(each.cost)])
-    runs = np.array([each.run_cost for each in result.outcomes if math.isfinite(each.run_cost)])
+        sentences.append(f"The search reaches no such error: {names}.")
+    costs, runs = _finite(result, "cost"), _finite(result, "run_cost")
     if len(costs):
         sentences.append(
             f"Plan and run cost {np.median(costs):.3g} times the best choice in the median and "
             f"{costs.max():.3g} times at worst, the run alone {np.median(runs):.3g} and "
-            f"{runs.max():.3g} times: what is left is the pilots, "
-            f"{1e3 * np.median([each.pilot_seconds for each in result.outcomes]):.3g} ms in the "
+            f"{runs.max():.3g} times: the difference is that of the trial runs, "
+            f"{1e3 * np.median([each.trial_seconds for each in result.outcomes]):.3g} ms in the "
             "median."
         )
         longest = max(each.best_seconds for each in result.outcomes if each.best)
-        if longest <= LONG:
+        if longest <= MIN_LONG_TIME:
             sentences.append(
-                f"No best choice takes longer than {LONG:g} s (the longest {longest:.2g} s), so "
-                "none is held to the worst cost of long runs."
+                f"No best choice takes longer than {MIN_LONG_TIME:g} s (the longest {longest:.2g} "
+                "s), so none is held to the worst cost of long runs."
             )
     worst = max(result.outcomes, key=lambda o: o.run_cost if math.isfinite(o.run_cost) else 0.0)
     if worst.run_cost > 2.0:
         sentences.append(
-            f"The dearest run beside the best: {_name(worst)}, {worst.choice}, "
+            f"The most expensive run relative to the best: {_name(worst)}, {worst.choice}, "
             f"{worst.run_cost:.3g} times {worst.best}."
         )
     return sentences
@@ -134,49 +134,52 @@ def findings(result: Economy) -> list[str]:
 
 def region(result: Economy) -> str:
     """Set the table, findings and targets for a page."""
-    sentences = [*findings(result), *(" ".join(str(each).split()) for each in targets(result))]
+    sentences = [*findings(result), *(each.sentence() for each in targets(result))]
     return "\n".join([*table(result).markdown(), "", *bullets(sentences)])
 
 
 def _name(outcome: Outcome) -> str:
-    return f"{outcome.scene} to {100 * outcome.asked:g} %"
+    return f"{outcome.scene} to {100 * outcome.tolerance:g} %"
 
 
 def chart(result: Economy) -> Figure:
-    """Draw reached against requested errors, and costs over the best against its time."""
-    figure = new_figure(4.6, "Errors of plans, and their cost beside the best choice by hand")
+    """Draw errors against tolerances, and costs over the best against its time."""
+    figure = new_figure(
+        4.6, "Errors of plans, and their cost relative to the best choice of the search"
+    )
     left, right = figure.subplots(1, 2)
     judged = _judged(result)
-    for colour, asked in zip(COLOURS, sorted({o.asked for o in result.outcomes}), strict=False):
-        own = [each for each in result.outcomes if each.asked == asked]
+    for colour, tolerance in zip(
+        COLOURS, sorted({o.tolerance for o in result.outcomes}), strict=False
+    ):
+        own = [each for each in result.outcomes if each.tolerance == tolerance]
         reached = [each for each in own if math.isfinite(each.reached)]
-        beside = asked * np.linspace(0.85, 1.15, max(2, len(reached)))
-        for x, each in zip(beside.tolist(), reached, strict=False):
+        places = tolerance * np.linspace(0.85, 1.15, max(2, len(reached)))
+        for x, each in zip(places.tolist(), reached, strict=False):
             left.plot(x, each.reached, "o" if each in judged else "+", color=colour, markersize=4)
-        failed = [10.0 * asked for each in own if each.reason]
-        left.plot([asked] * len(failed), failed, "x", color=colour)
+        failed = [10.0 * tolerance for each in own if each.reason]
+        left.plot([tolerance] * len(failed), failed, "x", color=colour)
         known = [each for each in own if math.isfinite(each.cost)]
         best = [1e3 * each.best_seconds for each in known]
-        label = f"{100 * asked:g} %, plan and run"
+        label = f"{100 * tolerance:g} %, plan and run"
         right.plot(best, [o.cost for o in known], "o", color=colour, markersize=4, label=label)
-        alone = {
-            "color": colour,
-            "markersize": 4,
-            "fillstyle": "none",
-            "label": "run alone, likewise",
-        }
-        right.plot(best, [o.run_cost for o in known], "o", **alone)
-    ends = [min(o.asked for o in result.outcomes), max(o.asked for o in result.outcomes)]
-    left.plot(ends, ends, color="grey", linewidth=1.0, label="as asked for")
+        right.plot(
+            best, [o.run_cost for o in known], "o", color=colour, markersize=4, fillstyle="none",
+            label="run alone, likewise",
+        )  # fmt: skip
+    ends = [min(o.tolerance for o in result.outcomes), max(o.tolerance for o in result.outcomes)]
+    left.plot(ends, ends, color="grey", linewidth=1.0, label="the tolerance")
     left.plot(ends, [3.0 * end for end in ends], color="grey", linestyle=":", label="3 times")
     for level, line in ((1.0, "-"), (2.0, ":")):
         right.axhline(level, color="grey", linestyle=line, linewidth=1.0)
     set_axes(
         left,
-        "error asked for, over the size of the quantity",
-        "error reached; x: no plan; +: beside an uncertain reference",
+        "tolerance over the size of the quantity",
+        "error; x: no plan; +: uncertain reference",
     )
-    set_axes(right, "time of the best choice by hand [ms]", "cost over that of the best choice")
+    set_axes(
+        right, "time of the best choice of the search [ms]", "cost over that of the best choice"
+    )
     shown: dict[str, Any] = {}
     for ax in (left, right):
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -190,7 +193,7 @@ STUDY = Study(
     run=economy,
     tables=lambda result: [table(result)],
     rows=lambda result: [
-        {**asdict(each), "share": each.share, "cost": each.cost, "work": each.work}
+        {**asdict(each), "error_ratio": each.error_ratio, "cost": each.cost, "work": each.work}
         for each in result.outcomes
     ],
     findings=findings,

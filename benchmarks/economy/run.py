@@ -1,6 +1,6 @@
-"""Plans for three errors in many scenes, beside a search of elements, meshes, steps, integrators.
+"""Plans for three tolerances in many scenes, and a search of elements, meshes, steps, integrators.
 
-Times are those of the processor, set-up included; those of a plan include its pilot runs, of which
+Times are those of the processor, set-up included; those of a plan include its trial runs, of which
 the last is the run itself where that is short.
 """
 
@@ -14,10 +14,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import get_context
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
+from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import CentralDifference, Explicit, GeneralizedAlpha, Implicit, Newmark
 from ancfsparse.plans import plan
@@ -30,77 +32,59 @@ from benchmarks.economy.scenes import CASES, RICHEST, Case, Made
 from benchmarks.other_codes.environment import environment
 
 REQUESTS = (0.03, 0.003, 0.0003)
-"""Errors that are asked for, over the size of the quantity [-]."""
+"""Tolerances over the size of the quantity [-]."""
 
-FEWEST, MOST = 25, 51200  # steps of the search, which are powers of two times the fewest
+MIN_STEPS, MAX_STEPS = 25, 51200  # of the search, powers of two times the least
 INTEGRATORS: tuple[Implicit | Explicit, ...] = (
     GeneralizedAlpha(0.9),
     Newmark(0.0),
     CentralDifference(),
 )
-# Runs that share the least time, of which it is taken, and how many of the cheapest are repeated.
-REPEATS, FINALISTS = 3, 3
-# Nothing is repeated that takes longer [s].
-LONG = 2.0
-# Runs expected to take longer than the cheapest accurate one so many times are not made.
-HOPELESS = 3.0
-# Error below which a run follows the motion, so that one which no longer falls is that of the mesh.
-FOLLOWS = 0.1
+REPEATS = 3  # runs of which the least time counts
+FINALISTS = 3  # cheapest accurate runs that are repeated
+MAX_REPEATED = 2.0  # time of repeated runs [s]
+MAX_TIME_RATIO = 3.0  # expected time of a run over the cheapest accurate one
+MAX_RESOLVED_ERROR = 0.1  # above it the motion is not resolved, and errors show no trend
+SETTLED_RATIO = 0.8  # of errors with half the steps, above which the error is that of the mesh
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A plan for one error, beside the best choice of the search.
-
-    Attributes
-    ----------
-    scene : str
-        Its name.
-    asked, predicted, reached : float
-        Errors over the size of the quantity [-]; NaN where the plan failed.
-    uncertain : float
-        Uncertainty of the reference, likewise [-].
-    choice, best : str
-        What the plan took, and what the search found; empty if it found nothing.
-    plan_seconds, run_seconds, best_seconds : float
-        Time of the processor [s]; that of a plan includes a run that it has made as a pilot.
-    plan_work, run_work, best_work : float
-        Counted work, in that of a residual of one coordinate, likewise [-].
-    is_made : bool
-        Whether the run was made as a pilot, so that it costs nothing more.
-    reason : str
-        Why the plan failed; empty if it did not.
-    """
+    """A plan for one tolerance, and the best choice of the search."""
 
     scene: str
-    asked: float
+    # tolerance and errors over the size of the quantity [-]; NaN where the plan failed
+    tolerance: float
     predicted: float
     reached: float
-    uncertain: float
+    uncertain: float  # uncertainty of the reference, likewise [-]
+    # discretization of the plan, and of the search; empty if there is none
     choice: str
     best: str
+    # time of the processor [s]; that of a plan includes a run that was its last trial run
     plan_seconds: float
     run_seconds: float
     best_seconds: float
+    # counted work, likewise, in that of a residual of one coordinate [-]
     plan_work: float
     run_work: float
     best_work: float
-    is_made: bool
-    reason: str
+    is_made: bool  # the run was the last trial run, so that it costs nothing more
+    reason: str  # reason of a failed plan
 
     @property
-    def share(self) -> float:
-        """Error that was reached over the one asked for."""
-        return self.reached / self.asked
+    def error_ratio(self) -> float:
+        """Error over the tolerance."""
+        return self.reached / self.tolerance
 
     @property
     def cost(self) -> float:
         """Cost of plan and run over that of the best choice; NaN if there is none."""
-        return (self.pilot_seconds + self.run_seconds) / self.best_seconds
+        return (self.trial_seconds + self.run_seconds) / self.best_seconds
 
     @property
-    def pilot_seconds(self) -> float:
-        """Time of the plan beside that of the run [s]."""
+    def trial_seconds(self) -> float:
+        """Time of the plan without the run [s]."""
         return self.plan_seconds - (self.run_seconds if self.is_made else 0.0)
 
     @property
@@ -116,7 +100,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Economy:
-    """Everything ``python -m benchmarks economy`` finds."""
+    """All outcomes."""
 
     outcomes: list[Outcome]
     settings: dict[str, Any]
@@ -134,24 +118,17 @@ class _Tried:
 
 
 def economy(
-    scenes: Sequence[str] = tuple(CASES),
+    scenes: Annotated[
+        list[str] | None, typer.Option("--scene", help="Only this scene; repeatable.")
+    ] = None,
     requests: Sequence[float] = REQUESTS,
-    jobs: int = 1,
+    jobs: Annotated[int, typer.Option(min=1, help="Scenes at once, in processes.")] = 1,
     progress: bool = False,
 ) -> Economy:
-    """Plan every scene for every error, and search for what would have been cheapest.
-
-    Parameters
-    ----------
-    scenes : sequence of str, optional
-        Names of `CASES`.
-    requests : sequence of float, optional
-        Errors over the size of the quantity [-].
-    jobs : int, optional
-        Scenes that are looked at at once, each in a process of its own.
-    progress : bool, optional
-        Whether to draw a bar.
-    """
+    """Compare plans with the best choice of a search: tolerances, errors and cost."""
+    scenes = scenes or list(CASES)
+    for name in scenes:
+        check_choice("scene", name, CASES)
     look = partial(_scene, requests=tuple(requests))
     if jobs == 1:
         found = [look(name) for name in bar(scenes, "scene", progress)]
@@ -188,8 +165,10 @@ def _searched(case: Case, reference: Reference, least: float) -> Iterator[_Tried
                         continue
                     yield found
                     if found.error <= least:
-                        hopeless = min(hopeless, HOPELESS * found.seconds)
-                    settled = found.error <= FOLLOWS and found.error > 0.8 * best
+                        hopeless = min(hopeless, MAX_TIME_RATIO * found.seconds)
+                    settled = (
+                        found.error <= MAX_RESOLVED_ERROR and found.error > SETTLED_RATIO * best
+                    )
                     if settled or found.seconds > hopeless:
                         break
                     best = found.error
@@ -199,7 +178,9 @@ def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[
     """Return the numbers of steps that are tried."""
     if case.t_end is None:
         return (1,)
-    steps = [FEWEST << k for k in range((min(case.steps // 2, MOST) // FEWEST).bit_length())]
+    steps = [
+        MIN_STEPS << k for k in range((min(case.steps // 2, MAX_STEPS) // MIN_STEPS).bit_length())
+    ]
     if not isinstance(integrator, Explicit):
         return steps
     try:
@@ -234,9 +215,11 @@ def _try(
     return _Tried(name, error, seconds, work, solve)
 
 
-def _best(tried: Sequence[_Tried], asked: float) -> _Tried | None:
+def _best(tried: Sequence[_Tried], tolerance: float) -> _Tried | None:
     """Return the cheapest choice that is accurate enough, of a few measured again."""
-    able = sorted((each for each in tried if each.error <= asked), key=lambda each: each.seconds)
+    able = sorted(
+        (each for each in tried if each.error <= tolerance), key=lambda each: each.seconds
+    )
     if not able:
         return None
     return min(
@@ -251,13 +234,13 @@ def _least_time(call: Callable[[], Any]) -> float:
         begin = time.process_time()
         call()
         times.append(time.process_time() - begin)
-        if sum(times) > LONG:
+        if sum(times) > MAX_REPEATED:
             break
     return min(times)
 
 
 def _planned(
-    name: str, case: Case, reference: Reference, asked: float, best: _Tried | None
+    name: str, case: Case, reference: Reference, tolerance: float, best: _Tried | None
 ) -> Outcome:
     """Plan and run; what fails is an outcome too."""
     times: list[tuple[float, float]] = []
@@ -270,7 +253,7 @@ def _planned(
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                made = plan(scene, case.t_end, quantity, f"{100.0 * asked:g} %")
+                made = plan(scene, case.t_end, quantity, f"{100.0 * tolerance:g} %")
                 middle = time.process_time()
                 run = replace(made, answer=None).run()
         except AncfError as failure:
@@ -286,12 +269,12 @@ def _planned(
             "run_work": counted(run.stats, made.steps, run.q.shape[1]).amount,
             "is_made": made.answer is not None,
         }
-        if sum(map(sum, times)) > LONG:
+        if sum(map(sum, times)) > MAX_REPEATED:
             break
     planned, ran = np.min(times, axis=0)
     return Outcome(
         scene=name,
-        asked=asked,
+        tolerance=tolerance,
         uncertain=reference.uncertain,
         best="" if best is None else best.name,
         plan_seconds=float(planned),

@@ -1,4 +1,4 @@
-"""Scenes whose elements and meshes are open, to be planned and to be searched by hand."""
+"""Scenes with open elements and meshes, for plans and for the search."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DOWN, DOWN_IN_SPACE = (0.0, -9.81), (0.0, 0.0, -9.81)
 
 @dataclass(frozen=True)
 class Made:
-    """An element, its options and a mesh, and the beams that are made of them."""
+    """An element with options and a mesh, of which beams are made."""
 
     element: str
     n: int | str
@@ -39,33 +39,17 @@ Built = tuple[Scene, Quantity]
 
 @dataclass(frozen=True)
 class Case:
-    """A scene and what is asked of it.
+    """A scene and its quantity of interest."""
 
-    Attributes
-    ----------
-    build : callable
-        Takes what beams are made of and returns the scene and the quantity.
-    t_end : float or None
-        Time at the end [s]; None asks for the equilibrium.
-    elements : tuple of (str, mapping)
-        Elements with their options that the search by hand tries; the first is the reference.
-    most : int
-        Most elements of a beam in the reference, but for thick ones.
-    steps : int
-        Steps of the reference; the search by hand takes up to half of them.
-    meshes : tuple of int
-        Elements of a beam that the search tries.
-    is_thick_tried : bool
-        Whether thick elements may be the reference: not of scenes so slender that they lock.
-    """
-
-    build: Callable[[Made], Built]
-    t_end: float | None
+    build: Callable[[Made], Built]  # the scene and the quantity
+    t_end: float | None  # [s]; None for the equilibrium
+    # elements with their options in the search; the first is the reference
     elements: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}), ("l2t2", {}))
-    most: int = 64
-    steps: int = 12800
+    most: int = 64  # elements of a beam in the reference, but for thick ones
+    steps: int = 12800  # steps of the reference; the search by hand takes up to half of them
+    # elements of a beam in the search
     meshes: tuple[int, ...] = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
-    is_thick_tried: bool = True
+    is_thick_tried: bool = True  # as reference: not in slender scenes, where they lock
 
 
 THIN: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}),)
@@ -74,20 +58,20 @@ LONG_MESHES = (12, 16, 24, 32, 48, 64, 96, 128)
 THICK: tuple[tuple[str, Mapping[str, str]], ...] = (("thick", SHEARED), ("thin", {}))
 
 
-def _pendulum(made: Any, dim: int = 2, ask: Callable[..., Quantity] = plans.position,
+def _pendulum(made: Any, dim: int = 2, quantity_of: Callable[..., Quantity] = plans.position,
               length: float = 2.0, **more: Any) -> Callable[[Made], Built]:  # fmt: skip
     def build(of: Made) -> Built:
         scene = Scene(DOWN if dim == 2 else DOWN_IN_SPACE)
         axis = (0.0,) * (dim - 1)
         rod = of.beam(scene, (0.0, *axis), (length, *axis), made, **more)
         scene.pin(rod.start)
-        return scene, ask(rod.end)
+        return scene, quantity_of(rod.end)
 
     return build
 
 
 def _cantilever(made: Any, load: Any, length: float = 1.0,
-                ask: Callable[..., Quantity] = plans.position, root: bool = False,
+                quantity_of: Callable[..., Quantity] = plans.position, root: bool = False,
                 gravity: Any = (0.0, 0.0)) -> Callable[[Made], Built]:  # fmt: skip
     def build(of: Made) -> Built:
         scene = Scene(gravity)
@@ -96,7 +80,7 @@ def _cantilever(made: Any, load: Any, length: float = 1.0,
         scene.clamp(beam.start)
         if load is not None:
             scene.point_force(beam.end, load)
-        return scene, ask(beam.start if root else beam.end)
+        return scene, quantity_of(beam.start if root else beam.end)
 
     return build
 
@@ -182,7 +166,7 @@ def _around(x: Any) -> Any:
 
 
 def _rope(of: Made) -> Built:
-    """Build a rope of 20 m that is shaken at its top: its waves are short beside it."""
+    """Build a rope of 20 m that is shaken at its top, with short waves."""
     scene = Scene(DOWN)
     rope = of.beam(scene, (0.0, 0.0), (0.0, -20.0), (Circle(0.02), Material(1e8, 1000.0)))
     scene.drive(rope.start, lambda t: (0.3 * (t / (1.0 + t)) ** 4 * math.sin(3.0 * t), 0.0))
@@ -243,9 +227,15 @@ CASES: dict[str, Case] = {
     "steel pendulum": Case(_pendulum(STEEL), 2.0),
     "pendulum in space": Case(_pendulum(ROD, 3), 2.0, THIN),
     "whirled in space": Case(_whirled, 1.0, THIN),
-    "velocity of a pendulum": Case(_pendulum(FLEXIBLE, ask=plans.velocity), 2.0, steps=25600),
-    "slope of a pendulum": Case(_pendulum(FLEXIBLE, ask=plans.slope_angle), 2.0, steps=25600),
-    "energy of a pendulum": Case(_pendulum(FLEXIBLE, ask=lambda end: plans.energy("kinetic")), 2.0),
+    "velocity of a pendulum": Case(
+        _pendulum(FLEXIBLE, quantity_of=plans.velocity), 2.0, steps=25600
+    ),
+    "slope of a pendulum": Case(
+        _pendulum(FLEXIBLE, quantity_of=plans.slope_angle), 2.0, steps=25600
+    ),
+    "energy of a pendulum": Case(
+        _pendulum(FLEXIBLE, quantity_of=lambda end: plans.energy("kinetic")), 2.0
+    ),
     "cantilever, sudden load": Case(_cantilever(FLEXIBLE, (0.0, 0.2)), 2.0, steps=25600),
     "cantilever, pulse": Case(
         _cantilever(FLEXIBLE, Pulse((0.0, 2.0), 0.0, 0.05)), 0.5, steps=25600
@@ -253,7 +243,7 @@ CASES: dict[str, Case] = {
     "cantilever, wave": Case(_cantilever(FLEXIBLE, _wave), 5.0),
     "moment at a clamp": Case(
         _cantilever(
-            FLEXIBLE, Ramp((0.0, 0.5), 0.2, smooth=True), root=True, ask=plans.section_force
+            FLEXIBLE, Ramp((0.0, 0.5), 0.2, smooth=True), root=True, quantity_of=plans.section_force
         ),
         1.0,
     ),
@@ -286,8 +276,10 @@ CASES: dict[str, Case] = {
     "ten links in space": Case(_hanging, 8.0, THIN, 16, 51200, (1, 2, 3, 4, 6, 8), False),
     "pendulum, 60 s": Case(_pendulum(FLEXIBLE), 60.0, THIN, 32, 102400, (2, 4, 6, 8, 12), False),
     "deflection": Case(
-        _cantilever(FLEXIBLE, None, ask=plans.static_deflection, gravity=DOWN), None
+        _cantilever(FLEXIBLE, None, quantity_of=plans.static_deflection, gravity=DOWN), None
     ),
-    "large deflection": Case(_cantilever(FLEXIBLE, (0.0, -5.0), ask=plans.static_deflection), None),
+    "large deflection": Case(
+        _cantilever(FLEXIBLE, (0.0, -5.0), quantity_of=plans.static_deflection), None
+    ),
 }
 """Scenes by name: soft and stiff, in the plane and in space, short and long, at rest and moving."""

@@ -1,1 +1,1 @@
-"""Mechanisms of cables beside Exudyn."""
+"""Mechanisms of cables by this package and by Exudyn."""

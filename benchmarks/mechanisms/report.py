@@ -1,17 +1,17 @@
-"""Mechanisms beside Exudyn as text, CSV, JSON and a chart."""
+"""Table, chart and findings of mechanisms by both programs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
+from typing import Any
 
 from matplotlib.figure import Figure
 
-from benchmarks.common.charts import new_figure, set_axes, set_legend
+from benchmarks.common.charts import draw_lines, new_figure, panels, set_axes, set_legend
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table, bullets
 from benchmarks.common.timing import OURS
-from benchmarks.mechanisms.run import WANTED, Comparison, Row, mechanisms
+from benchmarks.mechanisms.run import MIN_RATIO, Comparison, Row, mechanisms
 
 COLUMNS: dict[str, Callable[[tuple[Row, Row]], str]] = {
     "mechanism": lambda pair: pair[0].scene,
@@ -22,7 +22,7 @@ COLUMNS: dict[str, Callable[[tuple[Row, Row]], str]] = {
     "how": lambda pair: pair[1].newton,
     "ratio": lambda pair: f"{pair[1].seconds / pair[0].seconds:.1f}",
 }
-"""Of our row and the fastest of Exudyn's."""
+"""Columns of our row and the fastest of Exudyn's."""
 
 
 def comparison(found: Comparison) -> Table:
@@ -37,35 +37,41 @@ def as_markdown(found: Comparison) -> str:
 
 
 def _reached(found: Comparison) -> str:
-    """State how many mechanisms reach the target, and the least ratio of each of the others."""
+    """State the number of mechanisms that reach the target, and the least ratio of the others."""
     targets = found.targets()
-    missed = [f"{each.what.split(': ')[1]} {each.value:.1f}" for each in targets if not each.met]
+    missed = [f"{each.what.split(': ')[1]} {each.value:.1f}" for each in targets if not each.is_met]
     reached = len(targets) - len(missed)
-    text = f"The target, {WANTED:g} times at every step, is reached by {reached} of {len(targets)}"
+    text = (
+        f"The target, {MIN_RATIO:g} times at every step, is reached by {reached} of {len(targets)}"
+    )
     return text + (f" and missed by {', '.join(missed)}." if missed else ".")
+
+
+COLOURS = ("#0072b2", "#e69f00", "#d55e00", "#b15928", "#cc79a7", "#999999", "#666666")
 
 
 def chart(found: Comparison) -> Figure:
     """Draw the error against the time, a panel for each mechanism."""
     scenes = list(dict.fromkeys(row.scene for row in found.rows))
-    columns = min(3, len(scenes))
-    lines = -(-len(scenes) // columns)
-    figure = new_figure(1.2 + 2.6 * lines, "Error of the steps against time")
-    panels = figure.subplots(lines, columns, squeeze=False).ravel()
-    shown = {}
-    ways = dict.fromkeys((row.program, row.newton) for row in found.rows)
-    colours = ("#0072b2", "#e69f00", "#d55e00", "#b15928", "#cc79a7", "#999999", "#666666")
-    for ax, scene in zip(panels, scenes, strict=False):
-        for way, colour in zip(ways, colours, strict=False):
-            rows = [r for r in found.rows if (r.scene, r.program, r.newton) == (scene, *way)]
-            x, y = [1e3 * r.seconds for r in rows], [r.error for r in rows]
-            style = "o-" if way[0] == OURS else "s--"
-            (line,) = ax.plot(x, y, style, color=colour, markersize=4, linewidth=1.2)
-            shown[OURS if way[0] == OURS else f"Exudyn, {way[1]}"] = line
+    figure = new_figure(1.2 + 2.6 * -(-len(scenes) // 3), "Error of the steps against time")
+    settings = dict.fromkeys((row.program, row.newton) for row in found.rows)
+    colours = dict(zip(settings, COLOURS, strict=False))
+
+    def look(key: tuple[str, str]) -> dict[str, Any]:
+        shape = {"color": colours[key], "markersize": 4, "linewidth": 1.2}
+        if key[0] == OURS:
+            return {"label": OURS, "marker": "o", **shape}
+        return {"label": f"Exudyn, {key[1]}", "marker": "s", "linestyle": "--", **shape}
+
+    shown: dict[str, Any] = {}
+    for ax, scene in zip(panels(figure, len(scenes), 3), scenes, strict=True):
+        rows = [row for row in found.rows if row.scene == scene]
+        shown |= draw_lines(
+            ax, rows, lambda row: (row.program, row.newton), lambda row: 1e3 * row.seconds,
+            lambda row: row.error, look,
+        )  # fmt: skip
         title = scene.replace("_", " ")
         set_axes(ax, "processor time of the solver [ms]", "error [m]", title=title)
-    for ax in panels[len(scenes) :]:
-        ax.set_axis_off()
     set_legend(figure, shown, 2)
     return figure
 
@@ -74,7 +80,7 @@ STUDY = Study(
     "mechanisms",
     run=mechanisms,
     tables=lambda found: [comparison(found)],
-    rows=lambda found: [asdict(row) for row in found.rows],
+    rows=lambda found: found.rows,
     findings=Comparison.findings,
     targets=Comparison.targets,
     charts={"mechanisms": chart},

@@ -1,6 +1,6 @@
-"""Named mechanisms of cables, by our program and by Exudyn: error of the steps, and time.
+"""Mechanisms of cables, by this package and by Exudyn: time discretization error, and time.
 
-Both take generalised-alpha with the same damping on the same elements, so that their errors at a
+Both use generalised-alpha with the same damping on the same elements, so that their errors at a
 step are the same and their times can be compared directly.
 """
 
@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from ancfsparse import problems
-from ancfsparse.checks import check_choice, check_count
+from ancfsparse.checks import check_choice
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.problems import Mechanism
@@ -29,41 +31,30 @@ from ancfsparse.solve.motion.simulate import system_at_start
 from ancfsparse.solve.stepping.state_recorder import RunStorage
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.target import Target
-from benchmarks.common.timing import OURS
+from benchmarks.common.timing import OURS, in_turn
 from benchmarks.other_codes import exudyn_mechanisms as exudyn
 from benchmarks.other_codes.environment import environment
-from benchmarks.other_codes.exudyn import ExudynError
+from benchmarks.other_codes.exudyn import ExudynError, Setting
 
 Array = NDArray[np.float64]
 
 INTEGRATOR = GeneralizedAlpha(exudyn.SPECTRAL_RADIUS)
-# States that are compared, evenly over the run.
-INSTANTS = 20
-# The longest step is divided by these, and by those for the reference, which is extrapolated.
-FINER, FINEST = (1, 2, 4), (16, 32)
-WANTED = 8.0
-# Errors that differ by no more than this share are equal.
-EQUAL = 0.05
+OUTPUTS = 20  # compared states, evenly over the run
+DIVISORS = (1, 2, 4)  # of the longest step
+REFERENCE_DIVISORS = (16, 32)  # of the longest step in the extrapolated reference
+MIN_RATIO = 8.0  # time of Exudyn over that of ancfsparse
+EQUAL_ERROR = 0.05  # relative difference of errors that count as equal
 
 
 @dataclass(frozen=True)
 class Case:
-    """How a mechanism is run.
+    """Run and comparison of a mechanism."""
 
-    Attributes
-    ----------
-    t_end, dt : float
-        Simulated time and longest step [s].
-    watched : tuple of (str, int)
-        Nodes of cables whose positions are compared.
-    build : callable
-        Adds it to a scene of Exudyn.
-    """
-
+    # simulated time and longest step [s]
     t_end: float
     dt: float
-    watched: tuple[tuple[str, int], ...]
-    build: Callable[[exudyn.Builder], None]
+    watched: tuple[tuple[str, int], ...]  # nodes of cables whose positions are compared
+    build: Callable[[exudyn.Builder], None]  # adds it to a scene of Exudyn
 
 
 TURN = 2.0 * math.pi / 150.0
@@ -77,56 +68,34 @@ CASES = {
     "spaghetti": Case(5.0, 1e-2, (("rod", 0), ("rod", 32)), exudyn.spaghetti),
     "moving_supports": Case(1.0, 2e-3, (("rope", 8),), exudyn.moving_supports),
 }
-"""Mechanisms by name; each runs until its motion is no longer smooth, or a turn."""
+"""Mechanisms by name; each runs while its motion is smooth, or one revolution."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One way to run a mechanism with one step.
+    """One program and setting on a mechanism with one step."""
 
-    Attributes
-    ----------
-    scene : str
-        Key of `CASES`.
-    dt : float
-        Time step [s].
-    program, newton : str
-        Who solves its steps, and how.
-    seconds : float
-        Least processor time of the solver alone [s], which does not depend on what else runs;
-        not a number if it failed.
-    error : float
-        Largest distance from the reference in any coordinate [m].
-    iterations : float
-        Per step.
-    """
-
-    scene: str
-    dt: float
+    scene: str  # key of `CASES`
+    dt: float  # time step [s]
+    # who solves its steps, and how
     program: str
     newton: str
+    # least processor time of the solver alone [s], which does not depend on what else runs; not a
+    # number if it failed
     seconds: float
-    error: float
-    iterations: float
+    error: float  # largest distance from the reference in any coordinate [m]
+    iterations: float  # per step
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """All runs.
+    """All runs."""
 
-    Attributes
-    ----------
-    rows : list of Row
-        By mechanism, step and program, ours first.
-    settings : dict
-        How, and on what.
-    """
-
-    rows: list[Row]
-    settings: dict[str, Any]
+    rows: list[Row]  # by mechanism, step and program, ours first
+    settings: dict[str, Any]  # how, and on what
 
     def pairs(self) -> list[tuple[Row, Row]]:
-        """Return for each mechanism and step ours, and the fastest of Exudyn's of equal error."""
+        """Return for each mechanism and step our row, and Exudyn's fastest of equal error."""
         found = []
         for ours in (row for row in self.rows if row.program == OURS):
             others = [
@@ -134,7 +103,7 @@ class Comparison:
                 for row in self.rows
                 if (row.scene, row.dt) == (ours.scene, ours.dt)
                 and row.program != OURS
-                and row.error <= (1.0 + EQUAL) * ours.error
+                and row.error <= (1.0 + EQUAL_ERROR) * ours.error
             ]
             if others:
                 found.append((ours, min(others, key=lambda row: row.seconds)))
@@ -159,62 +128,62 @@ class Comparison:
         ]
 
     def targets(self) -> list[Target]:
-        """Return how many times faster ours is, by mechanism."""
+        """Return the ratio of times, by mechanism."""
         out = []
         for scene in dict.fromkeys(row.scene for row in self.rows):
             ratios = [b.seconds / a.seconds for a, b in self.pairs() if a.scene == scene]
             if ratios:
-                out.append(Target(f"Exudyn / ours at equal error: {scene}", min(ratios), WANTED))
+                out.append(Target(f"Exudyn / ours at equal error: {scene}", min(ratios), MIN_RATIO))
         return out
 
 
 def mechanisms(
-    names: Sequence[str] = tuple(CASES), rounds: int = 9, progress: bool = False
+    names: Annotated[
+        list[str] | None, typer.Option("--scene", help="Only this mechanism; repeatable.")
+    ] = None,
+    rounds: Annotated[int, typer.Option(min=1, help="Interleaved runs of each program.")] = 9,
+    progress: bool = False,
 ) -> Comparison:
-    """Run mechanisms by both programs, in turn.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or Exudyn is not installed.
-    """
-    check_count("rounds", rounds)
+    """Run mechanisms of cables by ancfsparse and by Exudyn: time against error; some minutes."""
+    names = names or list(CASES)
     rows: list[Row] = []
-    with progress_bar(len(names) * len(FINER), "step", progress) as bar:
+    with progress_bar(len(names) * len(DIVISORS), "step", progress) as bar:
         for name in names:
             check_choice("mechanism", name, CASES)
             reference = _reference(name)
-            for finer in FINER:
-                rows += _race(name, finer, reference, rounds)
+            for finer in DIVISORS:
+                rows += _run_in_turn(name, finer, reference, rounds)
                 bar.update()
     settings = {"rounds": rounds, "integrator": repr(INTEGRATOR), **environment()}
     return Comparison(rows, settings)
 
 
-def _race(name: str, finer: int, reference: Array, rounds: int) -> list[Row]:
+def _run_in_turn(name: str, finer: int, reference: Array, rounds: int) -> list[Row]:
     case = CASES[name]
     steps = finer * round(case.t_end / case.dt)
     dt = case.t_end / steps
-    kept: dict[tuple[str, str], list[tuple[float, float, float]]] = {}
-    for _ in range(rounds):
-        seconds, places, iterations = _ours(name, steps)
-        error = float(np.max(np.abs(places - reference)))
-        kept.setdefault((OURS, "auto"), []).append((seconds, error, iterations))
-        for newton, how in exudyn.NEWTON.items():
-            found = (math.nan, math.nan, math.nan)
-            problem, rest = _set_up(name)
-            start = None if rest is None else rest.state
-            try:
-                run = exudyn.run_mechanism(
-                    problem, case.build, start, case.watched, how, case.t_end, dt, INSTANTS
-                )
-            except ExudynError:
-                pass  # a row without numbers
-            else:
-                error = float(np.max(np.abs(run.tip - reference)))
-                found = run.seconds, error, run.iterations_per_step
-            kept.setdefault(("Exudyn", newton), []).append(found)
-    return [Row(name, dt, *key, *min(runs)) for key, runs in kept.items()]
+
+    def ours() -> tuple[float, Array, float]:
+        return _ours(name, steps)
+
+    def exudyns(how: Setting) -> tuple[float, Array, float]:
+        problem, rest = _set_up(name)
+        start = None if rest is None else rest.state
+        args = (case.watched, how, case.t_end, dt, OUTPUTS)
+        run = exudyn.run_mechanism(problem, case.build, start, *args)
+        return run.seconds, run.tip, run.iterations_per_step
+
+    def timed(run: Callable[[], tuple[float, Array, float]]) -> tuple[float, float, float]:
+        try:
+            seconds, places, iterations = run()
+        except ExudynError:
+            return math.nan, math.nan, math.nan
+        return seconds, float(np.max(np.abs(places - reference))), iterations
+
+    candidates = {(OURS, "auto"): ours}
+    candidates |= {("Exudyn", key): partial(exudyns, how) for key, how in exudyn.NEWTON.items()}
+    found = in_turn(list(candidates.values()), timed, rounds)
+    return [Row(name, dt, *key, *min(runs)) for key, runs in zip(candidates, found, strict=True)]
 
 
 def _set_up(name: str) -> tuple[Mechanism, Equilibrium | None]:
@@ -238,7 +207,7 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
         max_energy_gain=0.01,
         max_halvings=0,
         threads=1,
-        save_every=steps // INSTANTS,
+        save_every=steps // OUTPUTS,
         save_nodes=None,
         output=None,
         progress=False,
@@ -263,8 +232,8 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
 
 
 def _reference(name: str) -> Array:
-    """Return positions extrapolated from two fine steps, which are as far apart as they are off."""
+    """Return positions extrapolated from two fine steps."""
     case = CASES[name]
     steps = round(case.t_end / case.dt)
-    coarse, fine = (_ours(name, by * steps, 1e-12)[1] for by in FINEST)
+    coarse, fine = (_ours(name, by * steps, 1e-12)[1] for by in REFERENCE_DIVISORS)
     return np.asarray(fine + (fine - coarse) / 3.0)

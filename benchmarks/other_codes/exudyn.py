@@ -33,62 +33,36 @@ class ExudynError(Exception):
 
 @dataclass(frozen=True)
 class Setting:
-    """How Exudyn solves a step.
+    """How Exudyn solves a step."""
 
-    Attributes
-    ----------
-    name : str
-        For the table.
-    contractivity : float
-        Modified Newton renews its Jacobian when residuals shrink by less than this factor; 0 takes
-        full Newton.
-    linear_solver : str
-        Exudyn's name for it.
-    reuse_pattern : bool, optional
-        Whether a sparse solver orders its unknowns once only.
-    spectral_radius : float, optional
-        Of its generalised-alpha method at high frequencies; the trapezoidal rule if not given.
-    explicit : str, optional
-        Exudyn's name of an explicit method, which takes the place of all of the above.
-    rtol : float, optional
-        Relative tolerance of an explicit method with automatic steps, of which the time step is
-        the largest; fixed steps if not given.
-    relative, absolute : float, optional
-        Tolerances of Newton's method on the norm of the residual.
-    """
-
-    name: str
+    name: str  # for the table
+    # modified Newton renews its Jacobian when residuals shrink by less than this factor; 0 takes
+    # full Newton
     contractivity: float = 0.0
-    linear_solver: str = "EigenDense"
-    reuse_pattern: bool = False
+    linear_solver: str = "EigenDense"  # Exudyn's name for it
+    reuse_pattern: bool = False  # whether a sparse solver orders its unknowns once only
+    # of its generalised-alpha method at high frequencies; the trapezoidal rule if not given
     spectral_radius: float | None = None
+    # Exudyn's name of an explicit method, which takes the place of all of the above
     explicit: str = ""
+    # relative tolerance of an explicit method with automatic steps, of which the time step is the
+    # largest; fixed steps if not given
     rtol: float | None = None
+    # tolerances of Newton's method on the norm of the residual
     relative: float = 1e-8
     absolute: float = 1e-6
 
 
 @dataclass(frozen=True)
 class PeerRun:
-    """What a run of Exudyn took and found.
+    """What a run of Exudyn took and found."""
 
-    Attributes
-    ----------
-    seconds : float
-        Of its solver alone [s].
-    iterations_per_step : float
-        Newton iterations per time step.
-    tip : (k, 2 n) float
-        Positions of the watched nodes at whole multiples of the interval asked for, t = 0 left
-        out [m].
-    counts : dict of str to int
-        Steps, Newton iterations and Jacobians.
-    """
-
-    seconds: float
-    iterations_per_step: float
+    seconds: float  # of its solver alone [s]
+    iterations_per_step: float  # Newton iterations per time step
+    # (k, 2 n), positions of the watched nodes at whole multiples of the interval asked for, t = 0
+    # left out [m]
     tip: Array
-    counts: dict[str, int]
+    counts: dict[str, int]  # steps, Newton iterations and Jacobians
 
 
 def load() -> Any:

@@ -1,4 +1,4 @@
-"""SUNDIALS' CVODE and ARKODE on our compiled forces and factors, without Python between them."""
+"""SUNDIALS' CVODE and ARKODE with the compiled forces and factors, without Python in between."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ def load() -> Any:
     Raises
     ------
     InputError
-        If the package was built without SUNDIALS.
+        If it is not built.
     """
     try:
-        return import_module("ancfsparse.compiled.sundials")
+        return import_module("benchmarks.other_codes._sundials")
     except ImportError as error:
         raise InputError(
-            f"the package was built without SUNDIALS ({error}): `make peers` installs its headers "
-            "and builds the package again"
+            f"the module of SUNDIALS is not built ({error}): `make peers` installs its headers and "
+            "builds it"
         ) from None
 
 
@@ -40,7 +40,7 @@ def integrate_sundials(
     atol: float,
     cap: float = np.inf,
 ) -> OdeRun:
-    """Run one of SUNDIALS' integrators, a method of `tasks.SUNDIALS`, against the clock.
+    """Run one of SUNDIALS' integrators, a method of `other_code_tasks.SUNDIALS`, against the clock.
 
     Multistep formulas, Adams with fixed-point iteration and BDF with sparse factors of our
     tangents; or embedded Runge-Kutta formulas of Dormand and Prince, Verner, and Fehlberg.

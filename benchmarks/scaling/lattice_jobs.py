@@ -1,4 +1,4 @@
-"""The runs of nets, lattices and trusses: scene, motion, step, seeds, threads."""
+"""Runs of nets, lattices and trusses: scene, motion, step, factorization, threads."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from ancfsparse.problems import lattice, net, octet
 from ancfsparse.problems.meshes import STIFF
 from ancfsparse.scene import Material, Rectangle, Scene
 
-LATTICES, NETS = (10, 16, 22, 30, 46, 64), (5, 10, 30, 60, 100, 200)
-# Where it is decided which seed wins: sizes for the first two of RUNS.
+LATTICES = (10, 16, 22, 30, 46, 64)  # nodes along a side
+NETS = (5, 10, 30, 60, 100, 200)  # nodes along a side
+# Further sizes for the first two of RUNS, around the change from exact to incomplete seeds.
 SMALL = ((3, 4, 5, 6, 8), (5, 6, 8))
 OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
 """Cells along a side of octet trusses, and of the lattice with about as many elements."""
 
-# Stiffness, motion, step [s], jitter, rods; and the largest size, where it is not that of all.
+# Stiffness, motion, step [s], jitter, rods.
 RUNS = (
     ("soft", "rest", 1e-3, 0.0, 0),
     ("soft", "rough", 1e-3, 0.0, 0),
@@ -25,7 +26,7 @@ RUNS = (
     ("steel", "rest", 4e-3, 0.0, 0),
     ("steel", "rest", 1e-2, 0.0, 0),
 )
-# Irregular ones, whose cables buckle, and those tied to the ground by rods.
+# Irregular lattices, whose cables buckle, and lattices tied to the ground by rods.
 OTHERS = (
     ("soft", "rough", 1e-3, 0.2, 0),
     ("steel", "rest", 1e-3, 0.2, 0),
@@ -33,53 +34,32 @@ OTHERS = (
     ("soft", "rest", 1e-3, 0.0, 32),
     ("steel", "rest", 4e-3, 0.0, 32),
 )
-LARGEST_OTHER, LARGEST_OCTET = 22, 22
-# Steps of irregular ones take up to ten complete factors each.
-LARGEST_IRREGULAR = 10
-# Nets as in the study of scaling: their own cable, at rest.
+LARGEST_OTHER = 22  # nodes along a side of irregular lattices and those on rods
+LARGEST_OCTET = 22  # nodes along a side of the lattice with as many elements
+LARGEST_IRREGULAR = 10  # on exact seeds, of which a step takes up to ten
 NET_RUN = ("soft", "rest", 5e-4, 0.0, 0)
-# The first run is made on complete seeds up to this size; equilibria are found of this one.
-LARGEST_FIRST, STATIC = 22, 16
-# Number of elements below which a few steps are too short to be timed.
-FEW = 4000
+LARGEST_FIRST = 22  # nodes along a side of the first run on exact seeds
+STATIC = 16  # nodes along a side of lattices in equilibrium
+MIN_ELEMENTS = 4000  # of a run whose few steps are long enough to be timed
 
 
 @dataclass(frozen=True)
 class Job:
-    """One run.
+    """One run."""
 
-    Attributes
-    ----------
-    case : {"lattice", "net", "octet", "statics"}
-        The scene; with "statics" its equilibrium under its weight and a tenth of it sideways.
-    size : int
-        Nodes along a side; of an octet truss, cells.
-    stiff, motion : str
-        A name in `STIFF`, and a motion as in `problems.lattice`.
-    dt : float
-        Step [s].
-    steps : int
-        How many.
-    factorization : {"complete", "incomplete"}
-        What corrections are solved with.
-    jitter : float
-        Of a lattice, as in `problems.lattice`.
-    rods : int
-        How many nodes of a lattice are tied to the ground.
-    threads : int
-        How many share the work.
-    """
-
+    # {"lattice", "net", "octet", "statics"}, the scene; with "statics" its equilibrium under its
+    # weight and a tenth of it sideways
     case: str
-    size: int
+    size: int  # nodes along a side; of an octet truss, cells
+    # A name in `STIFF`, and a motion as in `problems.lattice`
     stiff: str
     motion: str
-    dt: float
-    steps: int
-    factorization: str
-    jitter: float = 0.0
-    rods: int = 0
-    threads: int = 1
+    dt: float  # step [s]
+    steps: int  # how many
+    seed: str  # {"exact", "incomplete"}, for the corrections
+    jitter: float = 0.0  # of a lattice, as in `problems.lattice`
+    rods: int = 0  # nodes of a lattice that are tied to the ground
+    threads: int = 1  # threads that share the work
 
     def scene(self) -> Scene:
         """Build the scene."""
@@ -106,7 +86,7 @@ class Job:
 
     @property
     def title(self) -> str:
-        """What is run, without size and seed."""
+        """Scene, motion and step in words."""
         if self.case == "net":
             return f"net, {self.course}"
         kind = "octet truss" if self.case == "octet" else "lattice"
@@ -145,18 +125,16 @@ def _clamped(n: int, stiff: str) -> Scene:
 def jobs_of(
     largest: int, largest_net: int, largest_exact: int, steps: int, threads: int
 ) -> list[Job]:
-    """List what `run.lattices` runs; its arguments are explained there."""
+    """Return the jobs of `lattices.lattices`, which explains the arguments."""
     sizes, found = _sizes(LATTICES, largest), list[Job]()
     small = dict(zip(RUNS, SMALL, strict=False))
 
     def add(case: str, size: int, run: tuple[str, str, float, float, int], exact: bool) -> None:
         stiff, motion, dt, jitter, rods = run
-        job = Job(case, size, stiff, motion, dt, steps, "complete", jitter, rods)
-        more = min(10, max(1, FEW // job.elements)) if motion == "rest" else 1
-        for factorization in ("complete", "incomplete") if exact else ("incomplete",):
-            found.append(
-                Job(case, size, stiff, motion, dt, more * steps, factorization, jitter, rods)
-            )
+        job = Job(case, size, stiff, motion, dt, steps, "exact", jitter, rods)
+        more = min(10, max(1, MIN_ELEMENTS // job.elements)) if motion == "rest" else 1
+        for seed in ("exact", "incomplete") if exact else ("incomplete",):
+            found.append(Job(case, size, stiff, motion, dt, more * steps, seed, jitter, rods))
 
     for n in _sizes(NETS, largest_net):
         add("net", n, NET_RUN, True)

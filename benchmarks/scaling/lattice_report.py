@@ -1,4 +1,4 @@
-"""The study of lattices as text, CSV, JSON and a chart."""
+"""Table, chart, targets and findings of the study of lattices."""
 
 from __future__ import annotations
 
@@ -8,7 +8,15 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.common.charts import SMALL, new_figure, set_axes, set_empty, set_legend
+from benchmarks.common.charts import (
+    SMALL,
+    draw_lines,
+    new_figure,
+    panels,
+    set_axes,
+    set_empty,
+    set_legend,
+)
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
 from benchmarks.common.target import Target
@@ -24,7 +32,7 @@ COLUMNS: dict[str, Callable[[Row], str]] = {
     "sweeps and products": lambda row: f"{row.inner:.1f}" if row.inner else "",
     "factorisations": lambda row: f"{row.record['factorizations']} in {row.job.steps} steps",
 }
-"""Of runs with a result; of the others the second cell has the reason."""
+"""Columns of runs with a result; without, the second cell has the reason."""
 
 
 def runs(rows: Sequence[Row]) -> Table:
@@ -41,49 +49,46 @@ def runs(rows: Sequence[Row]) -> Table:
 def chart(rows: Sequence[Row]) -> Figure:
     """Draw time and memory per element against the number of elements, by kind of scene."""
     rows = [row for row in rows if row.job.case != "statics" and row.job.threads == 1]
-    kinds = {
-        "nets and lattices": [
-            row for row in rows if row.job.case != "octet" and not (row.job.jitter or row.job.rods)
-        ],
-        "irregular or on rods": [row for row in rows if row.job.jitter or row.job.rods],
-        "octet trusses": [row for row in rows if row.job.case == "octet"],
-    }
-    kinds = {name: own for name, own in kinds.items() if own}
-    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of complete and incomplete seeds")
+    kinds: dict[str, list[Row]] = {}
+    for row in rows:
+        kinds.setdefault(_kind(row), []).append(row)
+    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of exact and incomplete seeds")
     colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
+    axes = panels(figure, 2 * len(kinds), 2)
     shown: dict[str, Any] = {}
-    for (left, right), (name, own) in zip(
-        figure.subplots(len(kinds), 2, squeeze=False), kinds.items(), strict=True
+    for left, right, name in zip(
+        axes[::2], axes[1::2], sorted(kinds, key=KINDS.index), strict=True
     ):
-        shown |= _panels(left, right, name, own, colours)
+        shown |= _draw(left, right, name, kinds[name], colours)
     if shown:
         set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: complete ones")
     return figure
 
 
-def _panels(
+def _draw(
     left: Axes, right: Axes, name: str, rows: Sequence[Row], colours: dict[str, str]
 ) -> dict[str, Any]:
-    """Draw a line for each stiffness, motion and step; return those of incomplete seeds."""
-    shown: dict[str, Any] = {}
-    if all(row.note for row in rows):
+    """Draw a line for each stiffness, motion, step and seed; return those of incomplete seeds."""
+    done = [row for row in rows if not row.note]
+    if not done:
         for ax in (left, right):
             set_empty(ax, "no run has a result")
-        return shown
-    for label, colour in colours.items():
-        for factorization, line in (("complete", "--"), ("incomplete", "-")):
-            own = [
-                r
-                for r in rows
-                if (_label(r), r.job.factorization) == (label, factorization) and not r.note
-            ]
-            x = [row.job.elements for row in own]
-            left.plot(x, [row.microseconds for row in own], line, color=colour, marker=".")
-            y = [row.bytes_per_element / 1e3 for row in own]
-            (drawn,) = right.plot(x, y, line, color=colour, marker=".")
-            if factorization == "incomplete" and own:
-                shown[label] = drawn
-    for ax, what in ((left, "microseconds per element and step"), (right, "kB per element")):
+        return {}
+
+    def look(key: tuple[str, str]) -> dict[str, Any]:
+        label, seed = key
+        if seed == "exact":
+            return {"color": colours[label], "linestyle": "--"}
+        return {"color": colours[label], "label": label}
+
+    for ax, what, value in (
+        (left, "microseconds per element and step", lambda row: row.microseconds),
+        (right, "kB per element", lambda row: row.bytes_per_element / 1e3),
+    ):
+        shown = draw_lines(
+            ax, done, lambda row: (_label(row), row.job.seed), lambda row: row.job.elements,
+            value, look,
+        )  # fmt: skip
         set_axes(ax, "elements", what, "x", name)
         ax.tick_params(labelsize=SMALL)
     left.set_yscale("log")
@@ -91,14 +96,35 @@ def _panels(
     return shown
 
 
+KINDS = ("nets and lattices", "irregular or on rods", "octet trusses")
+"""Kinds of scenes, from the top down."""
+
+
+def _kind(row: Row) -> str:
+    if row.job.jitter or row.job.rods:
+        return KINDS[1]
+    return KINDS[2] if row.job.case == "octet" else KINDS[0]
+
+
 def _label(row: Row) -> str:
     job = row.job
     return f"{'net' if job.case == 'net' else job.stiff}, {job.course}"
 
 
-GIGABYTE = 1e9
-# The steps of 1 ms of soft lattices that fall from rest, and of nets, to which most targets apply.
+GIGABYTE = 1e9  # [bytes]
 LATTICE, NET = "soft lattice, at rest, 0.001 s", "net, at rest, 0.0005 s"
+MIN_RATIOS = {
+    (LATTICE, 22): {"step": 8.0, "set-up": 10.0, "memory": 3.0},
+    (NET, 200): {"step": 2.5},
+    (NET, 100): {"step": 1.0},
+}
+"""Ratios of exact to incomplete seeds, by scene and size."""
+MAX_SOFT_COST = 2.5  # of a step of the soft lattice [microseconds per element]
+MAX_STEEL_COST = 6.0  # of a step of steel lattices [microseconds per element]
+MAX_PEAK = 1.5  # memory of the soft lattice [GB]
+MAX_GROWTH = 1.5  # cost per element of the largest lattice over that of a small one
+MIN_GAIN = 1.5  # of several threads
+MAX_STATIC_TIME = 20.0  # of an equilibrium [s]
 
 
 def ratios(exact: Row, incomplete: Row) -> tuple[float, float, float]:
@@ -115,42 +141,38 @@ def targets(rows: Sequence[Row]) -> list[Target]:
     found = []
     for exact, incomplete in pairs(rows):
         case = exact.job.title, exact.job.size
-        what = f"{exact.job.title}, {exact.job.size}: complete / incomplete"
-        time, set_up, memory = ratios(exact, incomplete)
-        if case == (LATTICE, 22):
-            found.append(Target(f"{what}, step", time, 8.0))
-            found.append(Target(f"{what}, set-up", set_up, 10.0))
-            found.append(Target(f"{what}, memory", memory, 3.0))
-        if case in ((NET, 200), (NET, 100)):
-            found.append(Target(f"{what}, step", time, 2.5 if case[1] == 200 else 1.0))
+        what = f"{exact.job.title}, {exact.job.size}: exact / incomplete"
+        values = dict(zip(("step", "set-up", "memory"), ratios(exact, incomplete), strict=True))
+        found += [Target(f"{what}, {k}", values[k], v) for k, v in MIN_RATIOS.get(case, {}).items()]
     own = incomplete_rows(rows)
+    costs = {row.job.size: row.microseconds for row in own.get(LATTICE, [])}
     for row in own.get(LATTICE, []):
         if row.job.size == 46:
             peak = row.record["peak_bytes"] / GIGABYTE
-            found.append(
-                Target("soft lattice, 46: us per element and step", row.microseconds, 2.5, True)
-            )
-            found.append(Target("soft lattice, 46: GB at the peak", peak, 1.5, True))
-    by_size = {row.job.size: row.microseconds for row in own.get(LATTICE, [])}
-    if {10, 46} <= set(by_size):
-        growth = by_size[46] / by_size[10]
-        found.append(Target("soft lattice: cost per element, 46 / 10", growth, 1.5, True))
+            what = "soft lattice, 46: us per element and step"
+            found.append(Target(what, row.microseconds, MAX_SOFT_COST, True))
+            found.append(Target("soft lattice, 46: GB at the peak", peak, MAX_PEAK, True))
+    if {10, 46} <= set(costs):
+        growth = costs[46] / costs[10]
+        what = "soft lattice: cost per element, 46 / 10"
+        found.append(Target(what, growth, MAX_GROWTH, True))
     for title, of_title in own.items():
         large = [row.microseconds for row in of_title if 22 <= row.job.size <= 46]
         if title.startswith("steel lattice, at rest") and large:
-            found.append(Target(f"{title}: us per element, 22 to 46", max(large), 6.0, True))
+            what = f"{title}: us per element, 22 to 46"
+            found.append(Target(what, max(large), MAX_STEEL_COST, True))
     for one, more in threaded(rows):
-        name = f"{one.job.title}, {one.job.size}: gain of {more.job.threads} threads"
-        found.append(Target(name, one.record["seconds"] / more.record["seconds"], 1.5))
-    for row in rows:
-        if row.job.case == "statics" and not row.note:
-            name = f"{row.job.title}, {row.job.size}: s"
-            found.append(Target(name, row.record["seconds"], 20.0, True))
-    return found
+        what = f"{one.job.title}, {one.job.size}: gain of {more.job.threads} threads"
+        found.append(Target(what, one.record["seconds"] / more.record["seconds"], MIN_GAIN))
+    return found + [
+        Target(f"{row.job.title}, {row.job.size}: s", row.record["seconds"], MAX_STATIC_TIME, True)
+        for row in rows
+        if row.job.case == "statics" and not row.note
+    ]
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """Summarise what incomplete seeds save, how their cost grows, and from which fill they win."""
+    """State savings and cost of incomplete seeds, and the fill from which they win."""
     sentences = []
     for exact, incomplete in pairs(rows):
         time, set_up, memory = ratios(exact, incomplete)
@@ -167,7 +189,7 @@ def findings(rows: Sequence[Row]) -> list[str]:
                 f"elements costs {growth:.2f} times as much per element as of "
                 f"{large[0].job.elements:,}"
             )
-    return sentences + _limits(rows) + [_as_sentence(each) for each in targets(rows)]
+    return sentences + _limits(rows) + [target.sentence() for target in targets(rows)]
 
 
 def _limits(rows: Sequence[Row]) -> list[str]:
@@ -175,37 +197,27 @@ def _limits(rows: Sequence[Row]) -> list[str]:
     known = [(e.record["fill"], e, i) for e, i in pairs(rows) if e.record.get("fill")]
     if not known:
         return []
-    out = []
-    cost: dict[str, Callable[[Row], float]] = {
+    costs: dict[str, Callable[[Row], float]] = {
         "steps": lambda row: row.microseconds,
         "set-up and steps": lambda row: (
             row.microseconds + 1e6 * row.record["set_up_seconds"] / row.job.steps / row.job.elements
         ),
     }
-    for what, of in cost.items():
-        slower = [fill for fill, exact, incomplete in known if of(exact) < of(incomplete)]
-        faster = [fill for fill, exact, incomplete in known if of(exact) >= of(incomplete)]
-        sentence = f"By {what}, "
-        if slower:
-            sentence += f"complete seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"
-        else:
-            sentence += "complete seeds never win"
-        if faster:
-            sentence += (
-                f"; incomplete ones {len(faster)} times, from a fill of {min(faster):.3g} on"
-            )
-            above = [fill for fill in faster if not slower or fill > max(slower)]
-            if slower and above:
-                sentence += f", and always from {min(above):.3g} on"
-        out.append(sentence)
-    return out
+    return [_limit(what, known, cost) for what, cost in costs.items()]
 
 
-def _as_sentence(target: Target) -> str:
-    bound = "at most" if target.at_most else "at least"
-    met = "met" if target.met else "missed"
-    what = target.what[0].upper() + target.what[1:]
-    return f"{what}: {target.value:.3g} (target: {bound} {target.wanted:g}, {met})"
+def _limit(what: str, known: Sequence[tuple[float, Row, Row]], cost: Callable[[Row], float]) -> str:
+    slower = [fill for fill, exact, incomplete in known if cost(exact) < cost(incomplete)]
+    faster = [fill for fill, exact, incomplete in known if cost(exact) >= cost(incomplete)]
+    above = [fill for fill in faster if fill > max(slower, default=0.0)]
+    parts = ["exact seeds never win"]
+    if slower:
+        parts = [f"exact seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"]
+    if faster:
+        more = f", and always from {min(above):.3g} on" if slower and above else ""
+        times = f"incomplete ones {len(faster)} times, from a fill of {min(faster):.3g} on"
+        parts.append(times + more)
+    return f"By {what}, {'; '.join(parts)}"
 
 
 def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:

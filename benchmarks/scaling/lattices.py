@@ -6,28 +6,27 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ancfsparse.errors import EquilibriumError, InputError, StepError
 from ancfsparse.problems import lattice
 from ancfsparse.solve import simulate, solve_static
 from ancfsparse.solve.preparation.choose_factorization import unknown_groups
 from ancfsparse.system import System
-from benchmarks.common.process import peak_memory
 from benchmarks.common.progress import bar as progress_bar
-from benchmarks.common.worker import Answered, Worker, serve
+from benchmarks.common.worker import Answered, Worker, peak_memory, serve
 from benchmarks.scaling.lattice_jobs import Job, jobs_of
 
-# Runs shorter than this [s] are repeated, up to this number of times, and the fastest counts.
-SHORT, ROUNDS = 1.0, 3
-# How often runs on one and on more threads are repeated: ratios of single times are mostly noise.
-TURNS = 2
-# Fill, in blocks of a complete factor per block of the matrix, beyond which it is not counted.
-MOST_FILL = 1e4
+MIN_TIME = 1.0  # of a run that is not repeated [s]
+MAX_ROUNDS = 3  # of a short run, whose fastest round counts
+TURNS = 2  # interleaved runs on one and on more threads
+MAX_FILL = 1e4  # blocks of an exact factor per block of the matrix up to which they are counted
 
 
 class Row(Answered):
-    """What a job gave."""
+    """A job with its answer."""
 
     @property
     def inner(self) -> float:
@@ -35,7 +34,7 @@ class Row(Answered):
         return float(self.record["sweeps"] + self.record["products"])
 
     def flat(self) -> dict[str, Any]:
-        """Return one line of the table."""
+        """Return the entries of the CSV table."""
         line = asdict(self.job) | {"elements": self.job.elements, "note": self.note}
         if self.note:
             return line
@@ -44,18 +43,26 @@ class Row(Answered):
 
 
 def lattices(
-    largest: int = 22,
-    largest_net: int = 100,
-    largest_exact: int = 16,
-    steps: int = 20,
-    threads: int = 1,
+    largest: Annotated[
+        int, typer.Option(min=2, help="Nodes along a side of the largest lattice.")
+    ] = 22,
+    largest_net: Annotated[
+        int, typer.Option(min=2, help="Nodes along a side of the largest net.")
+    ] = 100,
+    largest_exact: Annotated[
+        int, typer.Option(min=0, help="Nodes along a side of the largest lattice on exact seeds.")
+    ] = 16,
+    steps: Annotated[int, typer.Option(min=1, help="Time steps.")] = 20,
+    threads: Annotated[
+        int, typer.Option(min=1, help="Threads of a further run of the largest lattice.")
+    ] = 1,
     progress: bool = False,
 ) -> list[Row]:
-    """Run nets, lattices and trusses on both kinds of seeds, each in a process of its own.
+    """Measure exact and incomplete seeds on lattices and nets: time, memory and counts by size.
 
     Sizes are numbers of nodes along a side: before the largest come those of `jobs.LATTICES` and
     `jobs.NETS` that are smaller, and octet trusses are those of `jobs.OCTETS` with as many
-    elements. With several threads the largest lattice is run on so many too, in turn with one.
+    elements.  Each run has a process of its own.
     """
     jobs = jobs_of(largest, largest_net, largest_exact, steps, threads)
     rows = []
@@ -81,12 +88,10 @@ def run(job: Job) -> dict[str, Any]:
     dict
         ``seconds`` of the march and ``set_up_seconds`` before it, the scene included [s];
         ``corrections``, ``sweeps``, ``products`` per step; ``factorizations``, ``recoveries``;
-        ``peak_bytes`` and ``base_bytes`` of the process; with complete seeds ``fill``, blocks of
-        the factor for each of the matrix; or ``note``, why there is no result.
+        ``peak_bytes`` and ``base_bytes`` of the process; with exact seeds ``fill``, the blocks of
+        the factor for each of the matrix; or ``note``, the reason without result.
     """
-    simulate(
-        lattice(2).scene, 1e-3, 1e-3, factorization="incomplete"
-    )  # whatever is loaded once only
+    simulate(lattice(2).scene, 1e-3, 1e-3, seed="incomplete")  # loads modules on demand
     base = peak_memory()
     try:
         record = _statics(job) if job.case == "statics" else _march(job)
@@ -101,7 +106,7 @@ def run(job: Job) -> dict[str, Any]:
 def _march(job: Job) -> dict[str, Any]:
     """Run the steps of a job; short ones again, and the fastest counts."""
     best: dict[str, Any] = {}
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         begin = time.perf_counter()
         scene = job.scene()
         built, t_end = time.perf_counter() - begin, job.steps * job.dt
@@ -125,7 +130,7 @@ def _march(job: Job) -> dict[str, Any]:
                 "recoveries": stats.recoveries,
                 "set_up_seconds": min(set_up, best.get("set_up_seconds", set_up)),
             }
-        if time.perf_counter() - begin > SHORT:
+        if time.perf_counter() - begin > MIN_TIME:
             break
     return best
 
@@ -148,7 +153,7 @@ def _statics(job: Job) -> dict[str, Any]:
 def _fill(job: Job) -> float:
     """Return the fill of a complete factor, blocks per block of the matrix; NaN if too large."""
     groups = unknown_groups(System(job.scene()))
-    fill = groups.exact_fill(MOST_FILL)
+    fill = groups.exact_fill(MAX_FILL)
     return math.nan if fill is None else fill.nnz / groups.nnz
 
 
@@ -186,7 +191,7 @@ def threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
 
 
 def _again_in_turn(rows: Sequence[Row]) -> None:
-    """Run what is compared by threads again, in turn; the fastest counts."""
+    """Repeat the runs compared by threads, in turn; the fastest counts."""
     for both in threaded(rows):
         for row in TURNS * both:
             record = in_process(row.job)

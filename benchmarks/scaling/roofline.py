@@ -32,23 +32,12 @@ IN_CACHE = 128
 
 @dataclass(frozen=True)
 class Loop:
-    """A hot loop on a chain.
+    """A hot loop on a chain."""
 
-    Attributes
-    ----------
-    name : str
-        Which.
-    elements : int
-        Of the chain.
-    nanoseconds : float
-        Time per element [ns].
-    bytes, operations : float
-        Per element; 0 where they are not counted.
-    """
-
-    name: str
-    elements: int
-    nanoseconds: float
+    name: str  # which
+    elements: int  # of the chain
+    nanoseconds: float  # time per element [ns]
+    # per element; 0 where they are not counted
     bytes: float = 0.0
     operations: float = 0.0
 
@@ -65,18 +54,10 @@ class Loop:
 
 @dataclass(frozen=True)
 class Roofline:
-    """Bandwidth and loops.
+    """Bandwidth and loops."""
 
-    Attributes
-    ----------
-    triad : float
-        Bandwidth [GB/s].
-    loops : list of Loop
-        What was measured beside it.
-    """
-
-    triad: float
-    loops: list[Loop]
+    triad: float  # bandwidth [GB/s]
+    loops: list[Loop]  # what was measured beside it
 
     def __str__(self) -> str:
         """Set the table for a terminal."""

@@ -1,4 +1,4 @@
-"""What the scaling study has measured: rows, ratios, powers."""
+"""Measurements of the scaling study: rows, ratios, powers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.common.worker import Answered
-from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
+from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS
 from benchmarks.scaling.roofline import Roofline
 from benchmarks.scaling.scaling_job import SOLVERS
 
@@ -19,25 +19,17 @@ TITLES = {
     ("chain", "rough"): "chain in rough motion",
     ("net", "rest"): "net falling from rest",
 }
-"""What is studied."""
+"""Cases and motions of the study."""
 
-# Chains whose cost per element the longest one is compared with: in the caches, and not.
-GROWTH_FROM = (1000, 100_000)
-# Fits leave out sizes where fixed costs show.
-FIT_FROM = 500
+GROWTH_FROM = (1000, 100_000)  # elements of the compared chains: in the caches, and not
+FIT_FROM = 500  # elements; fixed costs show below
 
 
 @dataclass
 class Row(Answered):
-    """One solver on one scene.
+    """One solver on one scene."""
 
-    Attributes
-    ----------
-    seconds : list of float
-        March of each round [s].
-    """
-
-    seconds: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)  # march of each round [s]
 
     @property
     def fastest(self) -> float:
@@ -49,10 +41,16 @@ class Row(Answered):
         """Case and motion."""
         return self.job.case, self.job.motion
 
+    @property
+    def split(self) -> dict[str, float]:
+        """Time of each part per element and step [microseconds]."""
+        per = 1e6 / (self.job.steps * self.job.elements)
+        return {part: per * seconds for part, seconds in self.record.get("split", {}).items()}
+
     def flat(self) -> dict[str, Any]:
-        """Return one line of the table; None where there is no result."""
+        """Return the entries of the CSV table; None where there is no result."""
         job, record, done = self.job, self.record, not self.note
-        per = 1e6 / (job.steps * job.elements)
+        counts = ("set_up_seconds", "iterations_per_step", "factorizations", "recoveries")
         return {
             "scene": TITLES[self.scene],
             "size": job.size,
@@ -61,38 +59,23 @@ class Row(Answered):
             "steps": job.steps,
             "rounds": len(self.seconds),
             "microseconds_per_element_and_step": self.microseconds if done else None,
-            "set_up_seconds": record.get("set_up_seconds"),
-            "iterations_per_step": record.get("iterations_per_step"),
-            "factorizations": record.get("factorizations"),
-            "recoveries": record.get("recoveries"),
+            **{name: record.get(name) for name in counts},
             "peak_megabytes": record["peak_bytes"] / 1e6 if done else None,
             "bytes_per_element": self.bytes_per_element if done else None,
-            "split_microseconds": {k: per * v for k, v in record.get("split", {}).items()},
             "chosen": record.get("chosen"),
             "note": self.note,
+            **{f"{part}_microseconds": value for part, value in self.split.items()},
         }
 
 
 @dataclass(frozen=True)
 class Scaling:
-    """Everything `python -m benchmarks scaling` measures.
+    """Measurements of all scenes, sizes and solvers."""
 
-    Attributes
-    ----------
-    rows : list of Row
-        Scene by scene, size by size, solver by solver.
-    counts : list of dict
-        For each scene and size, what grows with it.
-    roofline : Roofline
-        Measured in the same run.
-    settings : dict
-        What was run, and on what.
-    """
-
-    rows: list[Row]
-    counts: list[dict[str, Any]]
-    roofline: Roofline
-    settings: dict[str, Any]
+    rows: list[Row]  # scene by scene, size by size, solver by solver
+    counts: list[dict[str, Any]]  # for each scene and size, sizes of pattern and factor
+    roofline: Roofline  # measured in the same run
+    settings: dict[str, Any]  # of the study and the machine
 
     def done(self, scene: tuple[str, str], solver: str) -> list[Row]:
         """Return the rows with results of one scene and solver, by size."""
@@ -139,14 +122,14 @@ def slope(points: Sequence[tuple[float, float]]) -> float:
 def ratios(group: Sequence[Row]) -> dict[str, Any]:
     """Compare the solvers of one scene and size, each by the fastest of its rounds.
 
-    Rounds are run in turn, as many of each, so what else the machine does hits all alike, and a
-    single round that it slows down decides nothing.
+    Rounds are interleaved, so a busy moment of the machine hits all alike.
 
     Returns
     -------
     dict
         ``scene``, ``size``, and where both sides have a result ``auto / best fixed``,
-        ``best fixed``, its name, ``Newton / auto`` and ``<peer> / auto``, and what threads gain.
+        ``best fixed``, its name, ``Newton / auto`` and ``<other code> / auto``, and the gain of
+        threads.
     """
     done = {row.job.solver: row for row in group if not row.note}
     out: dict[str, Any] = {"scene": TITLES[group[0].scene], "size": group[0].job.size}
@@ -158,7 +141,7 @@ def ratios(group: Sequence[Row]) -> dict[str, Any]:
         best = min(fixed, key=lambda row: row.fastest)
         out["auto / best fixed"] = auto.fastest / best.fastest
         out["best fixed"] = best.job.solver
-    for name in ("Newton", *(peer.name for peer in PEERS)):
+    for name in ("Newton", *(other.name for other in OTHERS)):
         if name in done:
             out[f"{name} / auto"] = done[name].fastest / auto.fastest
     for row in done.values():

@@ -5,59 +5,64 @@ from __future__ import annotations
 import math
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
+import typer
+
+from ancfsparse.checks import check_positive
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.timing import in_turn
 from benchmarks.common.worker import Worker
 from benchmarks.other_codes.exudyn import load
-from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
+from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS
 from benchmarks.scaling.roofline import roofline
 from benchmarks.scaling.rows import TITLES, Row, Scaling
-from benchmarks.scaling.scaling_job import PROGRAM, SHORT, SOLVERS, Job, counts
+from benchmarks.scaling.scaling_job import MIN_TIME, PROGRAM, SOLVERS, Job, counts
 
-DT = 5e-4
+DT = 5e-4  # time step [s]
 CHAINS = (10, 100, 1000, 10_000, 100_000, 1_000_000)
 NETS = (10, 30, 60, 100, 200)
 
-# A run of which only the whole is known grows with this power of the elements.
-GROWTH = {"chain": 1.0, "net": 1.5}
-# Where the parts are known, each grows as what it works on; the others as the elements.
+GROWTH = {"chain": 1.0, "net": 1.5}  # exponents of the elements in the time of a run
+# Counts to which the time of a part is proportional; other parts grow as the elements.
 GROWS_WITH = {"factor": "factor_flops", "solve": "factor_entries"}
 
-# Rounds of short runs are repeated up to so many times, until they last this long [s].
-MORE, ENOUGH = 5, 1.0
-
-# A run that takes so many times the cap, set-up included, is ended.
-PATIENCE = 5.0
+MAX_REPEATS = 5  # of the rounds of short runs
+MIN_TOTAL_TIME = 1.0  # of the rounds of a run [s]
+LIMIT_RATIO = 5.0  # time at which a run is ended, over the cap
 
 
 def scaling(
-    largest: int = 100_000,
-    steps: int = 100,
-    largest_net: int = 60,
-    peers: bool = False,
-    rounds: int = 3,
-    cap: float = 60.0,
+    largest: Annotated[int, typer.Option(min=1, help="Elements of the longest chain.")] = 100_000,
+    steps: Annotated[int, typer.Option(min=1, help=f"Time steps of {DT:g} s.")] = 100,
+    largest_net: Annotated[
+        int, typer.Option(min=2, help="Nodes along a side of the largest net.")
+    ] = 60,
+    nets: Annotated[bool, typer.Option(help="Run nets.")] = True,
+    peers: Annotated[bool, typer.Option("--peers", help="Run Exudyn too.")] = False,
+    rounds: Annotated[int, typer.Option(min=1, help="Interleaved rounds of each solver.")] = 3,
+    cap: Annotated[float, typer.Option(help="Omit runs expected to take longer [s].")] = 60.0,
+    threads: Annotated[
+        int, typer.Option(min=1, help="If more than 1, auto on this number of threads too.")
+    ] = 1,
     progress: bool = False,
-    threads: int = 1,
 ) -> Scaling:
-    """Run all solvers on chains of up to `largest` elements and nets, from ten on.
+    """Measure cost per element and step, and memory, against size, and the roofline.
 
     Each solver has a process of its own for each size; on one size the solvers run in turn, round
-    by round, so that a busy moment of the machine hits them alike.  Short runs have up to `MORE`
-    times as many rounds.  A net has up to `largest_net` nodes along a side; 0 runs none.  A run
-    that is expected to take longer than `cap` seconds, from the size before, is left out, and one
-    that takes `PATIENCE` times as long is ended.
+    by round, so that a busy moment of the machine hits them alike.  Short runs have up to
+    `MAX_REPEATS` times as many rounds.  A run that is expected to take longer than `cap` seconds,
+    from the next smaller size, is omitted, and one that takes `LIMIT_RATIO` times as long is ended.
     """
+    check_positive("cap", cap, "s")
     settings: dict[str, Any] = {"dt_s": DT, "steps": steps, "rounds": rounds, "cap_s": cap}
     if peers:
         settings["exudyn"] = load().__version__
-    names = [*SOLVERS, *(peer.name for peer in PEERS if peers)]
+    names = [*SOLVERS, *(other.name for other in OTHERS if peers)]
     plan = [
         Job(*scene[:1], size, scene[1], "", steps, DT)
         for scene in TITLES
-        for size in (_chains(largest) if scene[0] == "chain" else _nets(largest_net))
+        for size in (_chains(largest) if scene[0] == "chain" else _nets(largest_net if nets else 0))
     ]
     before: dict[tuple[tuple[str, str], str], Row] = {}
     rows: list[Row] = []
@@ -75,7 +80,7 @@ def scaling(
                 if smaller is not None:
                     sizes = table[_key(smaller.job)], table[_key(job)]
                     row.record = leave_out(row.job, smaller, *sizes, cap)
-            _race([row for row in group if not row.note], rounds, PATIENCE * cap)
+            _run_in_turn([row for row in group if not row.note], rounds, LIMIT_RATIO * cap)
             before |= {(row.scene, row.job.solver): row for row in group}
             rows += group
     return Scaling(rows, list(table.values()), roofline(max(_chains(largest))), settings)
@@ -125,25 +130,25 @@ def leave_out(
     return {"note": f"{expected:.0f} s expected, above the cap of {cap:g} s"}
 
 
-def enough(seconds: float, rounds: int) -> int:
-    """Return how many rounds to run of one that takes so long [s]."""
-    wanted = math.ceil(ENOUGH / max(seconds, SHORT))
-    return max(rounds, min(wanted, MORE * rounds))
+def rounds_of(seconds: float, rounds: int) -> int:
+    """Return the number of rounds of a run that takes this time [s]."""
+    wanted = math.ceil(MIN_TOTAL_TIME / max(seconds, MIN_TIME))
+    return max(rounds, min(wanted, MAX_REPEATS * rounds))
 
 
-def _race(rows: list[Row], rounds: int, limit: float) -> None:
-    """Run all rows in turn, each in its own process; those that are short once more, and more."""
+def _run_in_turn(rows: list[Row], rounds: int, limit: float) -> None:
+    """Run all rows in turn, each in its own process; short ones more often."""
 
-    def run(entrant: tuple[Row, Worker]) -> None:
-        row, worker = entrant
+    def run(candidate: tuple[Row, Worker]) -> None:
+        row, worker = candidate
         row.record = worker.run(row.job, limit)
         if not row.note:
             row.seconds.append(row.record["seconds"])
 
-    def goes_on(entrant: tuple[Row, Worker], runs: list[None]) -> bool:
-        row, done = entrant[0], len(runs)
-        return not row.note and (done < rounds or done < enough(row.fastest, rounds))
+    def goes_on(candidate: tuple[Row, Worker], runs: list[None]) -> bool:
+        row, done = candidate[0], len(runs)
+        return not row.note and (done < rounds or done < rounds_of(row.fastest, rounds))
 
     with ExitStack() as stack:
-        entrants = [(row, stack.enter_context(Worker(PROGRAM))) for row in rows]
-        in_turn(entrants, run, MORE * rounds, goes_on=goes_on)
+        candidates = [(row, stack.enter_context(Worker(PROGRAM))) for row in rows]
+        in_turn(candidates, run, MAX_REPEATS * rounds, goes_on=goes_on)

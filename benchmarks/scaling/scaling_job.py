@@ -18,10 +18,9 @@ from ancfsparse.solve import simulate
 from ancfsparse.system import System
 from benchmarks.common import methods
 from benchmarks.common.methods import chosen
-from benchmarks.common.process import peak_memory
-from benchmarks.common.worker import serve
+from benchmarks.common.worker import peak_memory, serve
 from benchmarks.other_codes.exudyn import ExudynError
-from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
+from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS
 from benchmarks.other_codes.exudyn_scene import march_exudyn
 
 SOLVERS: dict[str, Method | str] = {
@@ -29,44 +28,26 @@ SOLVERS: dict[str, Method | str] = {
     "Broyden, 10 pairs": methods.SOLVERS["broyden, 10 pairs"],
     "Davidon, dense": methods.SOLVERS["davidon, full"],
 }
-"""Ours; the last is the paper's, a full matrix."""
+"""Solvers of this package; the last is the paper's, a full matrix."""
 
 PROGRAM = __name__
-"""What a `Worker` runs."""
+"""Module that a `Worker` runs."""
 
-# A run shorter than this is repeated until this much time has gone by [s].
-SHORT = 0.1
+MIN_TIME = 0.1  # of a run with its repetitions [s]
 
 
 @dataclass(frozen=True)
 class Job:
-    """One scene, one solver.
+    """One scene, one solver."""
 
-    Attributes
-    ----------
-    case : {"chain", "net"}
-        The scene.
-    size : int
-        Elements of the chain, or nodes along a side of the net.
-    motion : str
-        As in `problems.chain`.
-    solver : str
-        A name in `SOLVERS`, or of a setting of Exudyn, or that of auto on several threads.
-    steps : int
-        Time steps.
-    dt : float
-        Their length [s].
-    threads : int
-        How many may share the work.
-    """
-
-    case: str
-    size: int
-    motion: str
+    case: str  # {"chain", "net"}, the scene
+    size: int  # elements of the chain, or nodes along a side of the net
+    motion: str  # as in `problems.chain`
+    # A name in `SOLVERS`, or of a setting of Exudyn, or that of auto on several threads
     solver: str
-    steps: int
-    dt: float
-    threads: int = 1
+    steps: int  # time steps
+    dt: float  # their length [s]
+    threads: int = 1  # how many may share the work
 
     def scene(self) -> Scene:
         """Build the scene."""
@@ -90,7 +71,7 @@ def run(job: Job, base: int) -> dict[str, Any]:
         report.
     """
     try:
-        for setting in PEERS:
+        for setting in OTHERS:
             if job.solver == setting.name:
                 record: dict[str, Any] = march_exudyn(job.scene(), setting, job.dt, job.steps)
                 return record | {"base_bytes": base, "peak_bytes": peak_memory()}
@@ -103,7 +84,7 @@ def _ours(job: Job) -> dict[str, Any]:
     runs: list[RunStats] = []
     set_ups: list[float] = []
     first = time.perf_counter()
-    while not runs or time.perf_counter() - first < SHORT:
+    while not runs or time.perf_counter() - first < MIN_TIME:
         begin = time.perf_counter()
         scene = job.scene()
         end = cast(Beam, scene.beams[0]).end  # chains and nets are made of beams

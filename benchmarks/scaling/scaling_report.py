@@ -1,7 +1,8 @@
-"""The scaling study as text, CSV and JSON, and a table for a page."""
+"""Tables and chart of the scaling study."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,99 +10,125 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ancfsparse.dispatch import instruction_set
-from benchmarks.common.charts import SMALL, new_figure, set_axes, set_empty, set_legend
+from benchmarks.common.charts import (
+    SMALL,
+    draw_lines,
+    new_figure,
+    panels,
+    set_axes,
+    set_empty,
+    set_legend,
+)
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
-from benchmarks.other_codes.exudyn_scene import SETTINGS as PEERS
-from benchmarks.scaling.findings import findings, name_of, size_of, targets
+from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS
 from benchmarks.scaling.rows import TITLES, Row, Scaling, ratios
 from benchmarks.scaling.scaling import scaling
+from benchmarks.scaling.scaling_findings import findings, name_of, size_of, targets
 from benchmarks.scaling.scaling_job import SOLVERS
 
 COLOURS = dict(
     zip(
-        [*SOLVERS, *(peer.name for peer in PEERS)],
+        [*SOLVERS, *(peer.name for peer in OTHERS)],
         ["#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#999999"],
         strict=True,
     )
 )
 """One colour per solver, distinguished by colour-blind eyes too."""
 
-STYLES = dict(zip(TITLES, ("o-", "s--", "^:"), strict=True))
+STYLES = {
+    scene: {"linestyle": line, "marker": marker, "markersize": 5}
+    for scene, line, marker in zip(TITLES, ("-", "--", ":"), "os^", strict=True)
+}
 """One line and marker per scene."""
 
 PARTS = {
     "force": "#56b4e9", "tangent": "#0072b2", "factor": "#d55e00", "solve": "#e69f00",
     "rest": "#bbbbbb",
 }  # fmt: skip
-"""Parts of a march, from the bottom up."""
+"""Parts of the time loop with their colours, from the bottom up."""
+
+
+def _elements(row: Row) -> float:
+    return float(row.job.elements)
 
 
 def chart(result: Scaling) -> Figure:
     """Draw cost per element and step for each scene, memory, time by part, and counts."""
     figure = new_figure(10.5, "Cost, memory and counts against the number of elements")
-    costs = figure.subplots(3, 2).ravel()
-    memory, split, counted = costs[3:]
+    *costs, memory, split, counted = panels(figure, 6, 2)
     shown: dict[str, Any] = {}
-    for ax, scene in zip(costs, TITLES, strict=False):
-        _costs(ax, result, scene, shown)
+    for ax, scene in zip(costs, TITLES, strict=True):
+        shown |= _draw_costs(ax, result, scene)
     autos = [row for scene in TITLES for row in result.done(scene, "auto")]
     known = [row for row in autos if row.bytes_per_element > 0]
-    for scene, style in STYLES.items() if known else ():
-        rows = [row for row in known if row.scene == scene]
-        x, y = [r.job.elements for r in rows], [r.bytes_per_element for r in rows]
-        memory.plot(x, y, style, color="black", markersize=5, label=TITLES[scene])
     if known:
-        what = "Memory of auto above an idle process"
-        set_axes(memory, "elements", "bytes per element", title=what)
+        draw_lines(
+            memory, known, lambda row: row.scene, _elements, lambda row: row.bytes_per_element,
+            lambda scene: {"label": TITLES[scene], "color": "black", **STYLES[scene]},
+        )  # fmt: skip
+        title = "Memory of auto above an idle process"
+        set_axes(memory, "elements", "bytes per element", title=title)
         memory.legend(fontsize=SMALL)
     else:
         set_empty(memory, "memory of auto: above that of an idle process at no size")
-    _parts(split, [row for row in autos if len(row.record.get("split", {})) > 1])
+    _draw_parts(split, [row for row in autos if len(row.record.get("split", {})) > 1])
     if autos:
-        _counts(counted, result)
+        for value, colour in ((_corrections, "black"), (_factorizations, "#d55e00")):
+            draw_lines(
+                counted, autos, lambda row: row.scene, _elements, value,
+                lambda scene, colour=colour: {"color": colour, **STYLES[scene]},  # type: ignore[misc]
+            )  # fmt: skip
+        label = "per step; black: corrections,\norange: factorisations"
+        set_axes(counted, "elements", label, title="Corrections and factorisations of auto")
     else:
         set_empty(counted, "corrections and factorisations of auto: no result")
     set_legend(figure, shown, 4, "crosses: no result at that size, for reasons given in the table")
     return figure
 
 
-def _costs(ax: Axes, result: Scaling, scene: tuple[str, str], shown: dict[str, Any]) -> None:
-    if all(row.note for row in result.rows if row.scene == scene):
-        ran = any(row.scene == scene for row in result.rows)
-        set_empty(ax, f"{TITLES[scene].capitalize()}: {'no result' if ran else 'not run'}")
-        return
-    top = ax.get_xaxis_transform()
+def _corrections(row: Row) -> float:
+    return float(row.record["iterations_per_step"])
+
+
+def _factorizations(row: Row) -> float:
+    return float(row.record["factorizations"] / row.job.steps)
+
+
+def _draw_costs(ax: Axes, result: Scaling, scene: tuple[str, str]) -> dict[str, Any]:
+    """Draw the cost of all solvers on a scene, and crosses at sizes without result."""
+    own = [row for row in result.rows if row.scene == scene]
+    if all(row.note for row in own):
+        set_empty(ax, f"{TITLES[scene].capitalize()}: {'no result' if own else 'not run'}")
+        return {}
+    done = [row for solver in COLOURS for row in result.done(scene, solver)]
+    shown = draw_lines(
+        ax, done, lambda row: row.job.solver, _elements, lambda row: row.microseconds, _look
+    )
     for k, (solver, colour) in enumerate(COLOURS.items()):
-        rows = result.done(scene, solver)
-        if rows:
-            x, y = [r.job.elements for r in rows], [r.microseconds for r in rows]
-            shown[solver] = _curve(ax, x, y, solver, colour)
-        here = [r for r in result.rows if (r.scene, r.job.solver) == (scene, solver)]
-        missing = [r.job.elements for r in here if r.note]
+        missing = [row.job.elements for row in own if row.job.solver == solver and row.note]
         ax.plot(missing, [0.97 - 0.035 * k] * len(missing), "x", color=colour, markersize=5,
-                transform=top)  # fmt: skip
-    title = TITLES[scene].capitalize()
-    set_axes(ax, "elements", "us per element and step", title=title)
+                transform=ax.get_xaxis_transform())  # fmt: skip
+    set_axes(ax, "elements", "us per element and step", title=TITLES[scene].capitalize())
     low, high = ax.get_ylim()
     ax.set_ylim(low, high * (high / low) ** 0.25)  # room for crosses above the curves
+    return shown
 
 
-def _curve(ax: Axes, x: list[int], y: list[float], solver: str, colour: str) -> Any:
-    auto = solver == "auto"
-    (line,) = ax.plot(
-        x, y, "--" if solver not in SOLVERS else "-", color=colour, marker="o" if auto else ".",
-        markerfacecolor="none", markersize=9 if auto else 6, linewidth=2.4 if auto else 1.4,
-        zorder=1 if auto else 2,  # what auto chose is drawn on top of it
-    )  # fmt: skip
-    return line
+def _look(solver: str) -> dict[str, Any]:
+    """Return the style of a solver; the choice of auto is drawn on top of its line."""
+    look = {"label": solver, "color": COLOURS[solver], "markerfacecolor": "none"}
+    look["linestyle"] = "-" if solver in SOLVERS else "--"
+    if solver == "auto":
+        return look | {"marker": "o", "markersize": 9, "linewidth": 2.4, "zorder": 1}
+    return look | {"markersize": 6, "linewidth": 1.4, "zorder": 2}
 
 
-def _parts(ax: Axes, rows: list[Row]) -> None:
-    """Stack the parts of the march of auto, a bar for each scene and size."""
+def _draw_parts(ax: Axes, rows: list[Row]) -> None:
+    """Stack the parts of the time of auto, a bar for each scene and size."""
     floor = np.zeros(len(rows))
     for part, colour in PARTS.items():
-        height = np.array([_share(row, part) for row in rows])
+        height = np.array([100.0 * _fraction(row.record["split"], part) for row in rows])
         ax.bar(range(len(rows)), height, 0.8, bottom=floor, color=colour, label=part)
         floor += height
     names = [f"{TITLES[row.scene].split()[0]} {_short(row)}, {row.job.motion}" for row in rows]
@@ -109,32 +136,17 @@ def _parts(ax: Axes, rows: list[Row]) -> None:
                   fontsize=SMALL)  # fmt: skip
     ax.set_ylim(0.0, 118.0)
     ax.set_yticks(range(0, 101, 20))
-    ax.set_ylabel("share of the march [%]")
+    ax.set_ylabel("share of the time loop [%]")
     ax.legend(fontsize=SMALL, ncols=5, loc="upper center", columnspacing=0.8, handlelength=0.9)
     ax.set_title("Time of auto by part", fontsize=SMALL)
 
 
-def _share(row: Row, part: str) -> float:
-    """Return the share of a part of a march [%]."""
-    split: dict[str, float] = row.record["split"]
-    return 100.0 * split.get(part, 0.0) / sum(split.values())
+def _fraction(split: dict[str, float], part: str) -> float:
+    return float(split.get(part, 0.0) / sum(split.values()))
 
 
 def _short(row: Row) -> str:
     return f"{row.job.size:.0e}".replace("e+0", "e") if row.job.case == "chain" else size_of(row)
-
-
-def _counts(ax: Axes, result: Scaling) -> None:
-    """Draw corrections and factorisations per step of auto."""
-    for scene, style in STYLES.items():
-        rows = result.done(scene, "auto")
-        x = [row.job.elements for row in rows]
-        corrections = [row.record["iterations_per_step"] for row in rows]
-        factors = [row.record["factorizations"] / row.job.steps for row in rows]
-        ax.plot(x, corrections, style, color="black", markersize=5)
-        ax.plot(x, factors, style, color="#d55e00", markersize=5)
-    what = "per step; black: corrections,\norange: factorisations"
-    set_axes(ax, "elements", what, title="Corrections and factorisations of auto")
 
 
 def heading(result: Scaling) -> str:
@@ -162,6 +174,18 @@ def tables(result: Scaling) -> list[Table]:
     ]  # fmt: skip
 
 
+SOLVER_COLUMNS: dict[str, Callable[[Row], str]] = {
+    "": lambda row: row.job.solver,
+    "us": lambda row: f"{row.microseconds:.3f}",
+    "it./step": lambda row: f"{row.record['iterations_per_step']:.2f}",
+    "factors": lambda row: f"{row.record['factorizations']}",
+    "set-up s": lambda row: f"{row.record['set_up_seconds']:.2f}",
+    "peak MB": lambda row: f"{row.record['peak_bytes'] / 1e6:.0f}",
+    "bytes/el.": lambda row: f"{row.bytes_per_element:.0f}",
+    "us by part": lambda row: ", ".join(f"{k} {v:.3f}" for k, v in row.split.items()),
+}
+
+
 def _solvers(result: Scaling, group: list[Row]) -> Table:
     """Set the solvers of a scene and size, and how they compare."""
     job, title = group[0].job, TITLES[group[0].scene]
@@ -171,56 +195,47 @@ def _solvers(result: Scaling, group: list[Row]) -> Table:
         f"{count['factor_entries']} entries in L ({count['ordering']})"
     )
     compared = [f"{k} {v:.2f}" for k, v in ratios(group).items() if isinstance(v, float)]
-    head = ["", "us", "it./step", "factors", "set-up s", "peak MB", "bytes/el.", "us by part"]
-    return Table(head, [_line(row) for row in group], (0, 7), "\n".join([above, *compared]))
+    lines = [
+        [row.job.solver, *[""] * (len(SOLVER_COLUMNS) - 2), row.note]
+        if row.note
+        else [cell(row) for cell in SOLVER_COLUMNS.values()]
+        for row in group
+    ]
+    return Table(list(SOLVER_COLUMNS), lines, (0, 7), "\n".join([above, *compared]))
 
 
-def _line(row: Row) -> list[str]:
-    if row.note:
-        return [row.job.solver, *[""] * 6, row.note]
-    flat = row.flat()
-    split = [f"{key} {value:.3f}" for key, value in flat["split_microseconds"].items()]
-    return [
-        row.job.solver, f"{row.microseconds:.3f}", f"{flat['iterations_per_step']:.2f}",
-        f"{flat['factorizations']}", f"{flat['set_up_seconds']:.2f}",
-        f"{flat['peak_megabytes']:.0f}", f"{flat['bytes_per_element']:.0f}", ", ".join(split),
-    ]  # fmt: skip
+Compared = tuple[Row, dict[str, Any]]
+AUTO_COLUMNS: dict[str, Callable[[Compared], str]] = {
+    "us per element and step": lambda each: f"{each[0].microseconds:.3g}",
+    "corrections per step": lambda each: f"{_corrections(each[0]):.2f}",
+    "factorisations": lambda each: (
+        f"{each[0].record['factorizations']} in {each[0].job.steps} steps"
+    ),
+    "MB at the peak": lambda each: f"{each[0].record['peak_bytes'] / 1e6:.0f}",
+    "over best fixed solver": lambda each: (
+        f"{each[1]['auto / best fixed']:.2f}" if "auto / best fixed" in each[1] else ""
+    ),
+    "Newton takes": lambda each: _times(each[1].get("Newton / auto")),
+    "fastest other code takes": lambda each: _times(
+        min((each[1][k] for p in OTHERS if (k := f"{p.name} / auto") in each[1]), default=None)
+    ),
+}
 
 
 def of_auto(result: Scaling) -> Table:
-    """Set what auto costs and how it compares, scene by scene and size by size."""
-    head = [
-        "with `auto`", "elements", "us per element and step", "corrections per step",
-        "factorisations", "MB at the peak", "beside best fixed", "Newton takes",
-        "nearest peer takes",
-    ]  # fmt: skip
+    """Set cost and ratios of auto, scene by scene and size by size."""
     rows = []
     for group in result.by_size():
         auto = next((row for row in group if row.job.solver == "auto"), group[0])
-        name = [name_of(auto), f"{auto.job.elements:,}"]
-        if auto.note:
-            rows.append([*name, auto.note, *[""] * 6])
-            continue
-        flat, compared = auto.flat(), ratios(group)
-        peers = [compared[k] for peer in PEERS if (k := f"{peer.name} / auto") in compared]
-        best = f"{compared['auto / best fixed']:.2f}" if "auto / best fixed" in compared else ""
-        rows.append([
-            *name, f"{auto.microseconds:.3g}", f"{flat['iterations_per_step']:.2f}",
-            f"{flat['factorizations']} in {auto.job.steps} steps",
-            f"{flat['peak_megabytes']:.0f}", best, _times(compared.get("Newton / auto")),
-            _times(min(peers, default=None)),
-        ])  # fmt: skip
-    return Table(head, rows)
+        compared = auto, ratios(group)
+        cells = [cell(compared) for cell in AUTO_COLUMNS.values() if not auto.note]
+        cells = cells or [auto.note, *[""] * (len(AUTO_COLUMNS) - 1)]
+        rows.append([name_of(auto), f"{auto.job.elements:,}", *cells])
+    return Table(["with `auto`", "elements", *AUTO_COLUMNS], rows)
 
 
 def _times(ratio: float | None) -> str:
     return "" if ratio is None else f"{ratio:.1f} times as long"
-
-
-def _spread(flat: dict[str, Any]) -> dict[str, Any]:
-    """Give each part of the split a column of its own."""
-    split = flat.pop("split_microseconds")
-    return flat | {f"{key}_microseconds": value for key, value in split.items()}
 
 
 STUDY = Study(
@@ -228,7 +243,7 @@ STUDY = Study(
     run=scaling,
     heading=heading,
     tables=tables,
-    rows=lambda result: [_spread(row.flat()) for row in result.rows],
+    rows=lambda result: [row.flat() for row in result.rows],
     findings=findings,
     targets=targets,
     notes=lambda result: [str(result.roofline)],

@@ -1,8 +1,8 @@
-"""One run of the stability map: how it ended, and what follows from its stored states."""
+"""One run of the stability map: its outcome, and measures of its stored states."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,12 +18,12 @@ from benchmarks.stability.scenes import SCENES, Case
 
 Vector = NDArray[np.float64]
 
-T_END, MOST_STEPS = 2.0, 2000
-"""A run lasts so long [s], or so many steps if that is shorter."""
+T_END = 2.0  # of a run [s], or
+MAX_STEPS = 2000  # if these are shorter
 
 FINISHED, RECOVERED, GAINED, FAILED = "finished", "recovered", "gained energy", "failed"
 OUTCOMES = (FINISHED, RECOVERED, GAINED, FAILED)
-"""Without help; with steps that a rung of the ladder saved; stopped by the watch; stopped."""
+"""Complete; complete with recovered steps; stopped for its energy; stopped."""
 
 INTEGRATORS = methods.IMPLICIT
 """By their names in tables."""
@@ -37,8 +37,8 @@ SOLVERS = chosen(
 """By their names in tables."""
 
 
-# Relative change of Young's modulus between neighbouring runs, and their number on either side.
-MOVED, MOVES = 1e-9, 10
+PERTURBATION = 1e-9  # relative change of Young's modulus between neighbouring runs
+PERTURBATIONS = 10  # neighbouring runs on either side
 
 
 class Place(NamedTuple):
@@ -53,70 +53,42 @@ class Place(NamedTuple):
     @property
     def steps(self) -> int:
         """Number of steps of a whole run."""
-        return min(MOST_STEPS, round(T_END / self.dt))
+        return min(MAX_STEPS, round(T_END / self.dt))
 
 
 @dataclass(frozen=True)
 class Run:
-    """What happened at a point of the map.
-
-    Attributes
-    ----------
-    place : Place
-        Where.
-    outcome : str
-        One of `OUTCOMES`.
-    steps : int
-        Steps that were accepted.
-    reason : str
-        Why it was stopped, empty if it was not.
-    iterations : float
-        Corrections per step.
-    new_seed, newton : float
-        Shares of the steps that a new seed, and damped Newton or a rung above it, saved.
-    turn : float
-        Largest turn of an element within a step [rad].
-    stretch : float
-        Largest change of the length of an element within a step, over its length.
-    gain, loss : float
-        Most energy above what was given, and energy lost at the end, over the largest kinetic
-        energy: from the stored states.
-    chaotic : bool
-        Whether it ended otherwise than Newton's run by chance alone, see `ends_by_chance`.
-    """
+    """The outcome at a point of the map."""
 
     place: Place
-    outcome: str
-    steps: int
-    reason: str
-    iterations: float
+    outcome: str  # one of `OUTCOMES`
+    steps: int  # steps that were accepted
+    reason: str  # why it was stopped, empty if it was not
+    iterations: float  # corrections per step
+    # shares of the steps that a new seed, and damped Newton or a rung above it, saved
     new_seed: float
     newton: float
-    turn: float
-    stretch: float
+    turn: float  # largest turn of an element within a step [rad]
+    stretch: float  # largest change of the length of an element within a step, over its length
+    # most energy above what was given, and energy lost at the end, over the largest kinetic energy:
+    # from the stored states
     gain: float
     loss: float
+    # whether it ended otherwise than Newton's run by chance alone, see `ends_by_chance`
     chaotic: bool = False
 
     @property
-    def whole(self) -> bool:
-        """Whether it came to its end."""
+    def is_complete(self) -> bool:
+        """True if it came to its end."""
         return self.outcome in (FINISHED, RECOVERED)
 
     def record(self) -> dict[str, Any]:
         """Return a row of the table, short: three digits."""
-        return {
-            **self.place._asdict(),
-            "outcome": self.outcome,
-            "steps": self.steps,
-            "reason": self.reason,
-            "iterations": round(self.iterations, 2),
-            **{
-                name: float(f"{getattr(self, name):.2e}")
-                for name in ("new_seed", "newton", "turn", "stretch", "gain", "loss")
-            },
-            "chaotic": int(self.chaotic),
-        }
+        row: dict[str, Any] = self.place._asdict()
+        for each in fields(self)[1:]:
+            value = getattr(self, each.name)
+            row[each.name] = float(f"{value:.2e}") if isinstance(value, float) else value
+        return row | {"iterations": round(self.iterations, 2), "chaotic": int(self.chaotic)}
 
     @classmethod
     def of(cls, row: dict[str, str]) -> Run:
@@ -125,16 +97,15 @@ class Run:
             row["scene"], float(row["youngs_modulus"]), float(row["dt"]), row["integrator"],
             row["solver"],
         )  # fmt: skip
-        chaotic = row["chaotic"] == "1"
-        numbers = ("iterations", "new_seed", "newton", "turn", "stretch", "gain", "loss")
-        values = {name: float(row[name]) for name in numbers}
-        return cls(
-            place, row["outcome"], int(row["steps"]), row["reason"], **values, chaotic=chaotic
-        )  # fmt: skip
+        numbers: dict[str, Any] = {
+            each.name: float(row[each.name]) for each in fields(cls) if each.type == "float"
+        }
+        ending = row["outcome"], int(row["steps"]), row["reason"]
+        return cls(place, *ending, **numbers, chaotic=row["chaotic"] == "1")
 
 
 def run_at(place: Place) -> Run:
-    """March a point of the map; being stopped is a result."""
+    """Run a point of the map; an early end is a result."""
     case = SCENES[place.scene](place.youngs_modulus)
     reason = ""
     try:
@@ -148,7 +119,7 @@ def run_at(place: Place) -> Run:
     except StepError as stop:
         path, outcome = stop.trajectory, FAILED
         reason = path.stats.events[-1].cause if path.stats.events else stop.reason
-    new_seed, newton = saved_shares(path)
+    new_seed, newton = recovered_fractions(path)
     turn, stretch = largest_changes(path, case)
     gain, loss = energy_balance(path, case)
     return Run(
@@ -158,25 +129,25 @@ def run_at(place: Place) -> Run:
 
 
 def ends_by_chance(place: Place) -> bool:
-    """Return whether runs beside a place end either way: its solver's and Newton's too.
+    """Return True if neighbouring runs end either way: those of its solver and of Newton.
 
     They differ by billionths of Young's modulus: the solver finishes some of them, and Newton not
-    all.  Near its limit a motion is chaotic, and whether one run of it completes is no property of
-    the solver.
+    all.  Near its limit a motion is chaotic, and the outcome of one run is no property of the
+    solver.
     """
-    beside = [
-        place._replace(youngs_modulus=place.youngs_modulus * (1.0 + k * MOVED))
-        for k in range(-MOVES, MOVES + 1) if k
+    neighbours = [
+        place._replace(youngs_modulus=place.youngs_modulus * (1.0 + k * PERTURBATION))
+        for k in range(-PERTURBATIONS, PERTURBATIONS + 1) if k
     ]  # fmt: skip
-    return any(run_at(each).whole for each in beside) and not all(
-        run_at(each._replace(solver="Newton")).whole for each in beside
+    return any(run_at(each).is_complete for each in neighbours) and not all(
+        run_at(each._replace(solver="Newton")).is_complete for each in neighbours
     )
 
 
-def saved_shares(path: Trajectory) -> tuple[float, float]:
-    """Return the shares of the steps that a new seed, and a rung of Newton's, saved.
+def recovered_fractions(path: Trajectory) -> tuple[float, float]:
+    """Return the fractions of steps recovered by a new seed, and by damped Newton or beyond.
 
-    Of the steps up to the last event that was kept, if some were not.
+    Of the steps up to the last stored event, if some were not stored.
     """
     stats = path.stats
     if not stats.recoveries:
@@ -202,9 +173,9 @@ def largest_changes(path: Trajectory, case: Case) -> tuple[float, float]:
 
 def energy_balance(path: Trajectory, case: Case) -> tuple[float, float]:
     """Return gain and loss of energy over the largest kinetic energy; see `Run`."""
-    energy, unsure = path.energy, unsure_work(path, case)
+    energy, uncertainty = path.energy, work_uncertainty(path, case)
     above = energy.total - energy.total[0] - work_of(path, case)
-    above -= np.clip(above, -unsure, unsure)
+    above -= np.clip(above, -uncertainty, uncertainty)
     largest = float(energy.kinetic.max())
     if largest == 0.0:
         return 0.0, 0.0
@@ -212,7 +183,7 @@ def energy_balance(path: Trajectory, case: Case) -> tuple[float, float]:
 
 
 def work_of(path: Trajectory, case: Case) -> Vector:
-    """Return the work of the force on the end, summed over the way it went, (k,) [J]."""
+    """Return the work of the force on the end, summed along its path, (k,) [J]."""
     work = np.zeros(len(path.t))
     if case.force is not None:
         force = np.array([case.force(t) for t in path.t])
@@ -221,24 +192,24 @@ def work_of(path: Trajectory, case: Case) -> Vector:
     return work
 
 
-def unsure_work(path: Trajectory, case: Case) -> Vector:
-    """Return what the work may be off by since the force jumped inside a step, (k,) [J]."""
-    unsure = np.zeros(len(path.t))
+def work_uncertainty(path: Trajectory, case: Case) -> Vector:
+    """Return the uncertainty of the work of a force that jumps inside a step, (k,) [J]."""
+    uncertainty = np.zeros(len(path.t))
     for jump in case.jumps:
         after = int(np.searchsorted(path.t, jump))
         if case.force is not None and after < len(path.t):
             change = np.subtract(case.force(path.t[after]), case.force(path.t[after - 1]))
             way = np.diff(path.position(case.rod.end)[after - 1 : after + 1], axis=0)[0]
-            unsure[after:] += 0.5 * abs(float(change @ way))
-    return unsure
+            uncertainty[after:] += 0.5 * abs(float(change @ way))
+    return uncertainty
 
 
-def kinds(run: Run) -> str:
-    """Name the outcome with its rung or its reason, for text."""
+def in_words(run: Run) -> str:
+    """Name the outcome with its recovery or its reason."""
     if run.outcome == RECOVERED:
         rung = "damped Newton" if run.newton > 0.0 else "a new seed"
         return f"recovered by {rung} in {100 * (run.newton + run.new_seed):.2g} % of the steps"
-    if run.whole:
+    if run.is_complete:
         return run.outcome
     text = f"{run.outcome} at {run.steps * run.place.dt:.3g} s"
     return f"{text} ({run.reason})" if run.outcome == FAILED else text

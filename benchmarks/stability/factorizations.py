@@ -1,111 +1,83 @@
-"""Runs that finish on complete and on incomplete seeds, over time step and stiffness."""
+"""Outcome on exact and on incomplete seeds over time step and stiffness."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from matplotlib.figure import Figure
 
-from ancfsparse.checks import check_choice
 from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.problems import lattice, octet
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from benchmarks.common import methods
-from benchmarks.common.charts import new_figure, set_axes, set_legend
+from benchmarks.common.charts import new_figure, panels, set_axes, set_legend
 from benchmarks.common.methods import chosen
 from benchmarks.common.progress import bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
 from benchmarks.stability.scenes import SCENES
-from benchmarks.stability.stability_map import STEPS, STIFFNESSES
+from benchmarks.stability.stability_map import Scenes, Steps, Stiffnesses, check_cut
 
-DENSITY = 4000.0
-MOST_STEPS = 100
-FACTORIZATIONS = ("complete", "incomplete", "auto")
+DENSITY = 4000.0  # [kg/m3]
+MAX_STEPS = 100  # of a run
+SEEDS = ("exact", "incomplete", "auto")
 INTEGRATORS = chosen(methods.IMPLICIT, "Newmark(0)", "GeneralizedAlpha(0.8)")
-# Product of step and highest axial frequency of an element up to which incomplete seeds must serve.
-CLAIM = 250.0
-# That frequency over the time of a wave through an element [-].
-OMEGA = 9.55
-
-
-def _lattice(modulus: float) -> Scene:
-    return lattice(5, "smooth", modulus, DENSITY).scene
-
-
-def _rough(modulus: float) -> Scene:
-    return lattice(5, "rough", modulus, DENSITY).scene
-
-
-def _truss(modulus: float) -> Scene:
-    return octet(2, "smooth", modulus, DENSITY).scene
-
-
-def _plain(name: str) -> Callable[[float], Scene]:
-    return lambda modulus: SCENES[name](modulus).scene
+CLAIMED_H_OMEGA = (
+    250.0  # step times highest axial frequency up to which incomplete seeds must serve
+)
+WAVE_OMEGA = 9.55  # that frequency times the travel time of a wave through an element [-]
 
 
 CASES: dict[str, Callable[[float], Scene]] = {
-    **{name: _plain(name) for name in ("pendulum", "compressed beam", "sudden force")},
-    "lattice": _lattice,
-    "rough lattice": _rough,
-    "octet truss": _truss,
+    "pendulum": lambda modulus: SCENES["pendulum"](modulus).scene,
+    "compressed beam": lambda modulus: SCENES["compressed beam"](modulus).scene,
+    "sudden force": lambda modulus: SCENES["sudden force"](modulus).scene,
+    "lattice": lambda modulus: lattice(5, "smooth", modulus, DENSITY).scene,
+    "rough lattice": lambda modulus: lattice(5, "rough", modulus, DENSITY).scene,
+    "octet truss": lambda modulus: octet(2, "smooth", modulus, DENSITY).scene,
 }
-"""Each takes Young's modulus [Pa]; beams of the map that are no mesh have nothing to drop."""
+"""Scenes by Young's modulus [Pa], without multipliers."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A point of the map.
+    """A point of the map."""
 
-    Attributes
-    ----------
-    scene, integrator, factorization : str
-        Keys of `CASES`, `INTEGRATORS`, and the factorization.
-    youngs_modulus, dt : float
-        Stiffness [Pa] and step [s].
-    h_omega : float
-        Step times the highest axial frequency of an element [-].
-    outcome : str
-        ``"finished"``, ``"gained energy"`` or ``"failed"``.
-    steps : int
-        Steps that were accepted.
-    on_exact : bool
-        Whether the run went over from an incomplete seed to the complete one.
-    """
-
+    # keys of `CASES`, `INTEGRATORS`, and the kind of seed
     scene: str
     integrator: str
-    factorization: str
+    seed: str
+    # stiffness [Pa] and step [s]
     youngs_modulus: float
     dt: float
-    h_omega: float
-    outcome: str
-    steps: int
-    on_exact: bool
+    h_omega: float  # step times the highest axial frequency of an element [-]
+    outcome: str  # ``"finished"``, ``"gained energy"`` or ``"failed"``
+    steps: int  # steps that were accepted
+    on_exact: bool  # the run changed from an incomplete seed to the exact one
+
+    @property
+    def is_complete(self) -> bool:
+        """True if it came to its end."""
+        return self.outcome == "finished"
+
+    @property
+    def point(self) -> tuple[str, str, float, float]:
+        """The point without the kind of seed."""
+        return self.scene, self.integrator, self.youngs_modulus, self.dt
 
 
-def seeds(
-    scenes: Sequence[str] = tuple(CASES),
-    stiffnesses: Sequence[float] = STIFFNESSES,
-    steps: Sequence[float] = STEPS,
+def factorizations(
+    scenes: Scenes = None, steps: Steps = None, stiffnesses: Stiffnesses = None,
     progress: bool = False,
-) -> list[Row]:
-    """Run the map on each factorization, up to 100 steps a run."""
-    for scene in scenes:
-        check_choice("scene", scene, CASES)
-    points = [
-        (scene, integrator, modulus, dt, factorization)
-        for scene in scenes
-        for integrator in INTEGRATORS
-        for modulus in stiffnesses
-        for dt in steps
-        for factorization in FACTORIZATIONS
-    ]
+) -> list[Row]:  # fmt: skip
+    """Map the runs that complete with exact and with incomplete seeds; minutes."""
+    names, moduli, lengths = check_cut(scenes, steps, stiffnesses, CASES)
+    points = list(itertools.product(names, INTEGRATORS, moduli, lengths, SEEDS))
     return [_run(*point) for point in bar(points, "run", progress)]
 
 
@@ -114,8 +86,8 @@ def _run(name: str, integrator: str, modulus: float, dt: float, factorization: s
     outcome = "finished"
     try:
         stats = simulate(
-            scene, MOST_STEPS * dt, dt, integrator=INTEGRATORS[integrator],
-            factorization=factorization, save_every=MOST_STEPS,
+            scene, MAX_STEPS * dt, dt, integrator=INTEGRATORS[integrator], seed=seed,
+            save_every=MAX_STEPS,
         ).stats  # fmt: skip
     except EnergyIncreaseError as error:
         stats, outcome = error.trajectory.stats, "gained energy"
@@ -140,32 +112,26 @@ def frequency(scene: Scene) -> float:
     (body,) = scene.beams
     values = body.stiffnesses()
     speed = math.sqrt(values["axial_stiffness"] / values["mass_per_length"])
-    return OMEGA * speed / float(body.lengths.min())
+    return WAVE_OMEGA * speed / float(body.lengths.min())
 
 
-def worse(rows: Sequence[Row], factorization: str) -> list[Row]:
-    """Return the runs on a factorization that do not finish where those on complete ones do."""
-    whole = {
-        (row.scene, row.integrator, row.youngs_modulus, row.dt)
-        for row in rows if row.factorization == "complete" and row.outcome == "finished"
-    }  # fmt: skip
-    return [
-        row for row in rows
-        if row.factorization == factorization and row.outcome != "finished"
-        and (row.scene, row.integrator, row.youngs_modulus, row.dt) in whole
-    ]  # fmt: skip
+def worse(rows: Sequence[Row], seed: str) -> list[Row]:
+    """Return the runs on a kind of seed that do not finish where those on exact ones do."""
+    complete = {row.point for row in rows if row.seed == "exact" and row.is_complete}
+    own = [row for row in rows if row.seed == seed and not row.is_complete]
+    return [row for row in own if row.point in complete]
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """State which runs need the complete seed, and whether they go over to it by themselves."""
+    """State the runs that need the exact seed, and the changes to it."""
     sentences = []
-    for factorization in FACTORIZATIONS[1:]:
-        lost = worse(rows, factorization)
-        below = [row for row in lost if row.h_omega <= CLAIM]
-        total = sum(row.factorization == factorization for row in rows)
+    for seed in SEEDS[1:]:
+        lost = worse(rows, seed)
+        below = [row for row in lost if row.h_omega <= CLAIMED_H_OMEGA]
+        total = sum(row.seed == seed for row in rows)
         sentences.append(
-            f"With factorization={factorization!r} {len(lost)} of {total} runs do not finish where "
-            f"complete seeds do, {len(below)} of them at h omega up to {CLAIM:g}"
+            f"With seed={seed!r} {len(lost)} of {total} runs do not finish where exact seeds do, "
+            f"{len(below)} of them at h omega up to {CLAIMED_H_OMEGA:g}"
         )
         sentences += [
             f"{row.scene}, {row.youngs_modulus:.0e} Pa, dt = {row.dt:g} s (h omega = "
@@ -179,13 +145,13 @@ def findings(rows: Sequence[Row]) -> list[str]:
 
 
 def finished(rows: Sequence[Row]) -> Table:
-    """Set how many runs finish, by scene and factorization."""
+    """Set the number of runs that finish, by scene and kind of seed."""
     lines = []
     for scene in dict.fromkeys(row.scene for row in rows):
         cells = []
-        for factorization in FACTORIZATIONS:
-            own = [row for row in rows if (row.scene, row.factorization) == (scene, factorization)]
-            cells.append(f"{sum(row.outcome == 'finished' for row in own)} of {len(own)}")
+        for seed in SEEDS:
+            own = [row for row in rows if (row.scene, row.seed) == (scene, seed)]
+            cells.append(f"{sum(row.is_complete for row in own)} of {len(own)}")
         lines.append([scene, *cells])
     return Table(["finished of all", *FACTORIZATIONS], lines)
 
@@ -196,30 +162,23 @@ OUTCOMES = {
     (False, True): ("only incomplete ones finish", "#0072b2", "+"),
     (False, False): ("neither finishes", "#999999", "."),
 }
-"""Label, colour and marker by which runs finish: on complete and on incomplete seeds."""
+"""Label, colour and marker by completion on exact and on incomplete seeds."""
 
 
 def chart(rows: Sequence[Row]) -> Figure:
-    """Draw at each stiffness and step which seeds finish, the two integrators side by side."""
+    """Draw the outcome of both seeds over stiffness and step, the integrators side by side."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
     lines = -(-len(scenes) // 3)
-    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on complete and on incomplete seeds")
-    axes = figure.subplots(lines, min(3, len(scenes)), squeeze=False)
+    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on exact and on incomplete seeds")
     shown: dict[str, Any] = {}
-    for ax in axes.ravel()[len(scenes) :]:
-        ax.set_axis_off()
-    for ax, scene in zip(axes.ravel(), scenes, strict=False):
-        finished = {
-            (row.factorization, row.integrator, row.youngs_modulus, row.dt):
-                row.outcome == "finished"
-            for row in rows if row.scene == scene
-        }  # fmt: skip
-        for (factorization, integrator, modulus, dt), whole in finished.items():
-            if factorization == "complete":
-                other = finished["incomplete", integrator, modulus, dt]
-                label, colour, marker = OUTCOMES[whole, other]
-                x = dt * (0.9 if integrator == next(iter(INTEGRATORS)) else 1.1)
-                (shown[label],) = ax.plot(x, modulus, marker, color=colour, linestyle="none")
+    for ax, scene in zip(panels(figure, len(scenes), 3), scenes, strict=True):
+        here = [row for row in rows if row.scene == scene]
+        incomplete = {row.point for row in here if row.seed == "incomplete" and row.is_complete}
+        for row in here:
+            if row.seed == "exact":
+                label, colour, marker = OUTCOMES[row.is_complete, row.point in incomplete]
+                x = row.dt * (0.9 if row.integrator == next(iter(INTEGRATORS)) else 1.1)
+                (shown[label],) = ax.plot(x, row.youngs_modulus, marker, color=colour)
         set_axes(ax, "dt [s]", "Young's modulus [Pa]", title=scene)
     set_legend(figure, shown, 4)
     return figure
@@ -227,9 +186,9 @@ def chart(rows: Sequence[Row]) -> Figure:
 
 STUDY = Study(
     "stability-seeds",
-    run=seeds,
+    run=factorizations,
     tables=lambda rows: [finished(rows)],
-    rows=lambda rows: [asdict(row) for row in rows],
+    rows=lambda rows: rows,
     findings=findings,
     charts={"stability-seeds": chart},
     regions={"stability-seeds": finished},

@@ -1,69 +1,52 @@
-"""A million steps: whether memory grows, and what becomes of the energy.
+"""A million steps: growth of memory, and change of energy.
 
-The paper's pendulum falls for 500 s without damping.  Its energy goes little by little into waves
-as short as the elements, which no step of that length resolves; each integrator keeps, loses or
-invents them in its own way.  The same of steel has waves that no step but an explicit one's can
-resolve, and hardly feeds them.
+The paper's pendulum falls for 500 s without damping.  Its energy is gradually transferred to waves
+as short as the elements, which no step of that length resolves; each integrator conserves,
+dissipates or generates it in its own way.  A pendulum of steel has waves that only explicit steps
+resolve, and hardly excites them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_count
 from ancfsparse.errors import StepError
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
 from benchmarks.common import paper
+from benchmarks.common.charts import new_figure, panels, set_axes, set_legend
 from benchmarks.common.methods import INTEGRATORS
-from benchmarks.common.process import peak_memory
 from benchmarks.common.progress import bar as progress_bar
+from benchmarks.common.study import Study
+from benchmarks.common.tables import Table
+from benchmarks.common.worker import peak_memory
 from benchmarks.other_codes.environment import environment
 
 Vector = NDArray[np.float64]
 
-SAVED = 5000
-"""States that are saved of a run."""
-
-# The energy may not rise further above its start than this share of the largest kinetic energy.
-MOST_RISE = 1e-3
-
-# The first run of a tenth of the steps shows what a run needs at all; what the whole run needs
-# beyond it, with as many saved states, is growth [bytes].
-NOISE = 4e6
-
-
-# Young's modulus of the paper's pendulum, and of steel [Pa].
-SOFT, STEEL = 1e8, 2.1e11
+SAVED = 5000  # states of a run
+MAX_RISE = 1e-3  # energy above its start, over the largest kinetic energy
+MIN_GROWTH = 4e6  # memory beyond that of a tenth of the steps that counts as growth [bytes]
+SOFT, STEEL = 1e8, 2.1e11  # Young's moduli of the paper's pendulum, and of steel [Pa]
 
 
 @dataclass(frozen=True)
-class Entrant:
-    """An integrator and its step, in terms of the paper's [-].
+class Candidate:
+    """An integrator and its step, in terms of the paper's [-]."""
 
-    Attributes
-    ----------
-    name : str
-        Of the integrator.
-    share : float
-        Its step over the paper's.
-    youngs_modulus : float
-        Of the pendulum [Pa].
-    max_halvings : int
-        How often a step that cannot be solved may be halved.
-    """
-
-    name: str
-    share: float
-    youngs_modulus: float = SOFT
-    max_halvings: int = 0
+    name: str  # of the integrator
+    share: float  # its step over the paper's
+    youngs_modulus: float = SOFT  # of the pendulum [Pa]
+    max_halvings: int = 0  # how often a step that cannot be solved may be halved
 
     @property
     def label(self) -> str:
@@ -72,65 +55,40 @@ class Entrant:
         return f"{what}{self.name}, dt = {self.share * paper.DT:g} s"
 
 
-ENTRANTS = (
-    Entrant("GeneralizedAlpha(0.8)", 1.0),
-    Entrant("GeneralizedAlpha(0.9)", 1.0),
-    Entrant("RungeKuttaNystrom(8)", 0.25),
-    Entrant("EnergyMomentum", 1.0),
-    *(Entrant("EnergyMomentum", share, max_halvings=6) for share in (2.0, 4.0)),
-    Entrant("Newmark(0)", 0.5),
-    *(Entrant("CentralDifference", share) for share in (0.125, 0.25, 0.5)),
-    *(Entrant("Newmark(0)", share) for share in (1.0, 2.0, 4.0, 8.0, 20.0)),
+CANDIDATES = (
+    Candidate("GeneralizedAlpha(0.8)", 1.0),
+    Candidate("GeneralizedAlpha(0.9)", 1.0),
+    Candidate("RungeKuttaNystrom(8)", 0.25),
+    Candidate("EnergyMomentum", 1.0),
+    *(Candidate("EnergyMomentum", share, max_halvings=6) for share in (2.0, 4.0)),
+    Candidate("Newmark(0)", 0.5),
+    *(Candidate("CentralDifference", share) for share in (0.125, 0.25, 0.5)),
+    *(Candidate("Newmark(0)", share) for share in (1.0, 2.0, 4.0, 8.0, 20.0)),
     *(
-        Entrant(name, share, STEEL)
+        Candidate(name, share, STEEL)
         for name in ("EnergyMomentum", "GeneralizedAlpha(0.8)", "Newmark(0)")
         for share in (1.0, 4.0, 20.0)
     ),
 )
-"""What falls; the trapezoidal rule also with steps at which it fails."""
+"""Runs of the study; the trapezoidal rule also with steps at which it fails."""
 
 
 @dataclass(frozen=True)
 class LongRun:
-    """What became of a run.
+    """The outcome of a run."""
 
-    Attributes
-    ----------
-    label : str
-        Integrator and step.
-    dt : float
-        Step [s].
-    t : ndarray, shape (k,)
-        Times of the saved states [s].
-    energy : ndarray, shape (k,)
-        Energy above that at the start, over the largest kinetic energy [-].
-    stopped : float
-        When it was stopped [s]; not a number if it was not.
-    reason : str
-        Why, empty if it was not.
-    seconds : float
-        Of the march [s].
-    growth : float
-        Memory beyond that of a tenth of the run [bytes].
-    youngs_modulus : float
-        Of the pendulum [Pa].
-    iterations : float
-        Per step [-].
-    halved : int
-        Steps that were crossed in shorter ones.
-    """
-
-    label: str
-    dt: float
-    t: Vector = field(repr=False)
+    label: str  # integrator and step
+    dt: float  # step [s]
+    t: Vector = field(repr=False)  # (k,), times of the saved states [s]
+    # (k,), energy above that at the start, over the largest kinetic energy [-]
     energy: Vector = field(repr=False)
-    stopped: float
-    reason: str
-    seconds: float
-    growth: float
-    youngs_modulus: float = SOFT
-    iterations: float = math.nan
-    halved: int = 0
+    stopped: float  # when it was stopped [s]; not a number if it was not
+    reason: str  # why, empty if it was not
+    seconds: float  # of the march [s]
+    growth: float  # memory beyond that of a tenth of the run [bytes]
+    youngs_modulus: float = SOFT  # of the pendulum [Pa]
+    iterations: float = math.nan  # per step [-]
+    halved: int = 0  # steps that were crossed in shorter ones
 
     @property
     def rise(self) -> float:
@@ -144,75 +102,181 @@ class LongRun:
 
     @property
     def steel(self) -> bool:
-        """Whether the pendulum is of steel."""
+        """True if the pendulum is of steel."""
         return self.youngs_modulus == STEEL
 
     @property
-    def kept(self) -> bool:
-        """Whether it came to its end and never gained more than it may."""
-        return not self.reason and self.rise <= MOST_RISE
+    def is_conservative(self) -> bool:
+        """True if it came to its end and never gained too much energy."""
+        return not self.reason and self.rise <= MAX_RISE
 
     def record(self) -> dict[str, Any]:
-        """Return a row of the table."""
-        return {
-            "run": self.label,
-            "dt": self.dt,
-            "t_end": float(self.t[-1]),
-            "reason": self.reason,
-            "rise": self.rise,
-            "end": float(self.energy[-1]),
-            "rate": self.rate,
-            "seconds": self.seconds,
-            "growth": self.growth,
-            "youngs_modulus": self.youngs_modulus,
-            "iterations": self.iterations,
-            "halved": self.halved,
-        }
+        """Return the entries of the CSV table."""
+        names = ("dt", "reason", "rise", "rate", "seconds", "growth", "youngs_modulus")
+        numbers = {name: getattr(self, name) for name in (*names, "iterations", "halved")}
+        return {"run": self.label, "t_end": self.t[-1], "end": self.energy[-1], **numbers}
 
 
 @dataclass(frozen=True)
 class LongRuns:
-    """Everything ``python -m benchmarks long-runs`` finds."""
+    """All runs."""
 
     runs: list[LongRun]
     settings: dict[str, Any]
 
 
 def long_runs(
-    steps: int = 1_000_000, entrants: Sequence[Entrant] = ENTRANTS, progress: bool = False
+    steps: Annotated[int, typer.Option(min=200, help=f"Time steps of {paper.DT:g} s.")] = 1_000_000,
+    candidates: Sequence[Candidate] = CANDIDATES,
+    progress: bool = False,
 ) -> LongRuns:
-    """Let the paper's pendulum fall for so many of the paper's steps."""
-    check_count("steps", steps, 200)
-    wanted = progress_bar(entrants, "run", progress)
-    runs = [_fall(entrant, steps) for entrant in wanted]
+    """Let the paper's pendulum fall for a million steps: memory, energy, and failures."""
+    wanted = progress_bar(candidates, "run", progress)
+    runs = [_fall(candidate, steps) for candidate in wanted]
     settings = {"scene": "the paper's pendulum, thin", "steps": steps, **environment()}
     return LongRuns(runs, settings)
 
 
-def _fall(entrant: Entrant, paper_steps: int) -> LongRun:
-    dt = entrant.share * paper.DT
-    steps = max(1, round(paper_steps / entrant.share))
-    _march(entrant, dt, max(1, steps // 10))
+def _fall(candidate: Candidate, paper_steps: int) -> LongRun:
+    dt = candidate.share * paper.DT
+    steps = max(1, round(paper_steps / candidate.share))
+    _march(candidate, dt, max(1, steps // 10))
     before = peak_memory()
-    path, stopped, reason = _march(entrant, dt, steps)
+    path, stopped, reason = _march(candidate, dt, steps)
     growth = peak_memory() - before
     energy = path.energy
     above = (energy.total - energy.total[0]) / energy.kinetic.max()
     halved = sum("steps of" in event.rung for event in path.stats.events)
     return LongRun(
-        entrant.label, dt, np.asarray(path.t), above, stopped, reason, path.stats.march_seconds,
-        float(growth), entrant.youngs_modulus, path.stats.iterations / max(path.stats.steps, 1),
+        candidate.label, dt, np.asarray(path.t), above, stopped, reason, path.stats.march_seconds,
+        float(growth), candidate.youngs_modulus, path.stats.iterations / max(path.stats.steps, 1),
         halved,
     )  # fmt: skip
 
 
-def _march(entrant: Entrant, dt: float, steps: int) -> tuple[Trajectory, float, str]:
-    scene, _ = pendulum("thin", paper.ELEMENTS, youngs_modulus=entrant.youngs_modulus)
+def _march(candidate: Candidate, dt: float, steps: int) -> tuple[Trajectory, float, str]:
+    scene, _ = pendulum("thin", paper.ELEMENTS, youngs_modulus=candidate.youngs_modulus)
     try:
         path = simulate(
-            scene, steps * dt, dt, integrator=INTEGRATORS[entrant.name],
-            save_every=max(1, steps // SAVED), max_halvings=entrant.max_halvings,
+            scene, steps * dt, dt, integrator=INTEGRATORS[candidate.name],
+            save_every=max(1, steps // SAVED), max_halvings=candidate.max_halvings,
         )  # fmt: skip
     except StepError as stop:
         return stop.trajectory, stop.time, type(stop).__name__
     return path, math.nan, ""
+
+
+REASONS = {
+    "EnergyIncreaseError": "gained energy",
+    "InstabilityError": "gained energy",
+    "ConvergenceError": "no convergence",
+}
+"""Errors of a run in words."""
+
+COLOURS = {
+    "GeneralizedAlpha": ("#56b4e9", "#0072b2", "#003f63"),
+    "EnergyMomentum": ("#2fbf8f", "#009e73", "#005c43"),
+    "RungeKuttaNystrom": ("#000000",),
+    "CentralDifference": ("#f2b5a7", "#e07a5f", "#b22222"),
+    # With steps at which it fails: from light to dark.
+    "Newmark": ("#f0e442", "#f6d28b", "#e69f00", "#c07a00", "#8c5500", "#4d2f00"),
+}
+"""Colours of each integrator, from its shortest step to its longest."""
+
+
+def _end(run: LongRun) -> str:
+    if run.reason:
+        return f"{REASONS[run.reason]} at {run.stopped:.3g} s"
+    return f"{run.t[-1]:.4g} s"
+
+
+COLUMNS: dict[str, Callable[[LongRun], str]] = {
+    "": lambda run: run.label,
+    "end": _end,
+    "energy at the end": lambda run: f"{100 * run.energy[-1]:+.2g} %",
+    "most above the start": lambda run: f"{100 * run.rise:.1e} %",
+    "drift per second": lambda run: f"{100 * run.rate:+.1e} %",
+    "iterations per step": lambda run: f"{run.iterations:.2g}" if run.iterations else "-",
+    "steps halved": lambda run: str(run.halved),
+    "s": lambda run: f"{run.seconds:.2g}",
+    "memory grew": lambda run: "no" if run.growth <= MIN_GROWTH else f"{run.growth / 1e6:.0f} MB",
+}
+
+
+def table(result: LongRuns) -> Table:
+    """Set a line for each run."""
+    return Table.of(result.runs, COLUMNS)
+
+
+def findings(result: LongRuns) -> list[str]:
+    """State the runs that keep their energy, those that failed, and the growth of memory."""
+    failed = [run for run in result.runs if run.reason]
+    grew = [run.label for run in result.runs if run.growth > MIN_GROWTH]
+    sentences = []
+    for steel in (False, True):
+        kept = [run for run in result.runs if run.is_conservative and run.steel == steel]
+        if kept:
+            best = min(kept, key=lambda run: abs(run.energy[-1]))
+            sentences.append(
+                f"Never above the start by more than {100 * MAX_RISE:g} % of the largest kinetic "
+                f"energy: {'; '.join(run.label for run in kept)}. The one that keeps most is "
+                f"{best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
+            )
+    sentences += [f"{run.label} was stopped at {run.stopped:.4g} s: {REASONS[run.reason]}."
+             for run in failed]  # fmt: skip
+    memory = f"Memory grew in {', '.join(grew)}" if grew else "Memory grew in no run"
+    return [*sentences, f"{memory} by more than {MIN_GROWTH / 1e6:g} MB beyond a tenth of it."]
+
+
+def chart(result: LongRuns) -> Figure:
+    """Draw energy against time: all runs of the soft pendulum, the same nearer, those of steel."""
+    figure = new_figure(6.2, "Energy of a pendulum that falls without damping")
+    axes = panels(figure, 3, 3)
+    soft = [run for run in result.runs if not run.steel]
+    steel = [run for run in result.runs if run.steel]
+    titles = ("All; x: stopped", "The same, nearer; dotted: what it may rise", "Of steel")
+    limits = ((-70.0, 10.0), (-3.0, 3.0), (-1.0, 1.0))
+    for ax, runs, title, (low, high) in zip(axes, (soft, soft, steel), titles, limits, strict=True):
+        for run, colour in _coloured(runs):
+            flat = "EnergyMomentum" in run.label  # and under everything else, if not on top
+            ax.plot(
+                run.t[1:], 100 * run.energy[1:], color=colour, linewidth=2.0 if flat else 1.0,
+                label=run.label, zorder=2 + 2 * run.is_conservative + flat,
+            )  # fmt: skip
+            if run.reason:
+                ax.plot(run.t[-1], 100 * run.energy[-1], "x", color=colour, markersize=7)
+        set_axes(ax, "time [s]", log="x", title=title)
+        ax.set_ylim(low, high)
+    for ax in axes[1:]:
+        ax.axhline(100 * MAX_RISE, color="grey", linestyle=":", linewidth=1.0)
+    axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
+    shown: dict[str, Any] = {}
+    for ax in axes:
+        handles, labels = ax.get_legend_handles_labels()
+        shown |= dict(zip(labels, handles, strict=True))
+    set_legend(figure, shown, 3)
+    return figure
+
+
+def _coloured(runs: list[LongRun]) -> list[tuple[LongRun, str]]:
+    """Give each run a colour of its integrator, darker for longer steps."""
+    found: dict[str, list[LongRun]] = {}
+    for run in runs:
+        names = [name for name in COLOURS if name in run.label]
+        found.setdefault(names[0] if names else "RungeKuttaNystrom", []).append(run)
+    return [
+        (run, COLOURS[name][min(k, len(COLOURS[name]) - 1)])
+        for name, members in found.items()
+        for k, run in enumerate(sorted(members, key=lambda each: each.dt))
+    ]
+
+
+STUDY = Study(
+    "long-runs",
+    run=long_runs,
+    tables=lambda result: [table(result)],
+    rows=lambda result: [run.record() for run in result.runs],
+    findings=findings,
+    charts={"long-runs": chart},
+    regions={"long-runs": table},
+)

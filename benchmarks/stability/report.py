@@ -1,4 +1,4 @@
-"""The stability map as text, CSV, JSON and charts."""
+"""Charts of the stability map."""
 
 from __future__ import annotations
 
@@ -18,19 +18,18 @@ from benchmarks.common.charts import SMALL, new_figure
 from benchmarks.common.study import Study
 from benchmarks.stability.cells import INTEGRATORS, OUTCOMES, SOLVERS, Run
 from benchmarks.stability.findings import completed, findings, integrator_table, solver_table
-from benchmarks.stability.stability_map import FOR_ALL_SOLVERS, MOST_GAIN, Stability, stability
+from benchmarks.stability.stability_map import FOR_ALL_SOLVERS, MAX_GAIN, Stability, stability_map
 
 COLOURS = ("#bfe3d0", "#56b4e9", "#e69f00", "#8c1d04")
 """One for each of `OUTCOMES`."""
 
-# A run that loses more than this of its largest kinetic energy is marked.
-MUCH = 0.1
+MARKED_LOSS = 0.1  # energy lost by a marked run, over its largest kinetic energy
 
 FULL = [name for name in SOLVERS if name.endswith("full")]
-KEPT = [name for name in SOLVERS if name != "Newton" and name not in FULL]
+WITH_PAIRS = [name for name in SOLVERS if name != "Newton" and name not in FULL]
 GROUPS = {
     "Newton": ["Newton"],
-    f"{len(KEPT)} on kept seeds,\nworst": KEPT,
+    f"{len(WITH_PAIRS)} on kept seeds,\nworst": WITH_PAIRS,
     f"{len(FULL)} with full\nmatrix, worst": FULL,
 }
 """Solvers that share a panel, by its title."""
@@ -41,17 +40,10 @@ HIDDEN_KEY = Line2D([], [], marker="x", color="black", linestyle="", label="gain
 
 
 class Panel(NamedTuple):
-    """What a panel shows.
+    """Runs of a panel."""
 
-    Attributes
-    ----------
-    runs : list of Run
-        With one or several solvers.
-    beside : dict
-        Newton's runs by stiffness [Pa] and step [s], to mark differences in; or nothing.
-    """
-
-    runs: list[Run]
+    runs: list[Run]  # with one or several solvers
+    # Newton's runs by stiffness [Pa] and step [s], to mark differences in; or nothing
     beside: dict[tuple[float, float], Run]
 
 
@@ -92,7 +84,7 @@ def solver_chart(result: Stability) -> Figure:
     keys = [
         *OUTCOME_KEYS,
         HIDDEN_KEY,
-        Line2D([], [], marker="$3$", color="black", linestyle="", label="so many of them fail"),
+        Line2D([], [], marker="$3$", color="black", linestyle="", label="number of them that fail"),
         Patch(fill=False, edgecolor="black", linewidth=1.5, label="Newton ends, not all of these"),
         Patch(fill=False, edgecolor="black", linestyle=":", linewidth=1.5,
               label="Newton fails, not all of these"),
@@ -163,24 +155,24 @@ def _short(value: float) -> str:
 
 def _mark(ax: Axes, x: int, y: int, runs: Sequence[Run], alone: bool) -> None:
     """Mark how many of several fail, or that one gained energy unseen, or lost much."""
-    dead = sum(not run.whole for run in runs)
+    dead = sum(not run.is_complete for run in runs)
     if dead and len(runs) > 1:
         dark = max(OUTCOMES.index(run.outcome) for run in runs) == len(OUTCOMES) - 1
         ax.text(x, y, str(dead), fontsize=SMALL, ha="center", va="center_baseline",
                 color="white" if dark else "black")  # fmt: skip
-    elif any(run.whole and run.gain > MOST_GAIN for run in runs):
+    elif any(run.is_complete and run.gain > MAX_GAIN for run in runs):
         ax.plot(x, y, "x", color="black", markersize=4)
-    elif alone and runs[0].whole and runs[0].loss > MUCH:
+    elif alone and runs[0].is_complete and runs[0].loss > MARKED_LOSS:
         ax.plot(x, y, "_", color="black", markersize=5)
 
 
 def _frame(ax: Axes, x: int, y: int, runs: Sequence[Run], newton: Run | None) -> None:
     """Frame a cell in which some run does not end as Newton's."""
-    if newton is None or all(run.whole == newton.whole for run in runs):
+    if newton is None or all(run.is_complete == newton.is_complete for run in runs):
         return
     ax.add_patch(
         Rectangle((x - 0.5, y - 0.5), 1.0, 1.0, fill=False, edgecolor="black", linewidth=1.5,
-                  linestyle="-" if newton.whole else ":", zorder=3)
+                  linestyle="-" if newton.is_complete else ":", zorder=3)
     )  # fmt: skip
 
 
@@ -192,7 +184,7 @@ def heading(result: Stability) -> str:
 
 STUDY = Study(
     "stability",
-    run=stability,
+    run=stability_map,
     heading=heading,
     tables=lambda result: [integrator_table(result), solver_table(result)],
     rows=lambda result: [run.record() for run in result.runs],

@@ -14,38 +14,26 @@ from ancfsparse.scene import Beam, Material, Rectangle, Scene
 
 Vector = NDArray[np.float64]
 
-# Kuhl and Crisfield (1999): a bar of 3.0443 m and 6.57 kg/m whose tip is thrown across at 7.72 m/s.
-TRUSS_LENGTH, TRUSS_MASS, TRUSS_SPEED = 3.0443, 6.57, 7.72
-# Its EA is 1e10 N at 2e11 Pa.
-TRUSS_AREA = 0.05
+# Kuhl and Crisfield (1999).
+TRUSS_LENGTH = 3.0443  # [m]
+TRUSS_MASS = 6.57  # [kg/m]
+TRUSS_SPEED = 7.72  # of its tip, transverse [m/s]
+TRUSS_AREA = 0.05  # EA = 1e10 N at 2e11 Pa [m2]
 
-# The force on the compressed beam, in terms of Euler's, and the time in which it comes [s].
-LOAD, RISE = 1.1, 0.1
-
-# The sudden force on the tip of the pendulum, in terms of its weight, and between which times [s]:
-# both lie inside a step of any length of the map.
-PUSH, BETWEEN = 0.5, (0.02005, 0.52005)
+LOAD = 1.1  # force on the compressed beam, over Euler's
+RISE_TIME = 0.1  # of that force [s]
+PUSH = 0.5  # sudden force on the tip of the pendulum, over its weight
+PUSH_TIMES = (0.02005, 0.52005)  # its jumps, inside a step of any length of the map [s]
 
 
 class Case(NamedTuple):
-    """A scene of the map.
+    """A scene of the map."""
 
-    Attributes
-    ----------
-    scene : Scene
-        Ready to simulate.
-    rod : Beam
-        Its beam.
-    force : callable, optional
-        The force on the end of the beam over time [s], shape (2,) [N].
-    jumps : tuple of float
-        When the force jumps [s].
-    """
-
-    scene: Scene
-    rod: Beam
+    scene: Scene  # ready to simulate
+    rod: Beam  # its beam
+    # the force on the end of the beam over time [s], shape (2,) [N]
     force: Callable[[float], tuple[float, float]] | None = None
-    jumps: tuple[float, ...] = ()
+    jumps: tuple[float, ...] = ()  # when the force jumps [s]
 
 
 def swinging(youngs_modulus: float) -> Case:
@@ -65,9 +53,9 @@ def truss(youngs_modulus: float) -> Case:
     return Case(scene, rod)
 
 
-def _turning(places: Vector) -> Vector:
+def _turning(points: Vector) -> Vector:
     rate = TRUSS_SPEED / TRUSS_LENGTH
-    return np.stack([-rate * places[:, 1], rate * places[:, 0]], axis=1)
+    return np.stack([-rate * points[:, 1], rate * points[:, 0]], axis=1)
 
 
 def hanging(youngs_modulus: float) -> Case:
@@ -88,14 +76,14 @@ def compressed(youngs_modulus: float) -> Case:
     euler = 0.25 * math.pi**2 * rod.parameters()["bending_stiffness"]
 
     def force(t: float) -> tuple[float, float]:
-        return -LOAD * euler * 0.5 * (1.0 - math.cos(math.pi * min(t / RISE, 1.0))), 0.0
+        return -LOAD * euler * 0.5 * (1.0 - math.cos(math.pi * min(t / RISE_TIME, 1.0))), 0.0
 
     scene.point_force(rod.end, force)
     return Case(scene, rod, force)
 
 
-def _nudged(places: Vector) -> Vector:
-    return np.stack([0.0 * places[:, 0], 0.01 * places[:, 0] ** 2], axis=1)
+def _nudged(points: Vector) -> Vector:
+    return np.stack([0.0 * points[:, 0], 0.01 * points[:, 0] ** 2], axis=1)
 
 
 def pushed(youngs_modulus: float) -> Case:
@@ -104,10 +92,10 @@ def pushed(youngs_modulus: float) -> Case:
     weight = rod.stiffnesses()["mass_per_length"] * rod.length * -float(scene.gravity[1])
 
     def force(t: float) -> tuple[float, float]:
-        return 0.0, PUSH * weight if BETWEEN[0] < t < BETWEEN[1] else 0.0
+        return 0.0, PUSH * weight if PUSH_TIMES[0] < t < PUSH_TIMES[1] else 0.0
 
     scene.point_force(rod.end, force)
-    return Case(scene, rod, force, BETWEEN)
+    return Case(scene, rod, force, PUSH_TIMES)
 
 
 SCENES: dict[str, Callable[[float], Case]] = {

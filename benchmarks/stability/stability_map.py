@@ -1,4 +1,4 @@
-"""The stability map: which run completes, over time step, stiffness, integrator and solver.
+"""The stability map: outcome over time step, stiffness, integrator and solver.
 
 The whole product would be large and show little more: every integrator is run with Newton and with
 ``"auto"``, and every solver with one integrator that keeps energy and one that damps.
@@ -7,11 +7,13 @@ The whole product would be large and show little more: every integrator is run w
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
@@ -21,7 +23,7 @@ from benchmarks.stability.cells import (
     FAILED,
     GAINED,
     INTEGRATORS,
-    MOST_STEPS,
+    MAX_STEPS,
     SOLVERS,
     T_END,
     Place,
@@ -41,28 +43,18 @@ FOR_ALL_INTEGRATORS = ("Newton", "auto")
 FOR_ALL_SOLVERS = ("Newmark(0)", "GeneralizedAlpha(0.8)")
 """The cut through the product."""
 
-# A finished run may not have gained more than this over its largest kinetic energy.
-MOST_GAIN = 0.01
-
-# Steps are calm where elements turn less [rad] and change their length by less than these; there
-# damped Newton may save at most this share of the steps.
-CALM_TURN, CALM_STRETCH, CALM_SHARE = 0.3, 1e-3, 0.05
+MAX_GAIN = 0.01  # energy that a finished run may gain, over its largest kinetic energy
+CALM_TURN = 0.3  # largest turn of an element in a calm step [rad]
+CALM_STRETCH = 1e-3  # largest relative change of its length in a calm step
+MAX_NEWTON_FRACTION = 0.05  # calm steps that damped Newton may recover
 
 
 @dataclass(frozen=True)
 class Stability:
-    """The map.
+    """The map."""
 
-    Attributes
-    ----------
-    runs : list of Run
-        One for each point.
-    settings : dict
-        What was run, and on what.
-    """
-
-    runs: list[Run]
-    settings: dict[str, Any]
+    runs: list[Run]  # one for each point
+    settings: dict[str, Any]  # of the study and the machine
 
     @cached_property
     def at(self) -> dict[Place, Run]:
@@ -82,7 +74,7 @@ class Stability:
             == (scene, integrator, solver)
         ]  # fmt: skip
 
-    def beside_newton(self) -> Iterator[tuple[Run, Run]]:
+    def with_newton(self) -> Iterator[tuple[Run, Run]]:
         """Yield every run with another solver and that of Newton at the same place."""
         for run in self.runs:
             newton = self.at.get(run.place._replace(solver="Newton"))
@@ -92,8 +84,8 @@ class Stability:
     def worse_than_newton(self, outcome: str = FAILED) -> list[Run]:
         """Return the runs that end in this way where Newton's comes to its end, not by chance."""
         return [
-            run for run, newton in self.beside_newton()
-            if run.outcome == outcome and newton.whole and not run.chaotic
+            run for run, newton in self.with_newton()
+            if run.outcome == outcome and newton.is_complete and not run.chaotic
         ]  # fmt: skip
 
     def by_chance(self) -> list[Run]:
@@ -109,22 +101,22 @@ class Stability:
 
     def hidden_gains(self) -> list[Run]:
         """Return the runs that came to their end with more energy than they may have gained."""
-        return [run for run in self.runs if run.whole and run.gain > MOST_GAIN]
+        return [run for run in self.runs if run.is_complete and run.gain > MAX_GAIN]
 
     def calm(self) -> list[Run]:
         """Return the runs that took steps, all of them calm, and came to their end."""
         return [
             run for run in self.runs
-            if run.whole and run.turn < CALM_TURN and run.stretch < CALM_STRETCH
+            if run.is_complete and run.turn < CALM_TURN and run.stretch < CALM_STRETCH
         ]  # fmt: skip
 
-    def calm_beside_newton(self) -> list[Run]:
-        """Return the calm runs of all solvers but Newton, whose steps it saves where they fail."""
+    def calm_of_others(self) -> list[Run]:
+        """Return the calm runs of all solvers but Newton, which recovers their failed steps."""
         return [run for run in self.calm() if run.place.solver != "Newton"]
 
-    def often_rescued(self) -> list[Run]:
-        """Return the calm runs of these solvers in which Newton saved more steps than it may."""
-        return [run for run in self.calm_beside_newton() if run.newton > CALM_SHARE]
+    def often_recovered(self) -> list[Run]:
+        """Return those in which damped Newton recovered too many steps."""
+        return [run for run in self.calm_of_others() if run.newton > MAX_NEWTON_FRACTION]
 
 
 def places(
@@ -142,28 +134,56 @@ def places(
     ]
 
 
-def stability(
-    scenes: Sequence[str] = tuple(SCENES),
-    stiffnesses: Sequence[float] = STIFFNESSES,
-    steps: Sequence[float] = STEPS,
+Scenes = Annotated[list[str] | None, typer.Option("--scene", help="Only this scene; repeatable.")]
+Steps = Annotated[list[float] | None, typer.Option("--step", help="Only this time step [s].")]
+Stiffnesses = Annotated[
+    list[float] | None, typer.Option("--stiffness", help="Only this Young's modulus [Pa].")
+]
+
+
+def stability_map(
+    scenes: Scenes = None,
+    steps: Steps = None,
+    stiffnesses: Stiffnesses = None,
+    table: Annotated[
+        Path | None,
+        typer.Option("--from", help="Run nothing: tables and charts of this stability.csv."),
+    ] = None,
     progress: bool = False,
 ) -> Stability:
-    """Run all integrators and solvers over scenes, Young's moduli [Pa] and time steps [s]."""
-    for scene in scenes:
-        check_choice("scene", scene, SCENES)
-    for what, values, unit in (("stiffness", stiffnesses, "Pa"), ("step", steps, "s")):
-        for value in values:
-            check_positive(what, value, unit)
-    wanted = progress_bar(places(scenes, stiffnesses, steps), "run", progress)
-    runs = [run_at(place) for place in wanted]
+    """Map the runs that complete, over step, stiffness, integrator and solver; minutes."""
+    if table is not None:
+        if scenes or steps or stiffnesses:
+            raise InputError(
+                f"--from {table} shows a map that is finished: leave out --scene, --step and "
+                "--stiffness, or --from"
+            )
+        return read(table)
+    cut = check_cut(scenes, steps, stiffnesses, SCENES)
+    runs = [run_at(place) for place in progress_bar(places(*cut), "run", progress)]
     settings = {
         "t_end_s": T_END,
-        "most_steps": MOST_STEPS,
+        "max_steps": MAX_STEPS,
         "tolerance": "default",
-        "max_energy_gain": MOST_GAIN,
+        "max_energy_gain": MAX_GAIN,
         **environment(),
     }
     return Stability(runs, settings).judged()
+
+
+def check_cut(
+    scenes: Sequence[str] | None,
+    steps: Sequence[float] | None,
+    stiffnesses: Sequence[float] | None,
+    table: Mapping[str, Any],
+) -> tuple[Sequence[str], Sequence[float], Sequence[float]]:
+    """Return scenes, Young's moduli [Pa] and steps [s] after a check, by default all."""
+    for scene in scenes or ():
+        check_choice("scene", scene, table)
+    for what, values, unit in (("stiffness", stiffnesses, "Pa"), ("step", steps, "s")):
+        for value in values or ():
+            check_positive(what, value, unit)
+    return scenes or tuple(table), stiffnesses or STIFFNESSES, steps or STEPS
 
 
 def read(path: Path) -> Stability:
@@ -180,9 +200,9 @@ def read(path: Path) -> Stability:
         runs = [Run.of(row) for row in rows]
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(
-            f"{path} is not a table of `python -m benchmarks stability`: a column or number is "
+            f"{path} is not a table of `python -m benchmarks stability map`: a column or number is "
             f"missing ({error})"
         ) from error
     if not runs:
-        raise InputError(f"{path} holds no run of `python -m benchmarks stability`")
+        raise InputError(f"{path} holds no run of `python -m benchmarks stability map`")
     return Stability(runs, {"read_from": path.name})

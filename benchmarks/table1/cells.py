@@ -28,18 +28,15 @@ from benchmarks.common.methods import SOLVERS
 from benchmarks.common.timing import in_turn
 
 Vector = NDArray[np.float64]
-Kept = TypeVar("Kept")
+Run = TypeVar("Run")
 
 REFERENCE = "DOP853"
 # Stability bounds its steps, so the error is far below: 1e-11 m where compared.  Much tighter
 # tolerances meet the rounding of the forces and cost many times the steps.
-REFERENCE_RTOL, REFERENCE_ATOL = 1e-8, 1e-9
+REFERENCE_RTOL, REFERENCE_ATOL = 1e-8, 1e-9  # relative, absolute
 
-# Tips are compared, and drawn, at about this many times after the start.
-INSTANTS = 400
-
-# A cell is not run again once its runs have taken so long [s].
-LONG_ENOUGH = 1.0
+OUTPUT_TIMES = 400  # approximate number of times at which tips are compared
+MIN_TOTAL_TIME = 1.0  # of the repeated runs of a cell [s]
 
 METHODS: dict[str, Method | str] = {
     **{name: SOLVERS[f"{update}, full"] for name, update in paper.QUASI_NEWTON.items()},
@@ -75,40 +72,23 @@ ROWS = {
 
 @dataclass(frozen=True)
 class Cell:
-    """One method on one element.
+    """One method on one element."""
 
-    Attributes
-    ----------
-    row, column : str
-        Keys of `ROWS` and of `COLUMNS`.
-    seconds : float
-        Median wall time, of SciPy's integration or of our compiled march [s]; NaN without result.
-    runs : int
-        How many times the median is of.
-    set_up_seconds : float
-        Wall time from the scene to the first step of the last of these runs [s]; NaN for SciPy.
-    tip : (k, dim) float or None
-        Tip at the instants of the table [m].
-    tip_error : float
-        Largest distance of the tip from the reference [m]; NaN without result.
-    evaluations : int
-        Evaluations of the right-hand side or of the residual.
-    iterations_per_step : float
-        Corrections per time step; NaN where there are none.
-    note : str
-        What stands in the place of a result.
-    """
-
+    # keys of `ROWS` and of `COLUMNS`
     row: str
     column: str
+    # median wall time, of SciPy's integration or of our compiled march [s]; NaN without result
     seconds: float = math.nan
-    runs: int = 0
+    runs: int = 0  # how many times the median is of
+    # wall time from the scene to the first step of the last of these runs [s]; NaN for SciPy
     set_up_seconds: float = math.nan
+    # (k, dim), tip at the output times [m]
     tip: Vector | None = field(default=None, repr=False)
+    # largest distance of the tip from the reference [m]; NaN without result
     tip_error: float = math.nan
-    evaluations: int = 0
-    iterations_per_step: float = math.nan
-    note: str = ""
+    evaluations: int = 0  # evaluations of the right-hand side or of the residual
+    iterations_per_step: float = math.nan  # corrections per time step; NaN where there are none
+    note: str = ""  # reason without result
 
     @property
     def finished(self) -> bool:
@@ -126,7 +106,7 @@ class Cell:
         return self.paper_seconds / self.seconds
 
     def record(self) -> dict[str, str | float | None]:
-        """Return everything but the tip, by the names that files use; None for what is missing."""
+        """Return the entries of the CSV table; None where there is no result."""
         record: dict[str, str | float | None] = {
             "element": self.row,
             "method": self.column,
@@ -144,58 +124,35 @@ class Cell:
         return {key: None if value != value else value for key, value in record.items()}
 
 
+@dataclass
 class Bench:
-    """The pendulum of one row, ready to be run by every method.
+    """The pendulum of one row, ready to be run by every method."""
 
-    Parameters
-    ----------
-    row : str
-        Key of `ROWS`.
-    t_end, dt : float
-        Simulated time and time step [s].
-    reference : (k, dim) float
-        Tip on the same mesh, converged in time [m], see `reference`.
-    cap : float
-        Wall time an integrator of SciPy may take [s].
-    runs : int
-        How often a fast cell is run.
-    on_time : callable, optional
-        Called with the simulated time now and then.
+    row: str  # key of `ROWS`
+    t_end: float  # [s]
+    dt: float  # [s]
+    reference: Vector  # (k, dim), tip on the same mesh, converged in time [m]
+    cap: float  # time limit of an integrator of SciPy [s]
+    runs: int  # of a fast cell
+    on_time: Callable[[float], None] | None = None  # called with the simulated time now and then
 
-    Attributes
-    ----------
-    t : (k,) float
-        Instants at which tips are compared [s].
-    """
-
-    def __init__(
-        self,
-        row: str,
-        t_end: float,
-        dt: float,
-        reference: Vector,
-        cap: float,
-        runs: int,
-        on_time: Callable[[float], None] | None = None,
-    ) -> None:
-        self.row, self.dt, self._t_end = row, dt, t_end
-        self._reference = reference
-        self._cap, self._runs, self._on_time = cap, runs, on_time
-        self.problem = ROWS[row].problem()
+    def __post_init__(self) -> None:
+        """Set up the equations and the output times."""
+        self.problem = ROWS[self.row].problem()
         self._system = System(self.problem.scene)
         self._equations = FirstOrder(self._system)
-        self._every, self.t = instants(t_end, dt)
+        self._every, self.t = output_times(self.t_end, self.dt)
 
     def run(self, column: str, divide: int = 1) -> Cell:
         """Fill a cell; the time step of one of our methods is divided by a whole number."""
         empty = Cell(self.row, column)
         fill = partial(self._march, divide=divide) if column in METHODS else self._integrate
         try:
-            found = repeated(lambda: fill(column), self._runs)
+            found = repeated(lambda: fill(column), self.runs)
         except StepError as failure:
             return replace(empty, note=f"failed at {failure.time:.3g} s")
         except OutOfTimeError:
-            return replace(empty, note=f"> {self._cap:g} s")
+            return replace(empty, note=f"> {self.cap:g} s")
         except RuntimeError as failure:
             return replace(empty, note=str(failure))
         seconds = statistics.median(each.seconds for each in found)
@@ -203,7 +160,7 @@ class Bench:
 
     def _march(self, column: str, divide: int) -> Cell:
         every = self._every * divide
-        run = march(self.problem, column, self._t_end, self.dt / divide, every)
+        run = march(self.problem, column, self.t_end, self.dt / divide, every)
         tip = run.position(self.problem.rod.end)
         return Cell(
             self.row,
@@ -219,7 +176,7 @@ class Bench:
     def _integrate(self, column: str) -> Cell:
         tolerances = paper.RTOL, paper.ATOL
         run = integrate(
-            self._equations, column, self.t, *tolerances, cap=self._cap, on_time=self._on_time
+            self._equations, column, self.t, *tolerances, cap=self.cap, on_time=self.on_time
         )
         tip = tip_of(self.problem, self._system, run)
         return Cell(
@@ -232,24 +189,24 @@ class Bench:
         )
 
     def _error(self, tip: Vector) -> float:
-        return float(np.linalg.norm(tip - self._reference, axis=1).max())
+        return float(np.linalg.norm(tip - self.reference, axis=1).max())
 
 
 def reference(row: str, t_end: float, dt: float) -> Vector:
-    """Return the tip at the instants of the table, on the mesh of a row, converged in time.
+    """Return the tip at the output times, on the mesh of a row, converged in time.
 
     By an explicit method of order 8, which shares nothing with the methods compared with it but
     the forces: (k, dim) [m].
     """
     problem = ROWS[row].problem()
     system = System(problem.scene)
-    _, t = instants(t_end, dt)
+    _, t = output_times(t_end, dt)
     run = integrate(FirstOrder(system), REFERENCE, t, REFERENCE_RTOL, REFERENCE_ATOL)
     return tip_of(problem, system, run)
 
 
 def tip_of(problem: Problem, system: System, run: OdeRun) -> Vector:
-    """Return where the tip is at the instants of a run: (k, dim) [m]."""
+    """Return the tip at the output times of a run, (k, dim) [m]."""
     return combine(system.point(problem.rod.end), run.q)
 
 
@@ -268,20 +225,22 @@ def march(
     )
 
 
-def instants(t_end: float, dt: float) -> tuple[int, Vector]:
-    """Return every how many steps the tip is compared, and when: (k,) [s]."""
+def output_times(t_end: float, dt: float) -> tuple[int, Vector]:
+    """Return the number of steps between output times, and these times, (k,) [s]."""
     steps = count_steps(t_end, dt)
-    every = next(each for each in range(max(1, steps // INSTANTS), steps + 1) if steps % each == 0)
+    every = next(
+        each for each in range(max(1, steps // OUTPUT_TIMES), steps + 1) if steps % each == 0
+    )
     return every, np.arange(steps // every + 1, dtype=np.float64) * (dt * every)
 
 
-def repeated(once: Callable[[], Kept], runs: int) -> list[Kept]:
-    """Run so many times, but not again once that has taken `LONG_ENOUGH`."""
+def repeated(once: Callable[[], Run], runs: int) -> list[Run]:
+    """Run up to `runs` times, until they have taken `MIN_TOTAL_TIME`."""
     begin = time.perf_counter()
     (found,) = in_turn(
         [once],
         lambda each: each(),
         runs,
-        goes_on=lambda *_: time.perf_counter() - begin < LONG_ENOUGH,
+        goes_on=lambda *_: time.perf_counter() - begin < MIN_TOTAL_TIME,
     )
     return found

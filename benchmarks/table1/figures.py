@@ -15,13 +15,12 @@ from scipy.ndimage import maximum_filter1d
 from ancfsparse.results.geometry.deformed_shape import shapes
 from ancfsparse.results.geometry.scene_outline import part_of
 from benchmarks.common import paper
-from benchmarks.table1.table import Table
+from benchmarks.table1.table import Results
 
 Vector = NDArray[np.float64]
 
-SNAPSHOTS = 11  # shapes in figure 1
-PIECES = 12  # straight pieces of an element
-WINDOW = 11  # output times around each one of which the largest difference is drawn
+SNAPSHOTS = 11  # of figure 1
+WINDOW = 11  # output times whose largest difference is drawn
 
 COLOURS = {
     "Broyden": "#e69f00", "Davidon": "#0072b2", "DFP": "#009e73", "BFGS": "#cc79a7",
@@ -30,7 +29,7 @@ COLOURS = {
 """One colour per method, distinguished by colour-blind eyes too."""
 
 
-def figure1(table: Table) -> Figure:
+def figure1(table: Results) -> Figure:
     """Draw snapshots of the motion."""
     run, rod = table.motion, table.problem.rod
     figure = Figure(figsize=(7.2, 3.9), layout="constrained")
@@ -58,7 +57,7 @@ def figure1(table: Table) -> Figure:
     return figure
 
 
-def figure2(table: Table) -> Figure:
+def figure2(table: Results) -> Figure:
     """Draw differences in vertical tip position between methods, and from the exact motion."""
     row = "Thin" if "Thin" in table.rows else table.rows[0]
     height = {

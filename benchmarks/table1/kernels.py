@@ -1,4 +1,4 @@
-"""Nanoseconds and operations of every element kernel on every instruction set."""
+"""Time and operations of every element kernel on every instruction set."""
 
 from __future__ import annotations
 
@@ -9,76 +9,84 @@ from ancfsparse.dispatch import available_instruction_sets
 from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
 from ancfsparse.kernels.catalog import REFERENCES, module_names
 from benchmarks.common.progress import bar as progress_bar
+from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
 from benchmarks.common.target import Target
 
 CLOSED, GAUSS = "thick_axis_consistent", "thick_axis_consistent_gauss"
 
-LANES_COMPARED = ("l2t2", "thin_planar_green", "thin_spatial_green", CLOSED)
+SCALAR_KERNELS = ("l2t2", "thin_planar_green", "thin_spatial_green", CLOSED)
 """Kernels whose force is also compiled for one element at a time."""
+
+MIN_GAUSS_RATIO = 2.0  # time of the thick force by quadrature, over that in closed form
+MIN_VECTOR_GAIN = 3.0  # time of one element at a time, over that of full vectors
 
 
 @dataclass(frozen=True)
-class KernelBench:
-    """Everything `python -m benchmarks bench-kernels` measures.
+class KernelSpeed:
+    """Timings of kernels."""
 
-    Attributes
-    ----------
-    timings : list of Timing
-        Every kernel of every module on every instruction set.
-    lanes : dict of str to (float, float)
-        Force with one lane and with full vectors [ns per element]; empty outside of a checkout.
-    targets : list of Target
-        The target.
-    """
-
-    timings: list[Timing]
+    timings: list[Timing]  # every kernel of every module on every instruction set
+    # force by one lane and by full vectors [ns per element]; empty without compiler or checkout
     lanes: dict[str, tuple[float, float]]
-    targets: list[Target]
-
-    def __str__(self) -> str:
-        """Set the table for a terminal: a line per kernel, a column per instruction set."""
-        sets = list(dict.fromkeys(each.instruction_set for each in self.timings))
-        ns = {(t.name, t.kernel, t.instruction_set): t.ns_per_element for t in self.timings}
-        rows = [
-            [f"{t.name} {t.kernel}", f"{t.operations}"]
-            + [f"{ns[t.name, t.kernel, each]:.1f}" for each in sets]
-            for t in self.timings
-            if t.instruction_set == sets[0]
-        ]
-        title = "Nanoseconds per element, gather and scatter included"
-        lines = [str(Table(["", "operations", *sets], rows, title=title)), ""]
-        if not self.lanes:
-            lines += [
-                "One lane against full vectors needs a checkout and a compiler: left out.",
-                "",
-            ]
-        return "\n".join([*lines, *map(str, self.targets)])
 
 
-def bench_kernels(progress: bool = False) -> KernelBench:
-    """Time all kernels."""
-    names = (*module_names(), *REFERENCES)
+def kernel_speed(progress: bool = False) -> KernelSpeed:
+    """Time every element kernel on every instruction set of this machine."""
     timings = []
-    with progress_bar(names, "element", progress) as bar:
+    with progress_bar((*module_names(), *REFERENCES), "element", progress) as bar:
         for name in bar:
             bar.set_description(name)
             timings += kernel_table([name])
     try:
-        lanes = speed_ratios(LANES_COMPARED)
+        lanes = speed_ratios(SCALAR_KERNELS)
     except (ValueError, OSError, subprocess.CalledProcessError):
-        lanes = {}  # no checkout, or no compiler: the other numbers stand on their own
-    force = {(t.name, t.instruction_set): t.ns_per_element for t in timings if t.kernel == "force"}
-    targets = [
+        lanes = {}  # the other numbers need neither checkout nor compiler
+    return KernelSpeed(timings, lanes)
+
+
+def by_instruction_set(result: KernelSpeed) -> Table:
+    """Set a line per kernel, a column per instruction set."""
+    sets = list(dict.fromkeys(each.instruction_set for each in result.timings))
+    ns = {(t.name, t.kernel, t.instruction_set): t.ns_per_element for t in result.timings}
+    rows = [
+        [f"{t.name} {t.kernel}", f"{t.operations}"]
+        + [f"{ns[t.name, t.kernel, each]:.1f}" for each in sets]
+        for t in result.timings
+        if t.instruction_set == sets[0]
+    ]
+    title = "Nanoseconds per element, gather and scatter included"
+    return Table(["", "operations", *sets], rows, title=title)
+
+
+def targets(result: KernelSpeed) -> list[Target]:
+    """Compare quadrature with closed form, and scalar with vector kernels."""
+    force = {
+        (t.name, t.instruction_set): t.ns_per_element for t in result.timings if t.kernel == "force"
+    }
+    found = [
         Target(
             f"thick force, Gauss / closed form, {each}",
             force[GAUSS, each] / force[CLOSED, each],
-            2.0,
+            MIN_GAUSS_RATIO,
         )
         for each in available_instruction_sets()
     ]
-    targets += [
-        Target(f"{name} force, one lane / full vectors", single / full, 3.0)
-        for name, (single, full) in lanes.items()
+    return found + [
+        Target(f"{name} force, one lane / full vectors", single / full, MIN_VECTOR_GAIN)
+        for name, (single, full) in result.lanes.items()
     ]
-    return KernelBench(timings, lanes, targets)
+
+
+STUDY = Study(
+    "kernels",
+    run=kernel_speed,
+    tables=lambda result: [by_instruction_set(result)],
+    rows=lambda result: result.timings,
+    targets=targets,
+    notes=lambda result: (
+        []
+        if result.lanes
+        else ["One lane against full vectors needs a checkout and a compiler: left out."]
+    ),
+)

@@ -1,4 +1,4 @@
-"""What a sweep over pendulums gains on several processors, beside a plain loop."""
+"""Gain of a sweep over pendulums on several processors, relative to a plain loop."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 
+from ancfsparse.checks import check_positive
 from ancfsparse.problems.benchmarks import pendulum
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.solve import simulate
@@ -17,61 +19,51 @@ from ancfsparse.sweeps import sweep
 from ancfsparse.system_memory import count_processors
 from benchmarks.common import paper
 from benchmarks.common.progress import bar
+from benchmarks.common.study import Study
+from benchmarks.common.tables import Table
 from benchmarks.common.target import Target
 
-SOFTEST, STIFFEST = 1e7, 1e9
-"""Young's moduli of the pendulums, in between spaced evenly on a logarithmic scale [Pa]."""
+MIN_MODULUS, MAX_MODULUS = 1e7, 1e9  # Young's moduli of the pendulums, spaced logarithmically [Pa]
+MIN_EFFICIENCY = 0.9  # gain over the number of processes
+MAX_OVERHEAD = 0.05  # additional time of processors, over that of the loop
 
 
 @dataclass(frozen=True)
-class SweepBench:
-    """What `python -m benchmarks bench-sweep` measures.
+class SweepSpeed:
+    """Times of a loop and of a sweep over the same pendulums, least of some rounds."""
 
-    Attributes
-    ----------
-    points, workers : int
-        Number of pendulums and of processes.
-    loop_seconds, sweep_seconds : float
-        Time on the clock, the least of some rounds in turn [s].
-    loop_processor, sweep_processor : float
-        Time of processors, the least of those rounds; of the sweep with its workers [s].
-    own_processor : float
-        What of it the process took that sweeps: its first point and the messages [s].
-    equal : bool
-        Whether all numbers are equal bit for bit.
-    """
-
-    points: int
-    workers: int
+    points: int  # pendulums
+    workers: int  # processes
+    # time on the clock [s]
     loop_seconds: float
     sweep_seconds: float
+    # time of processors; of the sweep with its workers [s]
     loop_processor: float
     sweep_processor: float
-    own_processor: float
-    equal: bool
+    own_processor: float  # of the sweeping process alone: its first point and the messages [s]
+    equal: bool  # True if all numbers are equal bit for bit
 
-    @property
-    def targets(self) -> list[Target]:
-        """The gain on two processors, and the overhead of calls."""
-        overhead = self.sweep_processor / self.loop_processor - 1.0
-        by_processor = self.workers * self.loop_processor / self.sweep_processor
-        return [
-            Target("gain on the clock", self.loop_seconds / self.sweep_seconds, 0.9 * self.workers),
-            Target("gain by time of processors", by_processor, 0.9 * self.workers),
-            Target("overhead in time of processors", overhead, 0.05, at_most=True),
-        ]
 
-    def __str__(self) -> str:
-        """Set the numbers for a terminal."""
-        lines = [
-            f"{self.points} pendulums of {paper.ELEMENTS} elements, {self.workers} processes; "
-            f"numbers {'equal bit for bit' if self.equal else 'DIFFERENT'}",
-            f"{'':<14}{'clock s':>9}{'processors s':>14}",
-            f"{'plain loop':<14}{self.loop_seconds:>9.3f}{self.loop_processor:>14.3f}",
-            f"{'sweep':<14}{self.sweep_seconds:>9.3f}{self.sweep_processor:>14.3f}"
-            f"   ({self.own_processor:.3f} of it in the process that sweeps)",
-        ]
-        return "\n".join([*lines, *map(str, self.targets)])
+def targets(result: SweepSpeed) -> list[Target]:
+    """Return the gain on the clock and in processor time, and the overhead of calls."""
+    loop, swept = result.loop_processor, result.sweep_processor
+    gain = result.loop_seconds / result.sweep_seconds
+    least = MIN_EFFICIENCY * result.workers
+    return [
+        Target("gain on the clock", gain, least),
+        Target("gain by time of processors", result.workers * loop / swept, least),
+        Target("overhead in time of processors", swept / loop - 1.0, MAX_OVERHEAD, at_most=True),
+    ]
+
+
+def times(result: SweepSpeed) -> Table:
+    """Set the times of loop and sweep."""
+    rows = [
+        ["plain loop", result.loop_seconds, result.loop_processor, 0.0],
+        ["sweep", result.sweep_seconds, result.sweep_processor, result.own_processor],
+    ]
+    head = ["", "clock s", "processors s", "of it in the sweeping process s"]
+    return Table(head, [[str(name), *(f"{each:.3f}" for each in row)] for name, *row in rows])
 
 
 def _build(youngs_modulus: float) -> tuple[Scene, Beam]:
@@ -83,30 +75,19 @@ def _tip(run: Any, rod: Beam) -> float:
     return float(run.position(rod.end)[-1, 1])
 
 
-def bench_sweep(
-    points: int = 200,
-    workers: int | None = None,
-    dt: float = paper.DT,
-    rounds: int = 3,
+def sweep_speed(
+    points: Annotated[int, typer.Option(min=1, help="Number of pendulums.")] = 200,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes [default: one for each processor].")
+    ] = None,
+    dt: Annotated[float, typer.Option(help="Time step [s].")] = paper.DT,
+    rounds: Annotated[int, typer.Option(min=1, help="Rounds, of which the least counts.")] = 3,
     progress: bool = False,
-) -> SweepBench:
-    """Run pendulums of different stiffness one after another, and by `sweep`.
-
-    Parameters
-    ----------
-    points : int, optional
-        Number of pendulums.
-    workers : int, optional
-        Number of processes, by default one for each processor.
-    dt : float, optional
-        Time step of the two seconds of each [s].
-    rounds : int, optional
-        Rounds, of which the least times count.
-    progress : bool, optional
-        Whether to draw a progress bar.
-    """
-    count = count_processors() if workers is None else workers
-    moduli = np.geomspace(SOFTEST, STIFFEST, points).tolist()
+) -> SweepSpeed:
+    """Time a sweep over pendulums of different stiffness relative to a plain loop."""
+    check_positive("dt", dt, "s")
+    count = processors() if workers is None else workers
+    moduli = np.geomspace(MIN_MODULUS, MAX_MODULUS, points).tolist()
     listed = [{"youngs_modulus": each} for each in moduli]
 
     def loop() -> list[float]:
@@ -116,30 +97,23 @@ def bench_sweep(
         table = sweep(_build, listed, {"tip": _tip}, paper.T_END, workers=count, dt=dt)
         return [float(each) for each in table["tip"]]
 
-    swept()  # loads what is loaded where it is needed
-    taken: dict[str, list[tuple[float, float, float]]] = {"loop": [], "sweep": []}
-    equal = True
+    swept()  # loads modules on demand
+    loops, sweeps, equal = [], [], True
     for _ in bar(range(rounds), "sweep", progress):
         one, values = _timed(loop)
         other, found = _timed(swept)
-        taken["loop"].append(one)
-        taken["sweep"].append(other)
+        loops.append(one)
+        sweeps.append(other)
         equal = equal and values == found
-    best = {name: np.min(rows, axis=0) for name, rows in taken.items()}
-    return SweepBench(
-        points,
-        count,
-        float(best["loop"][0]),
-        float(best["sweep"][0]),
-        float(best["loop"][1]),
-        float(best["sweep"][1] + best["sweep"][2]),
-        float(best["sweep"][1]),
-        equal,
+    (clock, own, _), (swept_clock, swept_own, children) = (
+        np.min(each, axis=0).tolist() for each in (loops, sweeps)
     )
+    processor = swept_own + children
+    return SweepSpeed(points, count, clock, swept_clock, own, processor, swept_own, equal)
 
 
 def _timed(call: Callable[[], list[float]]) -> tuple[tuple[float, float, float], list[float]]:
-    """Return the clock, the time of the process and of its children that a call takes [s]."""
+    """Return the time on the clock, of the process and of its children that a call takes [s]."""
 
     def now() -> list[float]:
         each = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
@@ -149,3 +123,16 @@ def _timed(call: Callable[[], list[float]]) -> tuple[tuple[float, float, float],
     found = call()
     clock, own, children = (b - a for a, b in zip(begin, now(), strict=True))
     return (clock, own, children), found
+
+
+STUDY = Study(
+    "sweeps",
+    run=sweep_speed,
+    heading=lambda result: (
+        f"{result.points} pendulums of {paper.ELEMENTS} elements, {result.workers} processes; "
+        f"numbers {'equal bit for bit' if result.equal else 'DIFFERENT'}"
+    ),
+    tables=lambda result: [times(result)],
+    rows=lambda result: [result],
+    targets=targets,
+)

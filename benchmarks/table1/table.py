@@ -1,4 +1,4 @@
-"""Table 1 of the paper: the flexible pendulum by every method, timed and checked."""
+"""Run of table 1 of the paper: the flexible pendulum by every method, timed and checked."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_count, check_positive
@@ -23,30 +24,21 @@ from benchmarks.table1.cells import COLUMNS, ROWS, Bench, Cell, march, reference
 
 Vector = NDArray[np.float64]
 
-# The step is divided by this at most, to reach the tip error of another method.
-FINEST = 64
+MAX_DIVISOR = 64  # of the step, to reach the tip error of another method
 
 
 @dataclass(frozen=True)
 class Match:
-    """Davidon with a step that makes its tip error no larger than that of an ode column.
+    """Davidon with a step that makes its tip error no larger than that of an ode column."""
 
-    Attributes
-    ----------
-    row, column : str
-        The cell it is compared with.
-    dt, seconds, tip_error : float
-        Step [s], median time [s], tip error [m]; NaN if none down to dt / 64 was enough.
-    ratio : float
-        Time of the ode column over that of Davidon.
-    """
-
+    # the cell it is compared with
     row: str
     column: str
+    # step [s], median time [s], tip error [m]; NaN if none down to dt / 64 was enough
     dt: float = math.nan
     seconds: float = math.nan
     tip_error: float = math.nan
-    ratio: float = math.nan
+    ratio: float = math.nan  # time of the ode column over that of Davidon
 
     @property
     def found(self) -> bool:
@@ -55,34 +47,18 @@ class Match:
 
 
 @dataclass(frozen=True)
-class Table:
-    """The table, with what figures and findings need.
+class Results:
+    """Cells of the table, references, and a motion to draw."""
 
-    Attributes
-    ----------
-    t : (k,) float
-        Instants at which tips are compared [s].
-    cells : dict
-        Cells by row and column.
-    references : dict of str to (k, dim) float
-        Tip on the same mesh, converged in time, by row [m].
-    matches : dict
-        By row and column of the finished ode cells: Davidon at equal or better tip error.
-    motion : Trajectory
-        A run to draw.
-    problem : Problem
-        Its scene and rod.
-    settings : dict
-        What was run, and on what.
-    """
-
-    t: Vector = field(repr=False)
-    cells: dict[tuple[str, str], Cell]
+    t: Vector = field(repr=False)  # (k,), output times [s]
+    cells: dict[tuple[str, str], Cell]  # cells by row and column
+    # tip on the same mesh, converged in time, by row [m]
     references: dict[str, Vector] = field(repr=False)
+    # by row and column of the finished ode cells: Davidon at equal or better tip error
     matches: dict[tuple[str, str], Match]
-    motion: Trajectory = field(repr=False)
-    problem: Problem = field(repr=False)
-    settings: dict[str, Any]
+    motion: Trajectory = field(repr=False)  # A run to draw
+    problem: Problem = field(repr=False)  # its scene and rod
+    settings: dict[str, Any]  # of the study and the machine
 
     @property
     def rows(self) -> list[str]:
@@ -92,19 +68,13 @@ class Table:
 
 def table1(
     rows: Sequence[str] = tuple(ROWS),
-    t_end: float = paper.T_END,
-    dt: float = paper.DT,
-    cap: float = 15.0,
+    t_end: Annotated[float, typer.Option("--time", help="Simulated time [s].")] = paper.T_END,
+    dt: Annotated[float, typer.Option("--step", help="Time step [s].")] = paper.DT,
+    cap: Annotated[float, typer.Option(help="Time limit of a method of SciPy [s].")] = 15.0,
     runs: int = 5,
     progress: bool = False,
-) -> Table:
-    """Run the table.
-
-    Returns
-    -------
-    Table
-        Cells, references, and Davidon's time at equal or better tip error.
-    """
+) -> Results:
+    """Reproduce table 1 and figures 1 and 2 of the paper next to the paper's own numbers."""
     for row in rows:
         check_choice("row", row, ROWS)
     check_positive("cap", cap, "s")
@@ -146,7 +116,7 @@ def table1(
         "ode_cap_s": cap,
         **environment(),
     }
-    return Table(bench.t, cells, references, matches, motion, problem, settings)
+    return Results(bench.t, cells, references, matches, motion, problem, settings)
 
 
 def _references(rows: Sequence[str], t_end: float, dt: float, progress: bool) -> dict[str, Vector]:
@@ -171,7 +141,7 @@ def _match(bench: Bench, davidon: Cell, finished: Sequence[Cell]) -> list[Match]
         # The rule is of second order, so the step to try first is known.
         parts = max(1, math.ceil(math.sqrt(davidon.tip_error / cell.tip_error)))
         found = Match(cell.row, cell.column)
-        while not found.found and parts <= FINEST:
+        while not found.found and parts <= MAX_DIVISOR:
             if parts not in runs:
                 runs[parts] = bench.run("Davidon", parts)
             ours, dt = runs[parts], bench.dt / parts

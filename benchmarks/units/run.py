@@ -109,31 +109,20 @@ SCENES: dict[str, tuple[Callable[[Units, float], tuple[Scene, Beam]], float]] = 
 
 @dataclass(frozen=True)
 class Run:
-    """One scene in one system of units, beside the same in SI units under 9.81 m/s2.
+    """One scene in one system of units, beside the same in SI units under 9.81 m/s2."""
 
-    Attributes
-    ----------
-    scene, integrator, solver, units : str
-        What was run.
-    gravity : float
-        Acceleration [m/s2].
-    difference : float
-        Largest distance of the tips at equal shares of the run, over the length [-].
-    iterations, residuals : float
-        Corrections and evaluations per step.
-    count_difference : float
-        Of these two the larger relative difference [-].
-    """
-
+    # what was run
     scene: str
     integrator: str
     solver: str
     units: str
-    gravity: float
+    gravity: float  # acceleration [m/s2]
+    # largest distance of the tips at equal shares of the run, over the length [-]
     difference: float
+    # corrections and evaluations per step
     iterations: float
     residuals: float
-    count_difference: float
+    count_difference: float  # of these two the larger relative difference [-]
 
 
 class _Found(NamedTuple):

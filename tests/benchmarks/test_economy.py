@@ -21,7 +21,7 @@ def test_plans_and_the_best_choice_reach_the_error(small):
     for each in small.outcomes:
         assert not each.reason
         assert each.uncertain < 0.003
-        assert each.share < 1.0
+        assert each.error_ratio < 1.0
         assert each.best_seconds > 0.0
         assert each.cost > each.run_cost
     assert "statics" in rest.choice
@@ -63,14 +63,14 @@ def test_what_is_missed_or_fails_stays():
     assert longest.value == 3.0
     assert (work.value, cheap.value) == (3.0, 80.0)
     assert outcome(is_made=True).cost == pytest.approx(2.5)
-    assert longest.met
-    assert not within.met
+    assert longest.is_met
+    assert not within.is_met
     text = "\n".join(STUDY.findings(result))
     assert "Of 5 requests with a reference certain to a fifth of them, 3 are met." in text
-    assert "b to 0.3 %: 4 times the error asked for." in text
+    assert "b to 0.3 %: 4 times the tolerance." in text
     assert "c to 0.3 %: no plan, StepError: no." in text
     assert "Not judged, since the reference is not certain enough: d to 0.3 %." in text
-    assert "The search by hand reaches no such error: e to 0.3 %." in text
+    assert "The search reaches no such error: e to 0.3 %." in text
     plt.close(STUDY.charts["economy"](result))
     record = STUDY.as_record(replace(result, outcomes=result.outcomes[:2]))
     assert len(record["outcomes"]) == 2

@@ -5,9 +5,8 @@ import json
 from ancfsparse.dispatch import available_instruction_sets
 from ancfsparse.kernels.benchmark import Timing
 from ancfsparse.kernels.catalog import module_names
-from benchmarks.common.files import plain
 from benchmarks.common.target import Target
-from benchmarks.table1 import kernels as bench_kernels
+from benchmarks.table1 import kernels
 
 
 def test_every_kernel_is_timed_on_every_instruction_set(monkeypatch):
@@ -18,17 +17,17 @@ def test_every_kernel_is_timed_on_every_instruction_set(monkeypatch):
             for each in available_instruction_sets()
         ]
 
-    monkeypatch.setattr(bench_kernels, "kernel_table", quick)
-    monkeypatch.setattr(bench_kernels, "speed_ratios", lambda names: {names[0]: (40.0, 10.0)})
-    result = bench_kernels.bench_kernels()
-    text = str(result)
+    monkeypatch.setattr(kernels, "kernel_table", quick)
+    monkeypatch.setattr(kernels, "speed_ratios", lambda names: {names[0]: (40.0, 10.0)})
+    result = kernels.kernel_speed()
+    text = kernels.STUDY.text(result)
     for name in (*module_names(), *available_instruction_sets()):
         assert name in text
-    assert [each.value for each in result.targets] == [2.5] * len(available_instruction_sets()) + [
-        4.0
-    ]
-    assert all(each.met for each in result.targets)
-    data = json.loads(json.dumps(plain(result)))
+    assert [each.value for each in kernels.targets(result)] == [2.5] * len(
+        available_instruction_sets()
+    ) + [4.0]
+    assert all(each.is_met for each in kernels.targets(result))
+    data = json.loads(json.dumps(kernels.STUDY.as_record(result)))
     assert data["timings"][0]["operations"] == 100
 
 
@@ -36,9 +35,9 @@ def test_without_a_compiler_the_other_numbers_stand(monkeypatch):
     def none(names):
         raise FileNotFoundError("cc")
 
-    monkeypatch.setattr(bench_kernels, "speed_ratios", none)
+    monkeypatch.setattr(kernels, "speed_ratios", none)
     monkeypatch.setattr(
-        bench_kernels,
+        kernels,
         "kernel_table",
         lambda names: [
             Timing(n, "force", each, 8, 100, 1.0)
@@ -46,14 +45,14 @@ def test_without_a_compiler_the_other_numbers_stand(monkeypatch):
             for each in available_instruction_sets()
         ],
     )
-    result = bench_kernels.bench_kernels()
+    result = kernels.kernel_speed()
     assert result.lanes == {}
-    assert "needs a checkout and a compiler" in str(result)
-    assert not any(each.met for each in result.targets)
+    assert "needs a checkout and a compiler" in kernels.STUDY.text(result)
+    assert not any(each.is_met for each in kernels.targets(result))
 
 
 def test_targets_know_which_side_is_good():
-    assert Target("ratio", 9.0, 8.0).met
-    assert not Target("ratio", 7.0, 8.0).met
-    assert Target("iterations", 2.5, 2.6, at_most=True).met
+    assert Target("ratio", 9.0, 8.0).is_met
+    assert not Target("ratio", 7.0, 8.0).is_met
+    assert Target("iterations", 2.5, 2.6, at_most=True).is_met
     assert "MISSED" in str(Target("iterations", 2.7, 2.6, at_most=True))

@@ -6,28 +6,35 @@ import pytest
 
 from benchmarks.commands import main
 from benchmarks.scaling import lattice_pairs as module
-from benchmarks.scaling.lattice_pairs import STUDY, Row, beside, chart, entrants, findings
+from benchmarks.scaling.lattice_pairs import (
+    STUDY,
+    PairRow,
+    candidates,
+    chart,
+    findings,
+    relative_work,
+)
 
 
 def row(update, pairs, carry, work, h_omega=50.0, failed=False):
-    return Row("steel, at rest", h_omega, update, pairs, carry, 3.0, 4.0, 1, 0, work, failed)
+    return PairRow("steel, at rest", h_omega, update, pairs, carry, 3.0, 4.0, 1, 0, work, failed)
 
 
 def rows():
     found = []
     for h_omega, failed in ((50.0, False), (250.0, False), (1000.0, True)):
-        for update, pairs, carry in entrants():
+        for update, pairs, carry in candidates():
             broken = failed and update in ("chord", "auto")
             work = 10.0 if update == "chord" else 8.0 + carry
             found.append(row(update, pairs, carry, work, h_omega, broken))
     return found
 
 
-def test_work_is_beside_the_chord():
+def test_work_is_relative_to_the_chord():
     made = rows()
-    assert beside(made, made[1]) == pytest.approx(0.8)
+    assert relative_work(made, made[1]) == pytest.approx(0.8)
     last = made[-1]
-    assert beside(made, last) != beside(made, last)  # the chord fails there
+    assert relative_work(made, last) != relative_work(made, last)  # the chord fails there
 
 
 def test_what_is_said_follows_the_rows():
@@ -48,9 +55,9 @@ def test_the_command_runs_a_small_lattice(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "H_OMEGA", {"steel": (50, 250)})
     monkeypatch.setattr(module, "MOTIONS", ("rest",))
     with pytest.raises(SystemExit) as left:
-        main(["memory", "--lattice", "4", "--output", str(tmp_path)])
+        main(["scaling", "lattice-pairs", "--nodes", "4", "--output", str(tmp_path)])
     assert left.value.code == 0
     with (tmp_path / "memory-lattices.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
-    assert len(table) == 2 * len(entrants())
+    assert len(table) == 2 * len(candidates())
     assert all(float(line["work"]) > 0.0 for line in table)

@@ -29,7 +29,7 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     words = ["--largest", "3", "--largest-net", "3", "--largest-exact", "3", "--steps", "2"]
     words += ["--threads", "2"]
     with pytest.raises(SystemExit) as left:
-        main(["lattices", *words, "--output", str(tmp_path), "--page", str(page)])
+        main(["scaling", "lattices", *words, "--output", str(tmp_path), "--page", str(page)])
     out = capsys.readouterr().out
     assert left.value.code == 0
     assert "steel lattice, at rest, 0.004 s" in out
@@ -82,10 +82,10 @@ def test_what_is_aimed_at_is_looked_up():
     assert len(found) == 8
     of_22 = "soft lattice, at rest, 0.001 s, 22: complete / incomplete, "
     assert found[of_22 + "step"].value == found[of_22 + "memory"].value == 1.0
-    assert not found[of_22 + "set-up"].met
+    assert not found[of_22 + "set-up"].is_met
     growth = found["soft lattice: cost per element, 46 / 10"]
     assert growth.value == pytest.approx(4.6 * 2700 / 285_660)
-    assert growth.met
+    assert growth.is_met
     gain = found["soft lattice, at rest, 0.001 s, 46: gain of 2 threads"]
     assert gain.value == pytest.approx(2.3)
     assert found["soft lattice, equilibrium, 16: s"].value == 4.0
@@ -147,9 +147,9 @@ def test_the_chart_can_be_read(readable):
     readable(figure)
     above, _, between, _, below, _ = figure.axes
     # Lattices on both kinds of seeds, and trusses in their colour.
-    assert len(above.lines) == len(between.lines) == len(below.lines) == 2
-    assert above.lines[1].get_color() == below.lines[1].get_color()
-    readable(chart([row(10, "complete", 1.0, note="too large")]))
+    assert [len(ax.lines) for ax in (above, between, below)] == [2, 1, 1]
+    assert above.lines[1].get_color() == below.lines[0].get_color()
+    readable(chart([row(10, "exact", 1.0, note="too large")]))
 
 
 def test_a_process_of_its_own_answers():

@@ -7,22 +7,30 @@ import numpy as np
 import pytest
 
 from benchmarks.commands import main
-from benchmarks.stability.long_runs import ENTRANTS, NOISE, SOFT, LongRun, LongRuns, long_runs
-from benchmarks.stability.long_runs_report import chart, findings
+from benchmarks.stability.long_runs import (
+    CANDIDATES,
+    MIN_GROWTH,
+    SOFT,
+    LongRun,
+    LongRuns,
+    chart,
+    findings,
+    long_runs,
+)
 
 
 def test_damped_runs_never_gain_and_memory_does_not_grow():
-    (run,) = long_runs(40_000, ENTRANTS[:1]).runs
+    (run,) = long_runs(40_000, CANDIDATES[:1]).runs
     assert run.reason == ""
     assert run.t[-1] == pytest.approx(20.0)
     assert run.rise < 1e-3
     assert run.rate < 0.0
-    assert run.kept
-    assert run.growth < NOISE
+    assert run.is_conservative
+    assert run.growth < MIN_GROWTH
 
 
 def test_energy_momentum_keeps_what_damping_takes():
-    wanted = [each for each in ENTRANTS if each.name == "EnergyMomentum" and each.share <= 4.0]
+    wanted = [each for each in CANDIDATES if each.name == "EnergyMomentum" and each.share <= 4.0]
     runs = long_runs(8000, wanted).runs
     assert [run.steel for run in runs] == [False] * 3 + [True] * 2
     for run in runs:
@@ -32,14 +40,14 @@ def test_energy_momentum_keeps_what_damping_takes():
 
 
 def test_the_trapezoidal_rule_dies_sooner_with_longer_steps():
-    wanted = [each for each in ENTRANTS if each.name == "Newmark(0)" and each.share >= 4.0]
+    wanted = [each for each in CANDIDATES if each.name == "Newmark(0)" and each.share >= 4.0]
     wanted = [each for each in wanted if each.youngs_modulus == SOFT]
     runs = long_runs(20_000, wanted).runs
     ends = [run.stopped for run in runs]
     assert len(ends) == 3
     assert ends[0] > ends[1] > ends[2]
     assert {run.reason for run in runs} <= {"EnergyIncreaseError", "StepError"}
-    assert not any(run.kept for run in runs)
+    assert not any(run.is_conservative for run in runs)
 
 
 def test_what_is_said_follows_the_numbers():
@@ -60,9 +68,9 @@ def test_what_is_said_follows_the_numbers():
 
 def test_the_chart_can_be_read(readable):
     t = np.geomspace(0.1, 500.0, 50)
-    ended = ["" if k <= 5 else "EnergyIncreaseError" for k in range(len(ENTRANTS))]
+    ended = ["" if k <= 5 else "EnergyIncreaseError" for k in range(len(CANDIDATES))]
     runs = [LongRun(each.label, 1e-3, t, 1e-3 * np.sin(t), 500.0, reason, 1.0, 0.0)
-            for each, reason in zip(ENTRANTS, ended, strict=True)]  # fmt: skip
+            for each, reason in zip(CANDIDATES, ended, strict=True)]  # fmt: skip
     readable(chart(LongRuns(runs, {})))
 
 
@@ -70,7 +78,7 @@ def test_command(tmp_path, capsys):
     page = tmp_path / "page.md"
     page.write_text("<!-- long-runs:begin -->\n<!-- long-runs:end -->\n", encoding="utf-8")
     with pytest.raises(SystemExit) as left:
-        main(["long-runs", "--steps", "400", "--output", str(tmp_path),
+        main(["stability", "long-runs", "--steps", "400", "--output", str(tmp_path),
               "--page", str(page)])  # fmt: skip
     assert left.value.code == 0
     assert re.search(
@@ -80,5 +88,5 @@ def test_command(tmp_path, capsys):
     assert "| GeneralizedAlpha(0.8), dt = 0.0005 s | 0.2 s |" in text
     assert "Memory grew in no run" in text
     data = json.loads((tmp_path / "long-runs.json").read_text(encoding="utf-8"))
-    assert len(data["runs"]) == len(ENTRANTS)
+    assert len(data["runs"]) == len(CANDIDATES)
     assert (tmp_path / "gallery" / "long-runs.png").stat().st_size > 10_000

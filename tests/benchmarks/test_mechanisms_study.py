@@ -15,8 +15,8 @@ from benchmarks.mechanisms.run import Comparison, Row, mechanisms
 def test_exudyn_makes_the_same_errors(name, monkeypatch):
     """At the longest step: a wrong mass, joint or function of time would be a larger error."""
     pytest.importorskip("exudyn")
-    monkeypatch.setattr(study, "FINER", (1,))
-    monkeypatch.setattr(study, "FINEST", (4, 8))
+    monkeypatch.setattr(study, "DIVISORS", (1,))
+    monkeypatch.setattr(study, "REFERENCE_DIVISORS", (4, 8))
     only = {name: how for name, how in study.exudyn.NEWTON.items() if name.endswith("02, sparse")}
     monkeypatch.setattr(study.exudyn, "NEWTON", only)
     ours, theirs = mechanisms((name,), rounds=1).rows
@@ -41,8 +41,8 @@ def found():
 def test_the_fastest_of_equal_error_counts(found, tmp_path):
     assert {other.newton for _, other in found.pairs()} == {"fast"}
     first, second = found.targets()
-    assert (first.value, first.met) == (pytest.approx(9.0), True)
-    assert (second.value, second.met) == (pytest.approx(2.0), False)
+    assert (first.value, first.is_met) == (pytest.approx(9.0), True)
+    assert (second.value, second.is_met) == (pytest.approx(2.0), False)
     assert "2.0 times less processor time (c" in found.findings()[1]
     assert "MISSED" in STUDY.text(found)
     assert STUDY.region("mechanisms", found).count("\n| ") == 4

@@ -1,4 +1,4 @@
-"""Peers find the motion that we find, and say in a sentence when they cannot."""
+"""Other codes find the same motion, and what is not installed is named in a sentence."""
 
 import sys
 
@@ -12,9 +12,9 @@ from benchmarks.accuracy.other_code_tasks import (
     EXUDYN,
     EXUDYN_MODEL,
     SUNDIALS,
-    exudyn,
+    exudyn_tasks,
     missing,
-    peers,
+    other_code_tasks,
 )
 from benchmarks.accuracy.references import converged, converged_in_time
 from benchmarks.accuracy.timed_runs import FailedError
@@ -26,7 +26,7 @@ from benchmarks.other_codes.exudyn_pendulum import run_exudyn
 from benchmarks.other_codes.sundials import integrate_sundials
 
 T_END = 0.2
-COMPILED = "ancfsparse.compiled.sundials"
+COMPILED = "benchmarks.other_codes._sundials"
 
 
 @pytest.fixture(scope="module")
@@ -35,12 +35,12 @@ def reference():
 
 
 def test_what_is_missing_is_said(monkeypatch):
-    for name in ("exudyn", "ancfsparse.compiled.sundials", "elastica"):
+    for name in ("exudyn", "benchmarks.other_codes._sundials", "elastica"):
         monkeypatch.setitem(sys.modules, name, None)
     reasons = missing()
     assert len(reasons) == 3
     assert all("ancfsparse[peers]" in each or "make peers" in each for each in reasons)
-    assert {t.program for t in peers(EXUDYN_MODEL, 4, T_END, 1.0)} == {"SciPy"}
+    assert {t.program for t in other_code_tasks(EXUDYN_MODEL, 4, T_END, 1.0)} == {"SciPy"}
     with pytest.raises(InputError, match="SUNDIALS"):
         sundials_peer.load()
 
@@ -48,7 +48,7 @@ def test_what_is_missing_is_said(monkeypatch):
 def test_every_method_of_exudyn_finds_the_same_motion(reference):
     pytest.importorskip("exudyn")
     for (method, solver), (setting, _) in EXUDYN.items():
-        (task,) = exudyn(4, T_END, {(method, solver): (setting, (1e-4,))})
+        (task,) = exudyn_tasks(4, T_END, {(method, solver): (setting, (1e-4,))})
         sample = task.run()
         assert distance(sample.tip, reference) < 1e-5, method
         assert sample.counts["steps"] == 2000
@@ -60,7 +60,7 @@ def test_exudyn_that_fails_is_a_reason_and_prints_nothing(capfd):
     with pytest.raises(ExudynError, match=r"gave up at t = 1\.\d s"):
         run_exudyn(problem, Setting("", 0.02), 2.0, 2e-2, 0.5)
     assert capfd.readouterr().out == ""
-    (task,) = exudyn(10, 2.0, {("RK44", ""): (Setting("", explicit="RK44"), (5e-4,))})
+    (task,) = exudyn_tasks(10, 2.0, {("RK44", ""): (Setting("", explicit="RK44"), (5e-4,))})
     with pytest.raises(FailedError, match="unstable"):
         task.run()
 
@@ -90,7 +90,7 @@ def test_elastica_converges_to_the_same_motion():
     problem = MODELS[EXUDYN_MODEL].problem(4)
     exact = converged(EXUDYN_MODEL, 40, 0.4, 1e-3).tip
     coarse, fine = (
-        distance(elastica_peer.run_elastica(problem, n, 0.4, 5e-5)[1], exact) for n in (16, 64)
+        distance(elastica_peer.run_elastica(problem, n, 0.4, 5e-5, 4)[1], exact) for n in (16, 64)
     )
     assert fine < 1e-3
     assert coarse / fine > 8.0  # near second order in the mesh

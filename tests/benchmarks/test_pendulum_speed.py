@@ -1,4 +1,4 @@
-"""The race against Exudyn, and what happens without it."""
+"""The timing against Exudyn, and the message without it."""
 
 import json
 import sys
@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from benchmarks.commands import main
-from benchmarks.common.files import plain
-from benchmarks.table1.speed import bench_paper
+from benchmarks.table1.speed import STUDY, pendulum_speed
 
 
 def test_missing_exudyn_is_one_clear_sentence(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "exudyn", None)
     with pytest.raises(SystemExit) as left:
-        main(["bench-paper"])
+        main(["speed", "pendulum"])
     assert left.value.code == 2
     err = capsys.readouterr().err
     assert "pip install 'ancfsparse[peers]'" in err
@@ -23,12 +22,12 @@ def test_missing_exudyn_is_one_clear_sentence(monkeypatch, capsys):
 
 def test_same_discretisation_gives_the_same_motion():
     pytest.importorskip("exudyn")
-    result = bench_paper(t_end=0.5, repeats=1)
+    result = pendulum_speed(t_end=0.5, repeats=1)
     assert result.tip_difference < 1e-6
-    ours, theirs = result.contestants[1], result.contestants[2]
+    ours, theirs = result.candidates[1], result.candidates[2]
     assert ours.name == "Thin biot, Davidon"
     assert theirs.tip.shape == (1, 2)
     np.testing.assert_allclose(ours.tip, theirs.tip, rtol=0, atol=1e-6)
     assert len(result.speed_ups) == 12
-    assert "Exudyn's best / L2T2" in str(result)
-    assert len(json.loads(json.dumps(plain(result)))["targets"]) == 5
+    assert "Exudyn's best / L2T2" in STUDY.text(result)
+    assert len(json.loads(json.dumps(STUDY.as_record(result)))["targets"]) == 5

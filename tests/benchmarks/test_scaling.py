@@ -10,10 +10,10 @@ from benchmarks.commands import main
 from benchmarks.common.worker import Worker
 from benchmarks.scaling import roofline as module
 from benchmarks.scaling import scaling_job as scaling_job
-from benchmarks.scaling.findings import findings, skipped, targets
 from benchmarks.scaling.roofline import Loop, Roofline, roofline, triad
 from benchmarks.scaling.rows import TITLES, Row, Scaling, ratios, slope
-from benchmarks.scaling.scaling import MORE, enough, leave_out, scaling
+from benchmarks.scaling.scaling import MAX_REPEATS, leave_out, rounds_of, scaling
+from benchmarks.scaling.scaling_findings import findings, skipped, targets
 from benchmarks.scaling.scaling_job import PROGRAM, SOLVERS, Job
 from benchmarks.scaling.scaling_report import STUDY, chart
 
@@ -34,12 +34,12 @@ def rows(size, seconds, note="", scene=("chain", "rest")):
 
 def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("benchmarks.scaling.scaling.roofline", lambda n: QUICK)
-    monkeypatch.setattr("benchmarks.scaling.scaling.ENOUGH", 0.0)
+    monkeypatch.setattr("benchmarks.scaling.scaling.MIN_TOTAL_TIME", 0.0)
     page = tmp_path / "page.md"
     page.write_text("<!-- scaling:begin -->\n<!-- scaling:end -->\n", encoding="utf-8")
     words = ["--largest", "12", "--largest-net", "3", "--steps", "4", "--rounds", "1"]
     with pytest.raises(SystemExit) as left:
-        main(["scaling", *words, "--output", str(tmp_path), "--page", str(page)])
+        main(["scaling", "sizes", *words, "--output", str(tmp_path), "--page", str(page)])
     out = capsys.readouterr().out
     assert left.value.code == 0
     assert "net falling from rest, 3: 12 elements, 69 unknowns" in out
@@ -55,7 +55,7 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     assert len(data["targets"]) == 5
     text = page.read_text(encoding="utf-8")
     assert "| net falling from rest, 3 x 3 | 12 |" in text
-    assert "- `auto` beside the best fixed solver of each scene and size: " in text
+    assert "- `auto` over the best fixed solver of each scene and size: " in text
     assert (tmp_path / "gallery" / "scaling.png").stat().st_size > 10_000
 
 
@@ -71,8 +71,8 @@ def test_what_threads_gain_is_told():
 
 def test_threads_run_beside_auto(monkeypatch):
     monkeypatch.setattr("benchmarks.scaling.scaling.roofline", lambda n: QUICK)
-    monkeypatch.setattr("benchmarks.scaling.scaling.ENOUGH", 0.0)
-    result = scaling(10, 2, 0, rounds=1, threads=2)
+    monkeypatch.setattr("benchmarks.scaling.scaling.MIN_TOTAL_TIME", 0.0)
+    result = scaling(10, 2, nets=False, rounds=1, threads=2)
     found = [row for row in result.rows if row.job.threads == 2]
     assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2
     assert not any(row.note for row in found)
@@ -110,7 +110,7 @@ def test_peers_run_the_same_scenes():
 def test_without_exudyn_nothing_is_run(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "exudyn", None)
     with pytest.raises(SystemExit) as left:
-        main(["scaling", "--peers"])
+        main(["scaling", "sizes", "--peers"])
     assert left.value.code == 2
     assert "pip install 'ancfsparse[peers]'" in capsys.readouterr().err
 
@@ -143,13 +143,13 @@ def test_ratios_are_of_the_fastest_rounds():
 
 def test_missed_targets_and_missing_results_are_stated():
     result = by_hand()
-    missed = {target.what for target in targets(result) if not target.met}
+    missed = {target.what for target in targets(result) if not target.is_met}
     assert missed == {
         "auto / modified Newton, chain falling from rest, 100,000",
         "Exudyn, modified Newton / auto, chain falling from rest, 100,000",
     }
     lines = findings(result)
-    assert lines[0] == ("`auto` beside the best fixed solver of each scene and size: 0.5 to 1.25 "
+    assert lines[0] == ("`auto` over the best fixed solver of each scene and size: 0.5 to 1.25 "
                        "(target: at most 1.2, missed 1 of 5 times).")  # fmt: skip
     assert lines[1] == "Missed: auto / modified Newton, chain falling from rest, 100,000: 1.25."
     assert "bytes per element" in lines[4].lower()
@@ -186,10 +186,10 @@ def test_the_chart_can_be_read_and_the_findings_name_where_a_peer_wins(readable)
 
 
 def test_short_runs_have_more_rounds():
-    assert enough(1e-3, 3) == 10
-    assert enough(0.3, 3) == 4
-    assert enough(50.0, 3) == 3
-    assert enough(1e-3, 1) == MORE
+    assert rounds_of(1e-3, 3) == 10
+    assert rounds_of(0.3, 3) == 4
+    assert rounds_of(50.0, 3) == 3
+    assert rounds_of(1e-3, 1) == MAX_REPEATS
 
 
 def test_each_part_of_a_run_grows_as_what_it_works_on():

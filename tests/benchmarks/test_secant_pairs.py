@@ -9,8 +9,7 @@ from ancfsparse.nonlinear import ModifiedNewton, QuasiNewton
 from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.nonlinear.methods import UPDATES
 from benchmarks.commands import main
-from benchmarks.scaling.secant_pairs import LENGTHS, MemoryStudy, Run, model_cost
-from benchmarks.scaling.secant_pairs_report import chart
+from benchmarks.scaling.secant_pairs import LENGTHS, PairRun, SecantPairs, chart, model_cost
 
 COSTS = Costs(iteration=100.0, seed=1000.0)
 
@@ -28,11 +27,11 @@ def test_model_counts_iterations_seeds_and_terms():
 
 def test_verdict_follows_the_counts():
     def run(update, pairs, carry, cost, iterations):
-        return Run("chain", update, pairs, carry, iterations, 1, 0, 0, cost, [cost])
+        return PairRun("chain", update, pairs, carry, iterations, 1, 0, 0, cost, [cost])
 
     chord = run("chord", 0, False, 10.0, 3.0)
     own, carried = run("broyden", 5, False, 8.0, 2.5), run("bfgs", 10, True, 12.0, 2.0)
-    (finding,) = MemoryStudy([chord, own, carried], {}).findings()
+    (finding,) = SecantPairs([chord, own, carried], {}).findings()
     assert "this step's pairs pay: 0.80 of the cost" in finding
     assert "carried pairs do not pay: 1.50 of the cost" in finding
     assert "fall from 3.00 (chord) and 2.50 to 2.00 per step" in finding
@@ -43,7 +42,7 @@ def test_study_on_tiny_sizes(tmp_path, capsys):
     page.write_text("<!-- memory:begin -->\n<!-- memory:end -->\n", encoding="utf-8")
     words = ["--chain", "12", "--net", "3", "--steps", "3", "--rounds", "1"]
     with pytest.raises(SystemExit) as left:
-        main(["memory", *words, "--output", str(tmp_path), "--page", str(page)])
+        main(["scaling", "secant-pairs", *words, "--output", str(tmp_path), "--page", str(page)])
     out = capsys.readouterr().out
     assert left.value.code == 0
     assert "net 3 x 3, rough: this step's pairs" in out
@@ -64,12 +63,12 @@ def test_the_chart_can_be_read(readable):
     runs = []
     for scene in ("chain of 1000, smooth", "chain of 1000, rough", "net 20 x 20, smooth",
                   "net 20 x 20, rough"):  # fmt: skip
-        runs.append(Run(scene, "chord", 0, False, 3.0, 5, 0, 0, 10.0, [1.0]))
+        runs.append(PairRun(scene, "chord", 0, False, 3.0, 5, 0, 0, 10.0, [1.0]))
         for update in UPDATES:
             for carry in (False, True):
                 for pairs in LENGTHS:
-                    runs.append(Run(scene, update, pairs, carry, 2.5, pairs, 0, 0, 9.0, [0.5]))
-    figure = chart(MemoryStudy(runs, {}))
+                    runs.append(PairRun(scene, update, pairs, carry, 2.5, pairs, 0, 0, 9.0, [0.5]))
+    figure = chart(SecantPairs(runs, {}))
     readable(figure)
     seeds = figure.axes[4].lines[0]
     assert seeds.get_ydata()[0] == 5

@@ -27,18 +27,18 @@ from benchmarks.stability.cells import (
     ends_by_chance,
     energy_balance,
     largest_changes,
+    recovered_fractions,
     run_at,
-    saved_shares,
-    unsure_work,
     work_of,
+    work_uncertainty,
 )
 from benchmarks.stability.findings import findings
 from benchmarks.stability.report import integrator_chart, solver_chart
 from benchmarks.stability.scenes import PUSH, SCENES, Case
 from benchmarks.stability.stability_map import (
-    CALM_SHARE,
     FOR_ALL_SOLVERS,
-    MOST_GAIN,
+    MAX_GAIN,
+    MAX_NEWTON_FRACTION,
     STEPS,
     STIFFNESSES,
     Stability,
@@ -58,7 +58,7 @@ def shipped():
     return read(SHIPPED)
 
 
-def borders_of(result, gain=0.5 * MOST_GAIN):
+def borders_of(result, gain=0.5 * MAX_GAIN):
     """Pairs of neighbours in time step: the first completes, the second does not.
 
     Complete runs must be further from gaining energy than `gain` to be a border: one that is at the
@@ -66,10 +66,10 @@ def borders_of(result, gain=0.5 * MOST_GAIN):
     """
     found = []
     for run in result.runs:
-        if run.whole and run.gain < gain and run.place.dt in STEPS[:-1]:
+        if run.is_complete and run.gain < gain and run.place.dt in STEPS[:-1]:
             longer = STEPS[STEPS.index(run.place.dt) + 1]
             after = result.at.get(run.place._replace(dt=longer))
-            if after is not None and not after.whole:
+            if after is not None and not after.is_complete:
                 found.append((run, after))
     return found
 
@@ -97,7 +97,7 @@ def test_what_newton_solves_the_others_solve(shipped):
 def test_chance_is_what_ends_newton_either_way_too(shipped):
     chance = shipped.by_chance()
     assert 1 <= len(chance) <= 4
-    assert all(shipped.at[run.place._replace(solver="Newton")].whole for run in chance)
+    assert all(shipped.at[run.place._replace(solver="Newton")].is_complete for run in chance)
     shortest = min(chance, key=lambda run: run.place.youngs_modulus)
     assert ends_by_chance(shortest.place)
     completes, _ = borders_of(shipped)[0]
@@ -109,9 +109,9 @@ def test_no_run_ends_well_with_energy_from_nowhere(shipped):
 
 
 def test_calm_steps_hardly_need_damped_newton(shipped):
-    others = shipped.calm_beside_newton()
-    assert len(others) > 0.6 * len(list(shipped.beside_newton()))
-    assert max(run.newton for run in others) <= CALM_SHARE
+    others = shipped.calm_of_others()
+    assert len(others) > 0.6 * len(list(shipped.with_newton()))
+    assert max(run.newton for run in others) <= MAX_NEWTON_FRACTION
 
 
 def test_the_shipped_borders_are_where_runs_end_today(shipped):
@@ -120,8 +120,8 @@ def test_the_shipped_borders_are_where_runs_end_today(shipped):
     for scene in SCENES:
         of_scene = [pair for pair in borders if pair[0].place.scene == scene]
         for completes, fails in some(of_scene, 8):
-            assert run_at(completes.place).whole, completes
-            assert not run_at(fails.place).whole, fails
+            assert run_at(completes.place).is_complete, completes
+            assert not run_at(fails.place).is_complete, fails
 
 
 def test_newton_and_the_others_agree_today(shipped):
@@ -131,14 +131,14 @@ def test_newton_and_the_others_agree_today(shipped):
     ]
     for completes in some(edges, 6):
         newton = run_at(completes.place)
-        assert newton.whole
+        assert newton.is_complete
         for solver in SOLVERS:
             place = completes.place._replace(solver=solver)
             if place in shipped.at:
                 run = run_at(place)
                 assert run.outcome != FAILED, run
-                assert run.whole or ends_by_chance(place), run
-                assert run.gain < MOST_GAIN, run
+                assert run.is_complete or ends_by_chance(place), run
+                assert run.gain < MAX_GAIN, run
 
 
 def test_energies_are_those_of_a_formula_of_ones_own():
@@ -181,14 +181,14 @@ def test_work_of_a_force_is_force_times_way():
 def test_work_is_unsure_where_the_force_jumps_and_nowhere_else():
     case = SCENES["sudden force"](1e8)
     path = ancf.simulate(case.scene, 0.6, 1e-3)
-    unsure, way = unsure_work(path, case), np.diff(path.position(case.rod.end)[:, 1])
+    unsure, way = work_uncertainty(path, case), np.diff(path.position(case.rod.end)[:, 1])
     expected = np.zeros(len(path.t))
     for jump in case.jumps:
         after = int(np.argmax(path.t > jump))
         expected[after:] += 0.5 * PUSH * 0.8 * 9.81 * abs(way[after - 1])
     np.testing.assert_allclose(unsure, expected)
-    assert energy_balance(path, case)[0] < MOST_GAIN
-    assert not unsure_work(path, SCENES["compressed beam"](1e8)).any()
+    assert energy_balance(path, case)[0] < MAX_GAIN
+    assert not work_uncertainty(path, SCENES["compressed beam"](1e8)).any()
 
 
 def test_turns_and_stretches_are_those_of_the_chords():
@@ -203,7 +203,7 @@ def test_saved_steps_are_counted_by_rung():
     scene, _ = pendulum("l2t2")
     solver = ancf.ModifiedNewton(max_iterations=2)
     path = ancf.simulate(scene, 0.5, 1e-3, solver=solver, tolerance="paper")
-    seed, newton = saved_shares(path)
+    seed, newton = recovered_fractions(path)
     assert (seed + newton) * path.stats.steps == pytest.approx(path.stats.recoveries)
     assert ancf.simulate(scene, 0.1, 1e-3).stats.recoveries == 0
 
@@ -240,7 +240,7 @@ def test_a_small_map(tmp_path, capsys):
     words = ["--scene", "truss pendulum", "--stiffness", "1e6", "--stiffness", "2e11",
              "--step", "0.01", "--step", "0.02"]  # fmt: skip
     with pytest.raises(SystemExit) as left:
-        main(["stability", *words, "--output", str(tmp_path), "--page", str(page)])
+        main(["stability", "map", *words, "--output", str(tmp_path), "--page", str(page)])
     assert left.value.code == 0
     out = capsys.readouterr().out
     assert f"{2 * 2 * 34} runs: " in out
@@ -260,7 +260,7 @@ def test_a_small_map(tmp_path, capsys):
 
 def test_charts_and_tables_come_from_the_table_too(tmp_path, capsys):
     with pytest.raises(SystemExit) as left:
-        main(["stability", "--from", str(SHIPPED), "--output", str(tmp_path)])
+        main(["stability", "map", "--from", str(SHIPPED), "--output", str(tmp_path)])
     assert left.value.code == 0
     assert re.search(r"^  bfgs, 10 pairs +GeneralizedAlpha\(0\.8\) ", capsys.readouterr().out, re.M)
     assert (tmp_path / "stability.csv").read_bytes() == SHIPPED.read_bytes()
@@ -287,7 +287,7 @@ def test_a_table_that_is_none_is_refused(tmp_path, capsys):
         if text is not None:
             table.write_text(text + "\n", encoding="utf-8")
         with pytest.raises(SystemExit) as left:
-            main(["stability", "--from", str(table), *words, "--output", str(tmp_path)])
+            main(["stability", "map", "--from", str(table), *words, "--output", str(tmp_path)])
         assert left.value.code == 2
         assert message in capsys.readouterr().err
 
@@ -308,7 +308,7 @@ def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
                  for run in runs]  # fmt: skip
     result = Stability(runs + with_both, {})
     assert findings(result)[0].startswith(
-        "Other solvers beside Newton at the same 40 points: 0 failed and 4 were stopped for energy "
+        "Other solvers than Newton at the same 40 points: 0 failed and 4 were stopped for energy "
         "where Newton finished, 16 finished where Newton did not."
     )
     newton, kept, full, *_ = solver_chart(result).axes
@@ -325,5 +325,5 @@ def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
 def test_unknown_scenes_and_bad_steps_are_refused():
     for words, name in ((["--scene", "pendulums"], "scene"), (["--step", "-1"], "step")):
         with pytest.raises(SystemExit) as left:
-            main(["stability", *words])
+            main(["stability", "map", *words])
         assert left.value.code != 0, name

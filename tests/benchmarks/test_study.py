@@ -4,7 +4,7 @@ import csv
 import json
 import math
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from benchmarks.common.tables import Table, bullets
 from benchmarks.common.target import Target
 
 ROOT = Path(__file__).parents[2]
-STUDIES = [each for each in vars(commands).values() if isinstance(each, Study)]
+STUDIES = list(commands.STUDIES.values())
 
 
 def squares_table(squares):
@@ -85,15 +85,14 @@ def test_a_result_is_written_as_json_has_it():
     assert plain(found) == expected
 
 
-@pytest.mark.parametrize("gallery", ["gallery", "docs/gallery"])
-def test_a_region_gets_its_text_and_its_own_chart_or_the_first(tmp_path, gallery):
-    study = replace(SQUARES, gallery=gallery)
-    page = tmp_path / "page.md"
+@pytest.mark.parametrize(("name", "gallery"), [("a.md", "gallery"), ("README.md", "docs/gallery")])
+def test_a_region_gets_its_text_and_its_own_chart_or_the_first(tmp_path, name, gallery):
+    study, page = SQUARES, tmp_path / name
     page.write_text(
         "".join(f"<!-- {name}:begin --><!-- {name}:end -->\n" for name in study.regions)
     )
     results = tmp_path / "results"
-    study.check(results, page)
+    study.check(results, [page])
     study.write([0, 1], results)
     study.fill([0, 1], page, results)
     region = "| number | square |\n|---|---:|\n| 0 | 0 |\n| 1 | 1 |\n\n- The largest is 1."
@@ -118,8 +117,8 @@ def test_a_terminal_gets_columns_findings_targets_and_notes():
 
 def test_names_of_studies_regions_and_charts_are_their_own():
     for names in (
-        [study.name for study in STUDIES if study is not commands.ON_BENCHMARKS],
-        [name for study in STUDIES if study is not commands.ON_BENCHMARKS for name in study.charts],
+        [study.name for study in STUDIES],
+        [name for study in STUDIES for name in study.charts],
         [name for study in STUDIES for name in study.regions],
     ):
         assert len(names) > 6
@@ -127,12 +126,23 @@ def test_names_of_studies_regions_and_charts_are_their_own():
 
 
 @pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.name)
-def test_every_region_has_its_place_on_one_page_beside_its_gallery(study):
+def test_every_region_has_its_place_on_one_page_with_its_gallery(study):
     for marker in study.regions:
         pages = [
             page for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
             if re.search(f"<!-- {marker}:begin -->", page.read_text(encoding="utf-8"))
         ]  # fmt: skip
         assert len(pages) == 1, marker
-        stem = marker if marker in study.charts else next(iter(study.charts))
-        assert (pages[0].parent / study.gallery / f"{stem}.png").is_file()
+        stem = marker if marker in study.charts else next(iter(study.charts), None)
+        assert stem is None or (ROOT / "docs" / "gallery" / f"{stem}.png").is_file()
+
+
+@pytest.mark.parametrize("words", commands.STUDIES)
+def test_every_command_shows_its_options(words, capsys):
+    with pytest.raises(SystemExit) as left:
+        commands.main([*words.split(), "--help"])
+    assert left.value.code == 0
+    text = capsys.readouterr().out
+    assert "--output" in text
+    assert "--page" in text
+    assert "--progress" not in text

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.commands import main
+from benchmarks.commands import STUDIES, main
 
 
 def run(capsys, *words):
@@ -12,27 +12,16 @@ def run(capsys, *words):
     return left.value.code, out, err
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("scaling",), ("memory",), ("work-precision",),
-        ("total-error",), ("stability",), ("long-runs",), ("table1",),
-        ("bench-paper",),
-    ],
-)  # fmt: skip
-def test_targets_are_looked_at_before_a_study(capsys, tmp_path, words):
+@pytest.mark.parametrize("words", STUDIES)
+def test_outputs_are_checked_before_a_study(capsys, tmp_path, words):
     file = tmp_path / "a.md"
     file.write_text("a page without markers\n", encoding="utf-8")
-    page = "--readme" if words == ("table1",) else "--page"
     cases = [
-        ((page, str(file)), "has no place for"),
-        ((page, str(tmp_path / "no.md")), "no such page"),
+        (("--page", str(file)), "has no place for"),
+        (("--page", str(tmp_path / "no.md")), "no such page"),
+        *((("--output", str(each)), "cannot be a folder") for each in (file, file / "deeper")),
     ]
-    if words != ("bench-paper",):
-        cases += [
-            (("--output", str(each)), "cannot be a folder") for each in (file, file / "deeper")
-        ]
     for options, sentence in cases:
-        code, out, err = run(capsys, *words, *options)
+        code, out, err = run(capsys, *words.split(), *options)
         assert (code, out) == (2, "")
         assert sentence in err

@@ -92,8 +92,8 @@ def test_findings_go_to_their_own_page(table, tmp_path):
     page = tmp_path / "benchmarks.md"
     begin, end = "<!-- table1-findings:begin -->", "<!-- table1-findings:end -->"
     page.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
-    report.ON_BENCHMARKS.write(table, tmp_path)
-    report.ON_BENCHMARKS.fill(table, page, tmp_path)
+    report.STUDY.write(table, tmp_path)
+    report.STUDY.fill(table, page, tmp_path)
     lines = page.read_text(encoding="utf-8").splitlines()
     assert lines == ["before", begin, *(f"- {each}" for each in findings(table)), end, "after"]
 
@@ -180,10 +180,10 @@ def test_cell_that_fails_is_named_and_the_rest_goes_on(monkeypatch):
     figures.figure2(table)
 
 
-def test_instants_are_whole_steps_that_reach_the_end():
-    assert cells.instants(2.0, 5e-4)[0] == 10
+def test_output_times_are_whole_steps_that_reach_the_end():
+    assert cells.output_times(2.0, 5e-4)[0] == 10
     for t_end, dt in ((2.0, 5e-4), (0.05, 5e-4), (0.035, 5e-3), (1.001, 1e-3)):
-        every, t = cells.instants(t_end, dt)
+        every, t = cells.output_times(t_end, dt)
         assert t[-1] == pytest.approx(t_end)
         assert t[1] == pytest.approx(every * dt)
 

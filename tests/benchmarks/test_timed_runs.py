@@ -8,7 +8,7 @@ import pytest
 from tqdm import tqdm
 
 from benchmarks.accuracy.comparison import failures
-from benchmarks.accuracy.models import INSTANTS, distance, instants, meets_instants, step_up_to
+from benchmarks.accuracy.models import OUTPUTS, distance, meets_outputs, output_times, step_up_to
 from benchmarks.accuracy.timed_runs import (
     FailedError,
     Point,
@@ -16,12 +16,12 @@ from benchmarks.accuracy.timed_runs import (
     Task,
     fastest,
     front,
-    race,
+    measure,
 )
 from benchmarks.common.files import fill_page
 from benchmarks.common.timing import OURS, in_turn
 
-TRUE = np.zeros((INSTANTS, 2))
+TRUE = np.zeros((OUTPUTS, 2))
 
 
 def a_task(run, value=1e-3, program=OURS):
@@ -33,8 +33,8 @@ def a_point(seconds, error, program=OURS, solver="Newton", note="", value=1e-3, 
     return Point(task, seconds, error, counts or {"residuals": 100}, note)
 
 
-def run_race(tasks, rounds):
-    return race(tasks, lambda task: TRUE, rounds, tqdm(disable=True))
+def measured(tasks, rounds):
+    return measure(tasks, lambda task: TRUE, rounds, tqdm(disable=True))
 
 
 def test_the_best_of_the_rounds_counts_and_rounds_are_interleaved():
@@ -47,7 +47,7 @@ def test_the_best_of_the_rounds_counts_and_rounds_are_interleaved():
 
         return run
 
-    a, b = run_race([a_task(runner("a")), a_task(runner("b"), 2e-3)], 3)
+    a, b = measured([a_task(runner("a")), a_task(runner("b"), 2e-3)], 3)
     assert order == ["a", "b"] * 3
     assert (a.seconds, b.seconds) == (0.1, 0.2)
     assert a.error == pytest.approx(math.sqrt(0.5))
@@ -63,7 +63,7 @@ def test_failures_stay_with_their_reason_and_are_not_repeated():
 
     lost = a_task(lambda: Sample(0.1, TRUE + 1e10), 2e-3)
     nowhere = a_task(lambda: Sample(0.1, TRUE + math.nan), 3e-3)
-    points = run_race([a_task(fail), lost, nowhere], 3)
+    points = measured([a_task(fail), lost, nowhere], 3)
     assert len(calls) == 1
     assert not any(p.finished for p in points)
     assert points[0].note == "no convergence at t = 1.3 s"
@@ -85,7 +85,7 @@ def test_waiting_for_the_processor_is_not_counted(monkeypatch):
         busy[0] += 0.01
         return Sample(share * 0.05, TRUE)
 
-    most, little = run_race([a_task(lambda: wait(1.0)), a_task(lambda: wait(0.5), 2e-3)], 1)
+    most, little = measured([a_task(lambda: wait(1.0)), a_task(lambda: wait(0.5), 2e-3)], 1)
     assert most.seconds == pytest.approx(0.01)
     assert little.seconds == 0.025
 
@@ -97,7 +97,7 @@ def test_a_long_run_is_not_repeated():
         calls.append(1)
         return Sample(3.0, TRUE)
 
-    run_race([a_task(slow)], 4)
+    measured([a_task(slow)], 4)
     assert len(calls) == 1
 
 
@@ -120,15 +120,15 @@ def test_fastest_and_front_are_what_trying_all_pairs_finds():
     assert {id(p) for p in front(points)} == undominated
 
 
-def test_instants_and_the_steps_that_meet_them():
-    np.testing.assert_allclose(instants(2.0), [0.5, 1.0, 1.5, 2.0], rtol=1e-15)
-    assert meets_instants(5e-4, 2.0)
-    assert not meets_instants(3e-4, 2.0)
-    assert not meets_instants(0.6, 2.0)
+def test_output_times_and_the_steps_that_meet_them():
+    np.testing.assert_allclose(output_times(2.0), [0.5, 1.0, 1.5, 2.0], rtol=1e-15)
+    assert meets_outputs(5e-4, 2.0)
+    assert not meets_outputs(3e-4, 2.0)
+    assert not meets_outputs(0.6, 2.0)
     assert step_up_to(5e-4, 2.0) == 5e-4
     dt = step_up_to(5e-4, 0.03)
     assert dt <= 5e-4
-    assert meets_instants(dt, 0.03)
+    assert meets_outputs(dt, 0.03)
     assert distance(TRUE, TRUE + np.array([3.0, 4.0])) == pytest.approx(5.0)
 
 

@@ -13,7 +13,7 @@ from benchmarks.accuracy.references import Reference
 from benchmarks.accuracy.timed_runs import Point, Task
 from benchmarks.accuracy.total_error import TotalError, element_forces, total_error
 from benchmarks.accuracy.total_error_report import STUDY, chart, findings
-from benchmarks.commands import main
+from benchmarks.commands import STUDIES, main
 from benchmarks.common.timing import OURS
 
 
@@ -123,13 +123,13 @@ def test_files(short, tmp_path):
 
 
 def test_command_fills_a_page(tmp_path, capsys, monkeypatch, short):
-    done = replace(STUDY, run=lambda **how: short)
-    monkeypatch.setattr("benchmarks.commands.TOTAL_ERROR", done)
+    done = replace(STUDY, run=lambda progress: short)
+    monkeypatch.setitem(STUDIES, "accuracy total-error", done)
     page = tmp_path / "page.md"
     page.write_text("<!-- total-error:begin -->\n<!-- total-error:end -->\n", encoding="utf-8")
     words = ["--output", str(tmp_path / "results"), "--page", str(page)]
     with pytest.raises(SystemExit) as left:
-        main(["total-error", *words])
+        main(["accuracy", "total-error", *words])
     assert left.value.code == 0
     assert "| error [m] |" in page.read_text(encoding="utf-8")
     assert (tmp_path / "gallery" / "total-error.png").stat().st_size > 10_000

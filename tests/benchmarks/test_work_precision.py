@@ -11,10 +11,10 @@ from tqdm import tqdm
 
 from ancfsparse.integrators import Newmark, RungeKuttaNystrom
 from ancfsparse.solve import stable_step
-from benchmarks.accuracy.candidates import INTEGRATORS, Integrator, entrants
+from benchmarks.accuracy.candidates import INTEGRATORS, Integrator, candidates
 from benchmarks.accuracy.models import MODELS
 from benchmarks.accuracy.references import Reference, march
-from benchmarks.accuracy.timed_runs import Point, Task, race
+from benchmarks.accuracy.timed_runs import Point, Task, measure
 from benchmarks.accuracy.work_precision import LEVELS, WorkPrecision, work_precision
 from benchmarks.accuracy.work_precision_report import STUDY, chart, findings
 from benchmarks.commands import main
@@ -59,8 +59,8 @@ def test_orders_are_those_of_the_methods():
 
 
 def test_explicit_steps_are_shares_of_the_stable_step_and_have_the_order_of_the_method():
-    shares = (1.1, 0.9, 0.6, 0.4)
-    row = Integrator("RKN", (), (), shares=shares, scheme=RungeKuttaNystrom(4))
+    fractions = (1.1, 0.9, 0.6, 0.4)
+    row = Integrator("RKN", (), (), stable_fractions=fractions, scheme=RungeKuttaNystrom(4))
     result = work_precision((MODEL,), 4, 0.4, rounds=1, integrators=[row])
     refused, *done = result.points
     assert refused.note.startswith("above the stable step")
@@ -73,8 +73,8 @@ def test_explicit_steps_are_shares_of_the_stable_step_and_have_the_order_of_the_
 def test_a_step_that_fails_stays_on_the_chart():
     row = Integrator("Newmark(0)", (5e-2, 1e-2, 4e-3), ("BFGS",))
     reference = march(MODEL, 10, 2.0, 1e-3)
-    tasks = entrants(MODEL, 10, 2.0, [row])
-    result = study(*race(tasks, lambda task: reference, 1, tqdm(disable=True)))
+    tasks = candidates(MODEL, 10, 2.0, [row])
+    result = study(*measure(tasks, lambda task: reference, 1, tqdm(disable=True)))
     lost = [p for p in result.points if not p.finished]
     assert [p.task.value for p in lost] == [5e-2]
     assert "t = " in lost[0].note
@@ -107,7 +107,7 @@ def test_ratios_and_targets_of_hand_made_curves():
     assert result.ratio(MODEL, "Exudyn", 9e-4) == pytest.approx(10.0)  # next smaller errors
     assert math.isinf(result.ratio(MODEL, "Exudyn", 1e-6))
     assert math.isnan(result.ratio(MODEL, "Exudyn", 1e-7))
-    assert [t.met for t in result.targets()] == [True, True]
+    assert [t.is_met for t in result.targets()] == [True, True]
 
     result = study(*OURS_CURVE, *exudyn, explicit)
     assert result.ratio(MODEL, "Exudyn", 1e-6) == pytest.approx(0.2)
@@ -116,10 +116,10 @@ def test_ratios_and_targets_of_hand_made_curves():
     assert quick.ratio(MODEL, "Exudyn", 1e-5, implicit=True) == pytest.approx(300.0)
     assert quick.ratio(MODEL, "Exudyn", 1e-5, implicit=True, alike=True) == pytest.approx(10.0)
     assert any("implicit against implicit, Exudyn takes 10.0" in s for s in findings(quick))
-    assert [t.met for t in result.targets()] == [False, True]
+    assert [t.is_met for t in result.targets()] == [False, True]
 
     slow = study(*OURS_CURVE, point("Exudyn", 0.04, 1e-3), point("Exudyn", 0.12, 1e-5))
-    assert [t.met for t in slow.targets()] == [True, False]
+    assert [t.is_met for t in slow.targets()] == [True, False]
 
 
 def test_findings_name_who_is_fastest_whoever_it_is():
@@ -153,18 +153,18 @@ def test_record_and_page_hold_failures_and_verdicts():
 
 def test_solvers_of_a_row_are_those_of_both_lists():
     row = Integrator("Newmark(0)", (1e-3, 3e-4), ("BFGS", "Newton"))
-    names = [t.name for t in entrants(MODEL, 4, 2.0, [row], ("Newton", "Davidon"))]
-    assert names == ["Newmark(0), Newton"]  # and 3e-4 s does not meet the instants
+    names = [t.name for t in candidates(MODEL, 4, 2.0, [row], ("Newton", "Davidon"))]
+    assert names == ["Newmark(0), Newton"]  # and 3e-4 s does not meet the output times
     explicit = Integrator("Explicit", (1e-3,), ())
-    assert [t.solver for t in entrants(MODEL, 4, 2.0, [explicit])] == [""]
+    assert [t.solver for t in candidates(MODEL, 4, 2.0, [explicit])] == [""]
 
 
 def test_command_writes_tables_and_charts_without_peers(tmp_path, capsys, monkeypatch):
-    for name in ("exudyn", "ancfsparse.compiled.sundials", "elastica"):
+    for name in ("exudyn", "benchmarks.other_codes._sundials", "elastica"):
         monkeypatch.setitem(sys.modules, name, None)
-    words = ["--elements", "4", "--time", "0.08", "--rounds", "1", "--no-budget", "--peers"]
+    words = ["--elements", "4", "--time", "0.08", "--rounds", "1", "--peers"]
     with pytest.raises(SystemExit) as left:
-        main(["work-precision", *words, "--output", str(tmp_path)])
+        main(["accuracy", "work-precision", *words, "--output", str(tmp_path)])
     out = capsys.readouterr().out
     assert left.value.code == 0
     assert out.count("pip install 'ancfsparse[peers]'") == 2
