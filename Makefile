@@ -7,10 +7,10 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check bench-paper bench-kernels compare bench-time bench-error accuracy charts gallery lint format clean
+.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check study speed kernels compare error-control charts gallery lint format clean
 
 help: ## Show this list
-	@echo 'make TARGET            (ARGS="..." is handed on to the command behind it)'
+	@echo 'make TARGET            (ARGS="...": extra arguments)'
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: ## Install what is missing: system packages, .venv, the package
@@ -19,7 +19,7 @@ setup: ## Install what is missing: system packages, .venv, the package
 all-sets: ## Compile for every instruction set, not for this machine's widest alone
 	@PYTHON="$(PYTHON)" tools/setup.sh all-sets
 
-peers: ## Install what the studies run beside ours: Exudyn, SUNDIALS, PyElastica
+peers: ## Install the other codes of the studies: Exudyn, SUNDIALS, PyElastica
 	@PYTHON="$(PYTHON)" tools/setup.sh peers
 
 develop: ## Install so that importing the package compiles what has changed
@@ -59,39 +59,37 @@ codegen: setup ## Derive the elements with SymPy and write generated/
 codegen-check: setup ## Prove that generated/ is what `make codegen` writes
 	$(BIN)/python -m codegen --check $(ARGS)
 
-bench-paper: peers ## Time the paper's pendulum beside Exudyn, one thread
-	$(ONE_THREAD) $(BIN)/python -m benchmarks bench-paper $(ARGS)
+study: setup ## Run a study, e.g. ARGS="accuracy total-error"; ARGS="--help" lists them
+	$(ONE_THREAD) $(BIN)/python -m benchmarks $(if $(ARGS),$(ARGS),--help)
 
-bench-kernels: all-sets ## Time every element kernel on every instruction set
-	$(ONE_THREAD) $(BIN)/python -m benchmarks bench-kernels $(ARGS)
+speed: peers ## Time the paper's pendulum in turn with Exudyn, one thread
+	$(ONE_THREAD) $(BIN)/python -m benchmarks speed pendulum $(ARGS)
+
+kernels: all-sets ## Time every element kernel on every instruction set
+	$(ONE_THREAD) $(BIN)/python -m benchmarks speed kernels $(ARGS)
 
 compare: setup ## Compare speed and counts with another build, ARGS="OTHER/.venv/bin/python"
 	$(ONE_THREAD) $(BIN)/python -P tools/compare_builds.py $(ARGS)
 
-bench-time: peers ## Measure seconds against the error of the steps, beside peers
-	$(ONE_THREAD) $(BIN)/python -m benchmarks work-precision --peers $(ARGS)
-
-bench-error: peers ## Measure the whole error against its cost, beside peers
-	$(ONE_THREAD) $(BIN)/python -m benchmarks total-error --peers $(ARGS)
-
-accuracy: setup ## Measure errors and costs of runs to an accuracy on 100 scenes, e.g. ARGS="0 20"; ten minutes
+error-control: setup ## Measure errors and costs of simulate(accuracy=) on 100 scenes, e.g. ARGS="0 20"; ten minutes
 	$(ONE_THREAD) $(BIN)/python -m benchmarks.random_scenes.sweep $(ARGS)
 
-# First what counts and looks at no clock, last what takes longest; each says that it begins.
+# The studies that count come first, those that take longest last; each prints its command.
 STUDIES := \
-  'stability --page docs/stability.md' \
-  'stability --seeds --page docs/stability.md' \
-  'table1 --readme README.md --page docs/benchmarks.md' \
-  'bench-paper --page docs/benchmarks.md' \
-  'memory --page docs/large.md' \
-  'memory --lattice 8 --page docs/large.md' \
-  'lattices --largest 46 --largest-net 200 --page docs/large.md' \
-  'long-runs --page docs/stability.md' \
-  'total-error --peers --page docs/accuracy.md' \
-  'work-precision --peers --page docs/accuracy.md' \
-  'scaling --peers --largest 1000000 --largest-net 200 --page docs/large.md'
+  'stability map --page docs/stability.md' \
+  'stability factorizations --page docs/stability.md' \
+  'table1 --page README.md --page docs/benchmarks.md' \
+  'speed pendulum --page docs/benchmarks.md' \
+  'scaling secant-pairs --page docs/large.md' \
+  'scaling lattice-pairs --page docs/large.md' \
+  'scaling lattices --largest 46 --largest-net 200 --page docs/large.md' \
+  'stability long-runs --page docs/stability.md' \
+  'accuracy error-budget --page docs/accuracy.md' \
+  'accuracy total-error --peers --page docs/accuracy.md' \
+  'accuracy work-precision --peers --page docs/accuracy.md' \
+  'scaling sizes --peers --largest 1000000 --largest-net 200 --page docs/large.md'
 
-charts: peers ## Draw docs/gallery anew, and the tables of the pages with it; an hour
+charts: peers ## Run the studies of the pages again, with their charts and tables; an hour
 	@for study in $(STUDIES); do \
 	  echo "== python -m benchmarks $$study"; \
 	  $(ONE_THREAD) $(BIN)/python -m benchmarks $$study || exit; \

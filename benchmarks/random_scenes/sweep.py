@@ -1,4 +1,4 @@
-"""Errors and costs of runs to an accuracy on scenes drawn at random: ``make accuracy``.
+"""Errors and costs of runs to an accuracy on scenes drawn at random: ``make error-control``.
 
 Each scene leaves a reference, the errors and costs of fixed steps, and a file of its results in
 ``results/accuracy``, so that a sweep that was interrupted goes on where it was; ``--again`` repeats
@@ -179,7 +179,7 @@ def summary(results: Sequence[dict[str, Any]]) -> str:
 def main(words: Sequence[str] | None = None) -> int:
     """Measure errors and costs of runs to an accuracy on random scenes."""
     parser = argparse.ArgumentParser(
-        prog="make accuracy",
+        prog="make error-control",
         description="Errors and costs of runs to an accuracy on random scenes.",
     )
     parser.add_argument("first", type=int, nargs="?", default=0, help="first seed")

@@ -36,9 +36,9 @@ OTHERS = (
 )
 LARGEST_OTHER = 22  # nodes along a side of irregular lattices and those on rods
 LARGEST_OCTET = 22  # nodes along a side of the lattice with as many elements
-LARGEST_IRREGULAR = 10  # on exact seeds, of which a step takes up to ten
+LARGEST_IRREGULAR = 10  # on complete seeds, of which a step takes up to ten
 NET_RUN = ("soft", "rest", 5e-4, 0.0, 0)
-LARGEST_FIRST = 22  # nodes along a side of the first run on exact seeds
+LARGEST_FIRST = 22  # nodes along a side of the first run on complete seeds
 STATIC = 16  # nodes along a side of lattices in equilibrium
 MIN_ELEMENTS = 4000  # of a run whose few steps are long enough to be timed
 
@@ -56,7 +56,7 @@ class Job:
     motion: str
     dt: float  # step [s]
     steps: int  # how many
-    seed: str  # {"exact", "incomplete"}, for the corrections
+    factorization: str  # {"complete", "incomplete"}, for the corrections
     jitter: float = 0.0  # of a lattice, as in `problems.lattice`
     rods: int = 0  # nodes of a lattice that are tied to the ground
     threads: int = 1  # threads that share the work
@@ -131,10 +131,12 @@ def jobs_of(
 
     def add(case: str, size: int, run: tuple[str, str, float, float, int], exact: bool) -> None:
         stiff, motion, dt, jitter, rods = run
-        job = Job(case, size, stiff, motion, dt, steps, "exact", jitter, rods)
+        job = Job(case, size, stiff, motion, dt, steps, "complete", jitter, rods)
         more = min(10, max(1, MIN_ELEMENTS // job.elements)) if motion == "rest" else 1
-        for seed in ("exact", "incomplete") if exact else ("incomplete",):
-            found.append(Job(case, size, stiff, motion, dt, more * steps, seed, jitter, rods))
+        for factorization in ("complete", "incomplete") if exact else ("incomplete",):
+            found.append(
+                Job(case, size, stiff, motion, dt, more * steps, factorization, jitter, rods)
+            )
 
     for n in _sizes(NETS, largest_net):
         add("net", n, NET_RUN, True)

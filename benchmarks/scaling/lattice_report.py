@@ -52,7 +52,7 @@ def chart(rows: Sequence[Row]) -> Figure:
     kinds: dict[str, list[Row]] = {}
     for row in rows:
         kinds.setdefault(_kind(row), []).append(row)
-    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of exact and incomplete seeds")
+    figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of complete and incomplete seeds")
     colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
     axes = panels(figure, 2 * len(kinds), 2)
     shown: dict[str, Any] = {}
@@ -76,8 +76,8 @@ def _draw(
         return {}
 
     def look(key: tuple[str, str]) -> dict[str, Any]:
-        label, seed = key
-        if seed == "exact":
+        label, factorization = key
+        if factorization == "complete":
             return {"color": colours[label], "linestyle": "--"}
         return {"color": colours[label], "label": label}
 
@@ -86,8 +86,8 @@ def _draw(
         (right, "kB per element", lambda row: row.bytes_per_element / 1e3),
     ):
         shown = draw_lines(
-            ax, done, lambda row: (_label(row), row.job.seed), lambda row: row.job.elements,
-            value, look,
+            ax, done, lambda row: (_label(row), row.job.factorization),
+            lambda row: row.job.elements, value, look,
         )  # fmt: skip
         set_axes(ax, "elements", what, "x", name)
         ax.tick_params(labelsize=SMALL)
@@ -118,7 +118,7 @@ MIN_RATIOS = {
     (NET, 200): {"step": 2.5},
     (NET, 100): {"step": 1.0},
 }
-"""Ratios of exact to incomplete seeds, by scene and size."""
+"""Ratios of complete to incomplete seeds, by scene and size."""
 MAX_SOFT_COST = 2.5  # of a step of the soft lattice [microseconds per element]
 MAX_STEEL_COST = 6.0  # of a step of steel lattices [microseconds per element]
 MAX_PEAK = 1.5  # memory of the soft lattice [GB]
@@ -141,7 +141,7 @@ def targets(rows: Sequence[Row]) -> list[Target]:
     found = []
     for exact, incomplete in pairs(rows):
         case = exact.job.title, exact.job.size
-        what = f"{exact.job.title}, {exact.job.size}: exact / incomplete"
+        what = f"{exact.job.title}, {exact.job.size}: complete / incomplete"
         values = dict(zip(("step", "set-up", "memory"), ratios(exact, incomplete), strict=True))
         found += [Target(f"{what}, {k}", values[k], v) for k, v in MIN_RATIOS.get(case, {}).items()]
     own = incomplete_rows(rows)
@@ -210,9 +210,9 @@ def _limit(what: str, known: Sequence[tuple[float, Row, Row]], cost: Callable[[R
     slower = [fill for fill, exact, incomplete in known if cost(exact) < cost(incomplete)]
     faster = [fill for fill, exact, incomplete in known if cost(exact) >= cost(incomplete)]
     above = [fill for fill in faster if fill > max(slower, default=0.0)]
-    parts = ["exact seeds never win"]
+    parts = ["complete seeds never win"]
     if slower:
-        parts = [f"exact seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"]
+        parts = [f"complete seeds win {len(slower)} times, up to a fill of {max(slower):.3g}"]
     if faster:
         more = f", and always from {min(above):.3g} on" if slower and above else ""
         times = f"incomplete ones {len(faster)} times, from a fill of {min(faster):.3g} on"

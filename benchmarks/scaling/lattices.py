@@ -22,7 +22,7 @@ from benchmarks.scaling.lattice_jobs import Job, jobs_of
 MIN_TIME = 1.0  # of a run that is not repeated [s]
 MAX_ROUNDS = 3  # of a short run, whose fastest round counts
 TURNS = 2  # interleaved runs on one and on more threads
-MAX_FILL = 1e4  # blocks of an exact factor per block of the matrix up to which they are counted
+MAX_FILL = 1e4  # blocks of a complete factor per block of the matrix up to which they are counted
 
 
 class Row(Answered):
@@ -50,7 +50,8 @@ def lattices(
         int, typer.Option(min=2, help="Nodes along a side of the largest net.")
     ] = 100,
     largest_exact: Annotated[
-        int, typer.Option(min=0, help="Nodes along a side of the largest lattice on exact seeds.")
+        int,
+        typer.Option(min=0, help="Nodes along a side of the largest lattice on complete seeds."),
     ] = 16,
     steps: Annotated[int, typer.Option(min=1, help="Time steps.")] = 20,
     threads: Annotated[
@@ -58,7 +59,7 @@ def lattices(
     ] = 1,
     progress: bool = False,
 ) -> list[Row]:
-    """Measure exact and incomplete seeds on lattices and nets: time, memory and counts by size.
+    """Measure complete and incomplete seeds on lattices and nets: time, memory and counts by size.
 
     Sizes are numbers of nodes along a side: before the largest come those of `jobs.LATTICES` and
     `jobs.NETS` that are smaller, and octet trusses are those of `jobs.OCTETS` with as many
@@ -88,10 +89,10 @@ def run(job: Job) -> dict[str, Any]:
     dict
         ``seconds`` of the march and ``set_up_seconds`` before it, the scene included [s];
         ``corrections``, ``sweeps``, ``products`` per step; ``factorizations``, ``recoveries``;
-        ``peak_bytes`` and ``base_bytes`` of the process; with exact seeds ``fill``, the blocks of
+        ``peak_bytes`` and ``base_bytes`` of the process; with complete seeds ``fill``, blocks of
         the factor for each of the matrix; or ``note``, the reason without result.
     """
-    simulate(lattice(2).scene, 1e-3, 1e-3, seed="incomplete")  # loads modules on demand
+    simulate(lattice(2).scene, 1e-3, 1e-3, factorization="incomplete")  # loads modules on demand
     base = peak_memory()
     try:
         record = _statics(job) if job.case == "statics" else _march(job)

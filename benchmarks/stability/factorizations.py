@@ -1,4 +1,4 @@
-"""Outcome on exact and on incomplete seeds over time step and stiffness."""
+"""Outcome on complete and on incomplete seeds over time step and stiffness."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from benchmarks.stability.stability_map import Scenes, Steps, Stiffnesses, check
 
 DENSITY = 4000.0  # [kg/m3]
 MAX_STEPS = 100  # of a run
-SEEDS = ("exact", "incomplete", "auto")
+FACTORIZATIONS = ("complete", "incomplete", "auto")
 INTEGRATORS = chosen(methods.IMPLICIT, "Newmark(0)", "GeneralizedAlpha(0.8)")
 CLAIMED_H_OMEGA = (
     250.0  # step times highest axial frequency up to which incomplete seeds must serve
@@ -51,14 +51,14 @@ class Row:
     # keys of `CASES`, `INTEGRATORS`, and the kind of seed
     scene: str
     integrator: str
-    seed: str
+    factorization: str
     # stiffness [Pa] and step [s]
     youngs_modulus: float
     dt: float
     h_omega: float  # step times the highest axial frequency of an element [-]
     outcome: str  # ``"finished"``, ``"gained energy"`` or ``"failed"``
     steps: int  # steps that were accepted
-    on_exact: bool  # the run changed from an incomplete seed to the exact one
+    on_complete: bool  # the run changed from an incomplete seed to the complete one
 
     @property
     def is_complete(self) -> bool:
@@ -77,7 +77,7 @@ def factorizations(
 ) -> list[Row]:  # fmt: skip
     """Map the runs that complete with exact and with incomplete seeds; minutes."""
     names, moduli, lengths = check_cut(scenes, steps, stiffnesses, CASES)
-    points = list(itertools.product(names, INTEGRATORS, moduli, lengths, SEEDS))
+    points = list(itertools.product(names, INTEGRATORS, moduli, lengths, FACTORIZATIONS))
     return [_run(*point) for point in bar(points, "run", progress)]
 
 
@@ -86,8 +86,8 @@ def _run(name: str, integrator: str, modulus: float, dt: float, factorization: s
     outcome = "finished"
     try:
         stats = simulate(
-            scene, MAX_STEPS * dt, dt, integrator=INTEGRATORS[integrator], seed=seed,
-            save_every=MAX_STEPS,
+            scene, MAX_STEPS * dt, dt, integrator=INTEGRATORS[integrator],
+            factorization=factorization, save_every=MAX_STEPS,
         ).stats  # fmt: skip
     except EnergyIncreaseError as error:
         stats, outcome = error.trajectory.stats, "gained energy"
@@ -115,23 +115,23 @@ def frequency(scene: Scene) -> float:
     return WAVE_OMEGA * speed / float(body.lengths.min())
 
 
-def worse(rows: Sequence[Row], seed: str) -> list[Row]:
-    """Return the runs on a kind of seed that do not finish where those on exact ones do."""
-    complete = {row.point for row in rows if row.seed == "exact" and row.is_complete}
-    own = [row for row in rows if row.seed == seed and not row.is_complete]
+def worse(rows: Sequence[Row], factorization: str) -> list[Row]:
+    """Return the runs on a kind of seed that do not finish where those on complete ones do."""
+    complete = {row.point for row in rows if row.factorization == "complete" and row.is_complete}
+    own = [row for row in rows if row.factorization == factorization and not row.is_complete]
     return [row for row in own if row.point in complete]
 
 
 def findings(rows: Sequence[Row]) -> list[str]:
-    """State the runs that need the exact seed, and the changes to it."""
+    """State the runs that need the complete seed, and the changes to it."""
     sentences = []
-    for seed in SEEDS[1:]:
-        lost = worse(rows, seed)
+    for factorization in FACTORIZATIONS[1:]:
+        lost = worse(rows, factorization)
         below = [row for row in lost if row.h_omega <= CLAIMED_H_OMEGA]
-        total = sum(row.seed == seed for row in rows)
+        total = sum(row.factorization == factorization for row in rows)
         sentences.append(
-            f"With seed={seed!r} {len(lost)} of {total} runs do not finish where exact seeds do, "
-            f"{len(below)} of them at h omega up to {CLAIMED_H_OMEGA:g}"
+            f"With factorization={factorization!r} {len(lost)} of {total} runs do not finish where "
+            f"complete seeds do, {len(below)} of them at h omega up to {CLAIMED_H_OMEGA:g}"
         )
         sentences += [
             f"{row.scene}, {row.youngs_modulus:.0e} Pa, dt = {row.dt:g} s (h omega = "
@@ -139,7 +139,7 @@ def findings(rows: Sequence[Row]) -> list[str]:
             f"after {row.steps} steps"
             for row in lost
         ]
-    over = sum(row.on_exact for row in rows)
+    over = sum(row.on_complete for row in rows)
     sentences.append(f"Of the runs with factorization='auto' {over} went over to a complete seed")
     return sentences
 
@@ -149,8 +149,8 @@ def finished(rows: Sequence[Row]) -> Table:
     lines = []
     for scene in dict.fromkeys(row.scene for row in rows):
         cells = []
-        for seed in SEEDS:
-            own = [row for row in rows if (row.scene, row.seed) == (scene, seed)]
+        for factorization in FACTORIZATIONS:
+            own = [row for row in rows if (row.scene, row.factorization) == (scene, factorization)]
             cells.append(f"{sum(row.is_complete for row in own)} of {len(own)}")
         lines.append([scene, *cells])
     return Table(["finished of all", *FACTORIZATIONS], lines)
@@ -162,20 +162,22 @@ OUTCOMES = {
     (False, True): ("only incomplete ones finish", "#0072b2", "+"),
     (False, False): ("neither finishes", "#999999", "."),
 }
-"""Label, colour and marker by completion on exact and on incomplete seeds."""
+"""Label, colour and marker by completion on complete and on incomplete seeds."""
 
 
 def chart(rows: Sequence[Row]) -> Figure:
     """Draw the outcome of both seeds over stiffness and step, the integrators side by side."""
     scenes = list(dict.fromkeys(row.scene for row in rows))
     lines = -(-len(scenes) // 3)
-    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on exact and on incomplete seeds")
+    figure = new_figure(2.6 * lines + 1.2, "Runs that finish on complete and on incomplete seeds")
     shown: dict[str, Any] = {}
     for ax, scene in zip(panels(figure, len(scenes), 3), scenes, strict=True):
         here = [row for row in rows if row.scene == scene]
-        incomplete = {row.point for row in here if row.seed == "incomplete" and row.is_complete}
+        incomplete = {
+            row.point for row in here if row.factorization == "incomplete" and row.is_complete
+        }
         for row in here:
-            if row.seed == "exact":
+            if row.factorization == "complete":
                 label, colour, marker = OUTCOMES[row.is_complete, row.point in incomplete]
                 x = row.dt * (0.9 if row.integrator == next(iter(INTEGRATORS)) else 1.1)
                 (shown[label],) = ax.plot(x, row.youngs_modulus, marker, color=colour)

@@ -19,7 +19,8 @@ from benchmarks.table1.table import Results
 
 Vector = NDArray[np.float64]
 
-SNAPSHOTS = 11  # of figure 1
+SNAPSHOTS = 11  # shapes in figure 1
+PIECES = 12  # straight pieces of an element
 WINDOW = 11  # output times whose largest difference is drawn
 
 COLOURS = {

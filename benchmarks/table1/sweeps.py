@@ -86,7 +86,7 @@ def sweep_speed(
 ) -> SweepSpeed:
     """Time a sweep over pendulums of different stiffness relative to a plain loop."""
     check_positive("dt", dt, "s")
-    count = processors() if workers is None else workers
+    count = count_processors() if workers is None else workers
     moduli = np.geomspace(MIN_MODULUS, MAX_MODULUS, points).tolist()
     listed = [{"youngs_modulus": each} for each in moduli]
 

@@ -8,7 +8,7 @@ from ancfsparse.errors import InputError
 from benchmarks.commands import main
 from benchmarks.stability.factorizations import (
     CLAIMED_H_OMEGA,
-    SEEDS,
+    FACTORIZATIONS,
     Row,
     chart,
     factorizations,
@@ -17,8 +17,8 @@ from benchmarks.stability.factorizations import (
 )
 
 
-def row(factorization, outcome, dt=1e-3, h_omega=100.0, on_exact=False):
-    return Row("lattice", "Newmark(0)", factorization, 1e8, dt, h_omega, outcome, 10, on_exact)
+def row(factorization, outcome, dt=1e-3, h_omega=100.0, on_complete=False):
+    return Row("lattice", "Newmark(0)", factorization, 1e8, dt, h_omega, outcome, 10, on_complete)
 
 
 def test_what_is_worse_is_found_and_named(readable):
@@ -27,7 +27,9 @@ def test_what_is_worse_is_found_and_named(readable):
     assert worse(rows, "incomplete") == [rows[1]]
     assert worse(rows, "auto") == []
     sentences = findings(rows)
-    sentence = f"do not finish where exact seeds do, 1 of them at h omega up to {CLAIMED_H_OMEGA:g}"
+    sentence = (
+        f"do not finish where complete seeds do, 1 of them at h omega up to {CLAIMED_H_OMEGA:g}"
+    )
     assert f"1 of 2 runs {sentence}" in sentences[0]
     assert "lattice, 1e+08 Pa, dt = 0.001 s (h omega = 100), Newmark(0)" in sentences[1]
     readable(chart(rows))

@@ -35,7 +35,8 @@ def choose_solver(
     nonlinear constraints do not provide; Davidon's update does not require it.  That is selected
     for linkages of rigid bodies too, up to about a dozen loops.  All other systems use modified
     Newton: a sweep is so cheap that secant pairs cost time on chains and on nets in smooth motion,
-    and make no difference on nets in irregular motion (``python -m benchmarks memory``).
+    and make no difference on nets in irregular motion
+    (``python -m benchmarks scaling secant-pairs``).
     Incomplete seeds need more corrections; where those contract slowly, two BFGS pairs save up to a
     third of them.
 

@@ -1,4 +1,4 @@
-"""Runs to an accuracy on scenes drawn at random; `make accuracy` tries all hundred of them."""
+"""Runs to an accuracy on scenes drawn at random; `make error-control` tries all hundred of them."""
 
 import numpy as np
 import pytest

@@ -1,23 +1,29 @@
 """Nothing depends on a scale: other units, other accelerations, the same motion and counts."""
 
-import csv
-
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from benchmarks.units import run as units
+from tests.solve.runs import unit_systems
 
 
-@pytest.fixture(scope="module")
-def runs():
-    """All integrators and solvers, in the units furthest from SI and under the extremes."""
-    return units.units(systems=("g um ms", "kg km h"), gravities=(1e-6, 1e4))
+# The units furthest from SI and the extreme accelerations; all of them take a minute.
+@pytest.fixture(
+    scope="module",
+    params=[
+        {"systems": ("g um ms", "kg km h"), "gravities": (1e-6, 1e4)},
+        pytest.param({}, marks=pytest.mark.slow),
+    ],
+    ids=["extremes", "all"],
+)
+def runs(request):
+    """All integrators and solvers."""
+    return unit_systems.compare(**request.param)
 
 
 def test_positions_are_the_same_in_all_units_and_under_all_accelerations(runs):
-    assert {run.integrator for run in runs} == {repr(each) for each in units.INTEGRATORS}
-    assert len({run.solver for run in runs}) == len(units.SOLVERS)
+    assert {run.integrator for run in runs} == {repr(each) for each in unit_systems.INTEGRATORS}
+    assert len({run.solver for run in runs}) == len(unit_systems.SOLVERS)
     worst = max(runs, key=lambda run: run.difference)
     assert worst.difference < 1e-6, worst
 
@@ -29,17 +35,6 @@ def test_so_are_the_counts(runs):
     worst = max((r for r in runs if r not in chaotic), key=lambda run: run.count_difference)
     assert worst.count_difference < 0.05, worst
     assert max(run.count_difference for run in chaotic) < 0.5
-
-
-def test_the_table_and_the_file_hold_every_run(runs, tmp_path):
-    text = units.STUDY.text(runs)
-    assert all(scene in text for scene in units.SCENES)
-    assert text.count("\n") == len(list(units.cases())) + 5
-    path, _ = units.STUDY.write(runs, tmp_path / "out")
-    with path.open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == len(runs)
-    assert float(rows[0]["difference"]) == runs[0].difference
 
 
 def swinging(gravity, **options):

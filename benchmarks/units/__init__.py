@@ -1,1 +1,0 @@
-"""The same scenes in several systems of units and at several magnitudes of load."""
