@@ -148,6 +148,37 @@ def check_positive(what: str, value: object, unit: str = "") -> float:
     return number
 
 
+def check_not_negative(
+    what: str, value: object, unit: str = "", *, largest: float = math.inf
+) -> float:
+    """Return `value` as a finite float that is zero or positive.
+
+    Parameters
+    ----------
+    what, value, unit
+        As `check_finite` takes them.
+    largest : float, optional
+        Largest valid value.
+
+    Returns
+    -------
+    float
+        The number.
+
+    Raises
+    ------
+    InputError
+        If `value` is not such a number.
+    """
+    number = check_finite(what, value, unit)
+    if number < 0.0:
+        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
+    if number > largest:
+        limit, given = format_quantity(largest, unit), format_quantity(number, unit)
+        raise InputError(f"{what} must be at most {limit}, got {given}")
+    return number
+
+
 def check_integer(what: str, value: object) -> int:
     """Return `value` as an integer.
 

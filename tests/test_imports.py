@@ -33,8 +33,8 @@ def loaded_by(code):
 def test_a_short_run_needs_numpy_alone(code):
     before, after = loaded_by("import numpy"), loaded_by(code)
     assert not after & (HEAVY | OTHERS)
-    # 640 besides those of NumPy when everything was loaded at once; 214 now.
-    assert len(after - before) < 220
+    # 640 besides those of NumPy when everything was loaded at once; 230 now.
+    assert len(after - before) < 236
 
 
 def test_what_is_left_out_is_loaded_where_it_is_needed(tmp_path):

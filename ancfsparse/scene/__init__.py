@@ -5,7 +5,8 @@ validated here; no motion is computed.
 """
 
 from ancfsparse.scene.bodies.beam import Beam
-from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
+from ancfsparse.scene.bodies.body import Body, Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect

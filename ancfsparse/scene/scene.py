@@ -10,29 +10,30 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
+from ancfsparse.scene import storage
 from ancfsparse.scene.force_elements.joint_springs import JointSprings
 from ancfsparse.scene.force_elements.masses import Masses
+from ancfsparse.scene.force_elements.ropes import Ropes
 from ancfsparse.scene.force_elements.springs import Springs
 from ancfsparse.scene.force_elements.user_forces import Forces
-from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_couplings import Couplings
+from ancfsparse.scene.methods.add_frames import Frames
 from ancfsparse.scene.methods.add_joints import Joints
 from ancfsparse.scene.methods.add_loads import Loads
-from ancfsparse.scene.methods.add_mechanisms import Mechanisms
 from ancfsparse.scene.methods.add_rigid_bodies import RigidBodies
 from ancfsparse.scene.records.record import equal
 from ancfsparse.scene.storage.digest import digest
 
 
 class Scene(
-    Bodies,
+    Frames,
     RigidBodies,
     Joints,
-    Mechanisms,
     Couplings,
     Loads,
     Masses,
     Springs,
+    Ropes,
     JointSprings,
     Forces,
 ):
@@ -78,11 +79,9 @@ class Scene(
 
     def __str__(self) -> str:
         """Write what was specified, a line for each call."""
-        from ancfsparse.scene.storage.printing import line
-
         kind = "planar" if self.dim == 2 else "spatial"
         first = f"{kind} scene, gravity {format_numbers(self.gravity)} m/s2"
-        return "\n".join([first, *(line(record, self) for record in self.records)])
+        return "\n".join([first, *(storage.line(record, self) for record in self.records)])
 
     def __eq__(self, other: object) -> bool:
         """Whether the same was specified in the same order; functions are equal if they are one."""
@@ -117,9 +116,7 @@ class Scene(
         InputError
             If a function is compiled, two functions have one name, or nothing can be written there.
         """
-        from ancfsparse.scene.storage.json_file import save
-
-        save(self, path)
+        storage.save(self, path)
 
     @classmethod
     def load(cls, path: str | Path, own: Mapping[str, Any] | None = None) -> Scene:
@@ -144,9 +141,7 @@ class Scene(
             If it is no such file, needs a function that is not given, or has an invalid call, with
             the number of the record.
         """
-        from ancfsparse.scene.storage.json_file import load
-
-        return load(cls, path, {} if own is None else own)
+        return storage.load(cls, path, {} if own is None else own)
 
     def refined(self, factor: int = 2) -> Scene:
         """Return a copy with every element divided into `factor` elements of one length.
@@ -164,9 +159,7 @@ class Scene(
         Scene
             The copy; `counterpart` gives its handles.
         """
-        from ancfsparse.scene.storage.copies import refined
-
-        return refined(self, factor)
+        return storage.refined(self, factor)
 
     def replaced(
         self, handle: object = None, /, *, gravity: ArrayLike | None = None, **changes: Any
@@ -200,9 +193,7 @@ class Scene(
         >>> stiffer = scene.replaced(rod, material=ancf.Material(2e8, 4000))
         >>> on_the_moon = scene.replaced(gravity=(0.0, -1.62))
         """
-        from ancfsparse.scene.storage.copies import replaced
-
-        return replaced(self, handle, gravity, changes)
+        return storage.replaced(self, handle, gravity, changes)
 
     def counterpart(self, handle: Any) -> Any:
         """Return the handle in this scene for a beam, a mesh or a point of another one.
@@ -222,9 +213,7 @@ class Scene(
         InputError
             If there is no body of that name.
         """
-        from ancfsparse.scene.storage.copies import counterpart
-
-        return counterpart(self, handle)
+        return storage.counterpart(self, handle)
 
 
 def check_scene(scene: object) -> None:

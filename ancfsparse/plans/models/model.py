@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.plans.models.graded_mesh import Grade
 from ancfsparse.plans.models.rigid_links import rod_of
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
-from ancfsparse.scene.bodies.auto_element import decided, on
+from ancfsparse.scene.bodies.auto_element import decided
 from ancfsparse.scene.bodies.beam import BeamSpec
 from ancfsparse.scene.bodies.mesh import MeshSpec
 from ancfsparse.scene.records.record import BodyRef, PointRef
@@ -109,7 +109,7 @@ def built(scene: Scene, model: Model) -> Scene:
         if not isinstance(reference, PointRef) or reference.body not in beams:
             return reference
         node = beams[reference.body].point(reference)
-        return on(new.body(reference.body), node).reference
+        return new.body(reference.body).corresponding_point(node).reference
 
     for record in scene.records:
         if isinstance(record, BeamSpec) and record.name in beams:

@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.models.plane import ROUNDING, LeavesPlaneError, Plane, Projected, plane_of
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
-from ancfsparse.scene.bodies.body import ElasticBody
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.pin import PinSpec
 from ancfsparse.scene.records.record import Spec

@@ -10,6 +10,7 @@ from ancfsparse.scene import Beam, Scene
 from ancfsparse.scene.bodies.beam import BeamSpec
 from ancfsparse.scene.bodies.rigid_shapes import Rod
 from ancfsparse.scene.force_elements.masses import PointMass
+from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.joints.connect import Connect
 from ancfsparse.scene.joints.distance import Distance
 from ancfsparse.scene.joints.joint import Joint
@@ -18,7 +19,6 @@ from ancfsparse.scene.joints.prescribed_point import Drive
 from ancfsparse.scene.joints.rod import Rod as ToAnchor
 from ancfsparse.scene.loads.loads import PointMoment
 from ancfsparse.scene.mechanisms.winch import Winch
-from ancfsparse.scene.meshing.straight_beam import section_axes
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
 from ancfsparse.scene.records.record import BodyRef, PointRef
 

@@ -6,20 +6,18 @@ refers to points by arc length, so they mean the same point on every mesh.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 from ancfsparse.errors import InputError
-
-if TYPE_CHECKING:
-    from ancfsparse.kernels.catalog import ElementKind
-    from ancfsparse.scene.bodies.body import Body, Point
+from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene.bodies.body import Body, Point
 
 AUTO = "auto"
 # Places of nodes on an undecided mesh: halves to sixths, eighths, tenths and half percent.
 PLACES = 600
 
 
-def undecided(
+def stand_ins(
     element: str | ElementKind, n_elements: int | str | None, dim: int
 ) -> tuple[str | ElementKind, int | str | None, tuple[str, ...]]:
     """Return element and number of elements of the handle, and which of both are open.
@@ -47,28 +45,10 @@ def check_decided(bodies: list[Body]) -> None:
             )
 
 
-def on(beam: Body, node: Point) -> Point:
-    """Return the point of a beam at the arc coordinate of a point on its undecided handle.
-
-    Of a rigid rod in its place it is the point at this distance along it.
-    """
-    from ancfsparse.scene.bodies.beam import Beam
-    from ancfsparse.scene.bodies.rigid_body import RigidBody
-
-    if isinstance(beam, RigidBody):
-        return beam.at(node.s)
-    if not isinstance(beam, Beam):  # a mesh keeps the nodes that were given
-        return beam.point(node.beam.among(beam.n_each, node))
-    last = node.index == node.beam.n_elements
-    return beam.end if last else beam.at(node.s * (beam.length / node.beam.size))
-
-
 @overload
 def decided(body: Body, handle: Point) -> Point: ...
 @overload
 def decided(body: Body, handle: Body) -> Body: ...
 def decided(body: Body, handle: Body | Point) -> Body | Point:
     """Return the handle on a body that was chosen for an undecided one of its name."""
-    from ancfsparse.scene.bodies.body import Point
-
-    return on(body, handle) if isinstance(handle, Point) else body
+    return body.corresponding_point(handle) if isinstance(handle, Point) else body

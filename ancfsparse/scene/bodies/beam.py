@@ -7,15 +7,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite
+from ancfsparse.checks import check_finite, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.messages import format_numbers
-from ancfsparse.scene.bodies.body import ElasticBody, Numbers, Point, Vector, VelocityField
-from ancfsparse.scene.records.record import PointRef, Spec
+from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.bodies.section_offsets import checked_offsets, offsets_of
+from ancfsparse.scene.bodies.strained_reference import strained_ends
+from ancfsparse.scene.records.record import PointRef, Spec, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper
 
@@ -33,9 +36,9 @@ class BeamSpec(Spec):
     """The record of `Scene.add_beam`."""
 
     element: str | ElementKind
-    start: tuple[float, ...] | None = None
-    end: tuple[float, ...] | None = None
-    n_elements: int | str
+    start: ArrayLike | None = None
+    end: ArrayLike | None = None
+    n_elements: int | str | None
     section: AnySection
     material: Material
     strain: str = "green"
@@ -43,7 +46,7 @@ class BeamSpec(Spec):
     section_strain: str = "consistent"
     curve: AnyCurve | None = None
     rest: str = "curved"
-    nodes: tuple[float, ...] | None = None
+    nodes: ArrayLike | None = None
     length: float | None = None
     tension: float | None = None
     slack: float | None = None
@@ -52,8 +55,8 @@ class BeamSpec(Spec):
     offset: Any = None
     eigenstrain: Any = None
     eigencurvature: Any = None
-    velocity: tuple[float, ...] | VelocityField | None = None
-    name: str | None = None
+    velocity: ArrayLike | VelocityField | None = None
+    name: Any = None
     method = "add_beam"
     units: ClassVar = {
         "start": "m",
@@ -65,6 +68,27 @@ class BeamSpec(Spec):
         "offset": "m",
         "eigencurvature": "1/m",
     }
+
+    def __post_init__(self) -> None:
+        """Keep the arguments as they are: they are checked when the beam is built."""
+
+    def checked(self, beam: Beam) -> BeamSpec:
+        """Return the record as plain data, with the checked values of the beam built from it."""
+        ends: dict[str, Any] = {
+            name: None if value is None else tuple(check_vector(name, value, beam.dim).tolist())
+            for name, value in (("start", self.start), ("end", self.end))
+        }
+        arguments = (
+            "curve", "length", "tension", "slack", "up", "twist", "offset", "eigenstrain",
+            "eigencurvature", "velocity",
+        )  # fmt: skip
+        return replace(
+            self,
+            n_elements="auto" if "n_elements" in beam.automatic else beam.n_elements,
+            nodes=beam.nodes,
+            **ends,
+            **{name: as_data(getattr(self, name)) for name in arguments},
+        )
 
 
 def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
@@ -169,15 +193,11 @@ class Beam(ElasticBody):
         """Return the coordinates of both nodes of every element without stress, (n, 2, n_c)."""
         if self.eigen is None:
             return ends
-        from ancfsparse.scene.meshing.eigenstrain import strained_ends
-
         return strained_ends(self.kind, ends, self.lengths, self.eigen)
 
     def free_of_stress_at(self, ends: Vector, elements: NDArray[np.intp], times: Vector) -> Vector:
         """Return the same of some elements at many times of a changing eigenstrain."""
         assert self.eigen is not None
-        from ancfsparse.scene.meshing.eigenstrain import strained_ends
-
         eigen = self.eigen[elements] + self.eigen_changes(times)[:, None]
         all_ends = np.tile(ends[elements], (len(times), 1, 1))
         lengths = np.tile(self.lengths[elements], len(times))
@@ -320,8 +340,6 @@ class Beam(ElasticBody):
         point = self._at(s)
         if y is None and z is None:
             return point
-        from ancfsparse.scene.bodies.section_offsets import offsets_of  # few beams have such points
-
         return replace(
             point, offsets=offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
         )
@@ -331,8 +349,6 @@ class Beam(ElasticBody):
         point = super().point(replace(place, offsets=()))
         if not place.offsets:
             return replace(point, offsets=())
-        from ancfsparse.scene.bodies.section_offsets import checked_offsets
-
         return replace(point, offsets=checked_offsets(self, place.offsets))
 
     def _at(self, s: float) -> Point:
@@ -350,6 +366,11 @@ class Beam(ElasticBody):
         if abs(share - nearest) <= NODE_SNAP:
             return Point(self, nearest, 0.0, self.line)
         return Point(self, int(share), share - int(share), self.line)
+
+    def corresponding_point(self, handle: Point) -> Point:
+        """Return the point at the same fraction of the length."""
+        last = handle.index == handle.beam.n_elements
+        return self.end if last else self.at(handle.s * (self.length / handle.beam.size))
 
     def parameters(self) -> dict[str, float]:
         """Give the base parameters of the kernels, the same for every element of the beam.

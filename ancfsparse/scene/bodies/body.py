@@ -8,30 +8,41 @@ element.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.messages import checksum, format_value
-from ancfsparse.scene.records.record import BodyRef, PointRef
-from ancfsparse.scene.records.transferable_functions import sendable
-from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection, parameters_of
+from ancfsparse.messages import format_value
+from ancfsparse.scene.kinematics.linear_forms import Coordinates
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.joints.joint import Builder
+    from ancfsparse.scene.kinematics.joint_coordinates import Measure
+    from ancfsparse.scene.kinematics.track import Offset
+    from ancfsparse.scene.records.prescribed_motion import Course
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ancfsparse.checks import check_finite, check_integer
+from ancfsparse.scene.records.record import BodyRef, PointRef
+from ancfsparse.scene.records.transferable_functions import sendable
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.kinematics.joint_coordinates import Measure
+    from ancfsparse.scene.kinematics.track import Offset
+    from ancfsparse.scene.records.prescribed_motion import Course
 
 Vector = NDArray[np.float64]
 Numbers = NDArray[np.int32]
 VelocityField = Callable[[Vector], Vector]
+
+MAX_OUT_OF_SPAN = 1e-9  # of a direction, over its length, attributed to rounding
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -161,6 +172,16 @@ class Body(ABC):
     def among(self, n_each: int, point: Point) -> PointRef:
         """Return a point as data of a body with another such number, at the same place."""
 
+    @abstractmethod
+    def corresponding_point(self, handle: Point) -> Point:
+        """Return the point at the arc length of a point on the ``"auto"`` body replaced."""
+
+    def interior_direction(self, node: Point) -> Vector:
+        """Return a vector from a node into the body, (dim,), for the mark of a clamp."""
+        row = self.rows_of(node.index).start
+        slope = np.asarray(self.vectors[min(row, len(self.vectors) - 1), 0])
+        return slope if (self.ends[:, 0] == row).any() else -slope
+
     @property
     def reference(self) -> BodyRef:
         """The body as data."""
@@ -233,120 +254,6 @@ class Body(ABC):
         return Point(self, number)
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class ElasticBody(Body):
-    """Nodes and elements of one kind, section and material.
-
-    Attributes
-    ----------
-    section : Rectangle, Circle, Tube, IBeam, Polygon or Section
-        Its cross-section.
-    material : Material
-        What it is made of.
-    """
-
-    section: AnySection
-    material: Material
-
-    def finer(self, times: int) -> dict[str, Any]:
-        """Return what changes in its record if every element is divided."""
-        if "n_elements" in self.automatic:
-            raise InputError(
-                f"{self.name} has n_elements='auto', which a plan decides: nothing can be refined"
-            )
-        return {"n_elements": times * self.n_each}
-
-    def describe(self) -> dict[str, str]:
-        """Describe element, section, material and mesh."""
-        links = np.concatenate([self.row_nodes, self.ends.ravel()]).astype("<i4")
-        return {
-            "element": repr(self.kind)
-            if self.kind.package or self.kind.values
-            else " ".join([self.element, *self.options.values()]),
-            "section": repr(self.section),
-            "material": repr(self.material),
-            "mesh": f"{self.n_elements} elements, {checksum(links.tobytes())}",
-        }
-
-    def free_of_stress(self, ends: Vector) -> Vector:
-        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c).
-
-        `ends` holds those of the reference shape, from which they may differ by eigenstrains.
-        """
-        return ends
-
-    @property
-    def speed(self) -> float:
-        """Speed of sound in its material [m/s]."""
-        return math.sqrt(self.material.youngs_modulus / self.material.density)
-
-    def stiffnesses(self) -> dict[str, float]:
-        """Give the base parameters of the kernels that all elements have in common.
-
-        Returns
-        -------
-        dict of str to float
-            ``axial_stiffness`` = ``youngs_modulus_area`` E A,
-            ``shear_modulus_area`` G A, ``lame_area`` lam A, ``shear_stiffness_y`` and ``_z``
-            k G A [N]; ``torsion_stiffness`` G J, ``bending_stiffness_y`` E int z^2 dA,
-            ``bending_stiffness_z`` = ``bending_stiffness`` E int y^2 dA [N m2];
-            ``mass_per_length`` rho A [kg/m]; ``inertia_y`` rho int y^2 dA and ``inertia_z``
-            rho int z^2 dA [kg m]; ``poisson_ratio``.
-
-        Notes
-        -----
-        ``inertia_y`` goes with the section vector r_y and so holds int y^2 dA, which as a second
-        moment of area is named after the axis it turns about: ``section.inertia_z``.
-        """
-        return {
-            name: value for group in self._parameters().values() for name, value in group.items()
-        }
-
-    @property
-    def profile(self) -> Any:
-        """Its section; where that changes, its means over elements."""
-        return self.section
-
-    @property
-    def strains_damped(self) -> bool:
-        """Whether the rates of its strains are damped."""
-        return self.material.axial_retardation > 0.0 or self.material.bending_retardation > 0.0
-
-    @property
-    def masses_damped(self) -> bool:
-        """Whether its velocity in space is damped."""
-        return self.material.rayleigh[0] > 0.0
-
-    def viscosities(self) -> dict[str, float]:
-        """Give what takes the place of `stiffnesses` in the kernels of damping.
-
-        Returns
-        -------
-        dict of str to float
-            The stiffnesses times retardation times, the masses times Rayleigh's alpha, and
-            ``poisson_ratio`` as it is.
-        """
-        material = self.material
-        factors = {
-            "stretching": material.axial_retardation,
-            "turning": material.bending_retardation,
-            "masses": material.rayleigh[0],
-            "ratios": 1.0,
-        }
-        return {
-            name: factors[kind] * value
-            for kind, group in self._parameters().items()
-            for name, value in group.items()
-        }
-
-    def _parameters(self) -> dict[str, dict[str, float]]:
-        """Give all parameters, by what damps them, those of its element alone too."""
-        groups = parameters_of(self.profile, self.material)
-        for name, group in self.kind.own.items():
-            groups[group][name] = self.kind.values[name]
-        return groups
-
-
 @dataclass(frozen=True, repr=False)
 class Point:
     """A point on a beam, a mesh or a rigid body.
@@ -389,6 +296,25 @@ class Point:
         return self.beam.arc(self)
 
     @property
+    def frame(self) -> Vector:
+        """Vectors of the node in the reference shape, (k, dim)."""
+        vectors = self.beam.vectors
+        row = 0 if len(vectors) == 1 else self.beam.rows_of(self.index).start
+        return np.asarray(vectors[row])
+
+    def spans(self, vector: Vector) -> bool:
+        """Return True if the vectors of the node span a direction, (dim,)."""
+        kind, dim = self.beam.kind, self.beam.dim
+        if kind.is_string:
+            return False
+        if dim == 2:
+            return True
+        frame = self.frame[: (len(kind.node_coordinates) // dim) - 1]
+        weights = np.linalg.lstsq(frame.T, vector, rcond=None)[0]
+        off = np.linalg.norm(frame.T @ weights - vector)
+        return bool(off <= MAX_OUT_OF_SPAN * np.linalg.norm(vector))
+
+    @property
     def position(self) -> Vector:
         """Position in the reference shape, shape (dim,) [m]."""
         nodes = self.beam.positions
@@ -396,3 +322,111 @@ class Point:
         if self.offsets:
             place += np.array(self.offsets) @ self.beam.vectors_at(self)[: len(self.offsets)]
         return place
+
+
+# Stands for the second coordinate of a linear term.
+LINEAR = -1
+
+
+class Led(NamedTuple):
+    """What an equation follows: ``g(q) = s(t)``.
+
+    Attributes
+    ----------
+    course : Course
+        A prescribed motion.
+    column : int
+        The component of it that counts.
+    scale : callable, optional
+        From its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; by default they are it.
+    """
+
+    course: Course
+    column: int
+    scale: Callable[[Vector], Vector] | None = None
+
+
+class Builder(Protocol):
+    """What joints are lowered to; coordinates are numbers that it gives out.
+
+    Attributes
+    ----------
+    turns : bool
+        Whether angles may be prescribed by numbering.
+    lines : bool
+        Whether `hold` may be used; it may not where joints hold a point several times.
+    """
+
+    turns: bool
+    lines: bool
+
+    def kind(self, node: Point) -> ElementKind:
+        """Return the element at a node, which has the names of its coordinates."""
+        ...
+
+    def rows(self, node: Point) -> Coordinates:
+        """Return the coordinates of all rows of a node, (k, n_c): position first, then slopes."""
+        ...
+
+    def position(self, node: Point) -> Coordinates:
+        """Return the coordinates of the position of a node, (dim,)."""
+        ...
+
+    def ends(self, node: Point) -> Coordinates:
+        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
+        ...
+
+    def point(self, node: Point) -> tuple[Coordinates, Vector]:
+        """Return coordinates (dim, p) and weights (p,) whose sums are a point of a body."""
+        ...
+
+    def fix(self, coordinates: Coordinates) -> None:
+        """Hold coordinates at their reference values; the force that takes is the reaction."""
+        ...
+
+    def hold(self, coordinates: Coordinates) -> None:
+        """Hold coordinates as `fix` does, in place of equations that hold just these."""
+        ...
+
+    def drive(self, coordinates: Coordinates, course: Course) -> None:
+        """Let coordinates follow a prescribed motion, one component of it each."""
+        ...
+
+    def share(self, one: Coordinates, other: Coordinates) -> None:
+        """Make coordinates one, pair by pair."""
+        ...
+
+    def equation(
+        self,
+        label: str,
+        offset: float,
+        *terms: tuple[float, int, int],
+        about: Sequence[float] = (),
+        size: float = 0.0,
+        led: Led | None = None,
+        mass: float = 0.0,
+        measures: Sequence[tuple[float, Measure | Offset]] = (),
+    ) -> None:
+        """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
+
+        Parameters
+        ----------
+        label : str
+            What it holds, for messages.
+        offset : float
+            Constant [m].
+        *terms : (float, int, int)
+            Factor c [1 or 1/m] and two coordinates; ``j = LINEAR`` makes the term ``c q_i``.
+        about : sequence of float, optional
+            Of each term [m].
+        size : float, optional
+            Of what the offset was added up from [m].
+        led : Led, optional
+            A function of time that takes the place of the zero [m].
+        mass : float, optional
+            What its gradients count with where masses are used as a matrix [kg], for coordinates
+            that have none of their own.  A solution does not depend on it.
+        measures : sequence of (float, Measure), optional
+            Further terms: a factor [m or 1] and an angle or a length.
+        """
+        ...

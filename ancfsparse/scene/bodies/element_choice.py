@@ -6,8 +6,17 @@ from collections.abc import Mapping
 
 from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import OPTIONS, PLANAR, ElementKind, element_kind, slack_form
+from ancfsparse.kernels.catalog import (
+    CURVED,
+    OPTIONS,
+    PLANAR,
+    ElementKind,
+    curved_form,
+    element_kind,
+    slack_form,
+)
 from ancfsparse.messages import format_value
+from ancfsparse.scene.records.record import Spec
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection, Taper, principal_axes
 
@@ -17,6 +26,11 @@ NOT_ROUND = 1e-9
 LEAST_SLACK = 1e-9
 # The default of every option of every element.
 DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
+
+
+def given_options(record: Spec) -> dict[str, str]:
+    """Return the value that a record has for every option of every element."""
+    return {name: getattr(record, name) for name in DEFAULTS}
 
 
 def chosen_element(
@@ -202,3 +216,27 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
             f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
             "or take the element 'thick'"
         )
+
+
+def curved_kind(label: str, name: str, kind: ElementKind) -> ElementKind:
+    """Return the form of an element that is free of strain in a curved shape."""
+    if kind.is_curved:
+        return kind
+    if kind.package:
+        raise InputError(
+            f"element {name} of {label} is free of strain where it is straight: define it with "
+            "curved=True, or give rest='straight'"
+        )
+    if kind.dim not in CURVED.get(name, ()):
+        why = (
+            "has no torsion, so its curvature has no direction in the section that it could return "
+            "to"
+            if kind.dim == 3
+            else "measures bending by r'', which has no reference"
+        )
+        other = "'thick'" if kind.dim == 3 else "'thin'"
+        raise InputError(
+            f"{label} cannot be free of stress along a curve: element {name!r} {why}; take "
+            f"{other}, or rest='straight' for one that is bent into the curve"
+        )
+    return curved_form(kind)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.beam import NODE_SNAP, resettled
-from ancfsparse.scene.bodies.body import ElasticBody, Numbers, Point, Vector, VelocityField
-from ancfsparse.scene.meshing.straight_beam import section_axes
-from ancfsparse.scene.records.record import PointRef, Spec
+from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.geometry.section_frames import section_axes
+from ancfsparse.scene.records.record import PointRef, Spec, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection
 
@@ -22,12 +24,12 @@ from ancfsparse.scene.sections.sections import AnySection
 MANY_LINES = 200
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class MeshSpec(Spec):
     """The record of `Scene.add_mesh`."""
 
-    nodes: Vector
-    edges: Numbers
+    nodes: ArrayLike
+    edges: ArrayLike
     element: str | ElementKind
     section: AnySection
     material: Material
@@ -37,10 +39,24 @@ class MeshSpec(Spec):
     strain: str = "green"
     curvature: str = "axis"
     section_strain: str = "consistent"
-    velocity: tuple[float, ...] | VelocityField | None = None
-    name: str | None = None
+    velocity: ArrayLike | VelocityField | None = None
+    name: Any = None
     method = "add_mesh"
     units: ClassVar = {"nodes": "m", "smooth": "degrees", "velocity": "m/s"}
+
+    def __post_init__(self) -> None:
+        """Keep the arguments as they are: they are checked when the mesh is built."""
+
+    def checked(self, mesh: Mesh) -> MeshSpec:
+        """Return the record as plain data, with the checked values of the mesh built from it."""
+        nodes, edges = mesh.given()
+        return replace(
+            self,
+            nodes=nodes,
+            edges=edges,
+            n_elements="auto" if "n_elements" in mesh.automatic else mesh.n_each,
+            **{name: as_data(getattr(self, name)) for name in ("smooth", "slack", "velocity")},
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -143,6 +159,10 @@ class Mesh(ElasticBody):
             return PointRef(self.name, index, xi)
         edge, inside = divmod(index, n_each)
         return PointRef(self.name, self._n_given + edge * (n_each - 1) + inside - 1)
+
+    def corresponding_point(self, handle: Point) -> Point:
+        """Return the same node, or the point at the same fraction of an edge."""
+        return self.point(handle.beam.among(self.n_each, handle))
 
     @property
     def _n_given(self) -> int:

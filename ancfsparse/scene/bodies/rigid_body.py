@@ -13,16 +13,19 @@ from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Body, Numbers, Point, Vector
-from ancfsparse.scene.meshing.straight_beam import check_position, place
+from ancfsparse.scene.geometry.positions import check_position, place
+from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.body import Builder
     from ancfsparse.scene.bodies.rigid_shapes import Shape
-    from ancfsparse.scene.joints.joint import Builder
 
 AXES = "uvw"
 # Share of a body's size within which a point is its origin.
 AT_ORIGIN = 1e-12
+# Likewise of its centre of mass, for pictures.
+AT_CENTRE = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -164,6 +167,15 @@ class RigidBody(Body):
         """Return a point as data: a rigid body has no elements, whatever number is given."""
         return self.refer(point)
 
+    def corresponding_point(self, handle: Point) -> Point:
+        """Return the point of a rod at the arc length of a point of the beam that it replaces."""
+        return self.at(handle.s)
+
+    def interior_direction(self, node: Point) -> Vector:
+        """Return the vector from a point to the centre of mass, at which it is the first vector."""
+        offset = self.centre.position - node.position
+        return offset if np.linalg.norm(offset) > AT_CENTRE * self.size else self.vectors[0, 0]
+
     def arc(self, point: Point) -> float:
         """Refuse: a rigid body has no arc coordinate."""
         raise InputError(f"{point!r} has no arc coordinate: it is a point of a rigid body")
@@ -172,8 +184,6 @@ class RigidBody(Body):
         """Return its unit vectors, shape (dim, dim); of a rod any across it after the first."""
         if self.n_vectors == self.dim:
             return np.asarray(self.vectors[0])
-        from ancfsparse.scene.meshing.straight_beam import section_axes
-
         return section_axes(self.vectors[0, 0], None, self.name)
 
     def say(self, point: Point) -> str:

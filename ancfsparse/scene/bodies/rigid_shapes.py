@@ -9,7 +9,11 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import check_choice, check_moderate, set_fields
+from ancfsparse.checks import (
+    check_choice,
+    check_moderate,
+    set_fields,
+)
 
 Vector = NDArray[np.float64]
 

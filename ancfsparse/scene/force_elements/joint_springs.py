@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.checks import MAX_MAGNITUDE, check_finite
-from ancfsparse.errors import InputError, format_quantity
+from ancfsparse.checks import MAX_MAGNITUDE, check_finite, check_not_negative
+from ancfsparse.errors import InputError
 from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.joints.joint_coordinate import OF_FORCES, UNITS, freedom_of
 from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.methods.add_couplings import freedom_of
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.record import JointRef, Spec
 
@@ -143,8 +143,12 @@ class JointSprings(Records):
         """
         reference, freedom, units = self._freedom("a spring", joint, of)
         what = f"of the spring at the {freedom} of the {joint.label}"
-        k = _not_negative(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
-        c = _not_negative(f"damping {what}", damping, f"{units[0]} s/{units[1]}")
+        k = check_not_negative(
+            f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}", largest=MAX_MAGNITUDE
+        )
+        c = check_not_negative(
+            f"damping {what}", damping, f"{units[0]} s/{units[1]}", largest=MAX_MAGNITUDE
+        )
         at = check_finite(f"rest {what}", rest, units[1])
         if k == 0.0 and c == 0.0:
             raise InputError(
@@ -202,8 +206,10 @@ class JointSprings(Records):
                 f"the range {what} must have low below high{turn}, got {begin:.6g} and {end:.6g} "
                 f"{units[1]}"
             )
-        k = _not_negative(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
-        c = _not_negative(f"damping {what}", damping, f"s/{units[1]}")
+        k = check_not_negative(
+            f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}", largest=MAX_MAGNITUDE
+        )
+        c = check_not_negative(f"damping {what}", damping, f"s/{units[1]}", largest=MAX_MAGNITUDE)
         if k == 0.0:
             raise InputError(f"stiffness {what} must be positive, got 0: it would stop nothing")
         made = JointSpring(joint, freedom, STOP, begin, end, k, c)
@@ -281,25 +287,13 @@ class JointSprings(Records):
         self, what: str, joint: Joint, of: str | None
     ) -> tuple[JointRef, str, tuple[str, str]]:
         """Return a joint's reference, which freedom is taken, and units of force and of it."""
-        from ancfsparse.scene.mechanisms.joint_freedoms import OF_FORCES, UNITS
-
         reference = self._joint(what, joint)
         freedom = freedom_of(what, joint, of)
         return reference, freedom, (OF_FORCES[freedom], UNITS[freedom])
 
 
 def _positive(what: str, value: object, unit: str) -> float:
-    number = _not_negative(what, value, unit)
+    number = check_not_negative(what, value, unit, largest=MAX_MAGNITUDE)
     if number == 0.0:
         raise InputError(f"{what} must be positive, got 0")
-    return number
-
-
-def _not_negative(what: str, value: object, unit: str) -> float:
-    number = check_finite(what, value, unit)
-    if number < 0.0:
-        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
-    if number > MAX_MAGNITUDE:  # products with masses and times leave the range of numbers
-        most, got = format_quantity(MAX_MAGNITUDE, unit), format_quantity(number, unit)
-        raise InputError(f"{what} must be at most {most}, got {got}")
     return number

@@ -14,6 +14,7 @@ from ancfsparse.errors import InputError, format_quantity
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
+from ancfsparse.scene.kinematics.rigid_motion import second_moments
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.record import At, PointRef, Spec
@@ -259,8 +260,3 @@ def _spatial(node: Point, inertia: ArrayLike) -> Matrix:
             f"and not negative, got {format_value(inertia)}"
         )
     return matrix
-
-
-def second_moments(inertia: Matrix) -> Matrix:
-    """Return the integral of x x^T over the mass of a body from its moments of inertia, (3, 3)."""
-    return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)

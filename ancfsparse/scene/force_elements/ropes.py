@@ -2,26 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_moderate
-from ancfsparse.errors import InputError, format_quantity
+from ancfsparse.checks import check_moderate, check_not_negative
+from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.body import Body, Point
-from ancfsparse.scene.joints.rod import SAME_PLACE
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.meshing.straight_beam import check_position
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.prescribed_motion import Places
+from ancfsparse.scene.records.record import At, Spec, text
+from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.records.transferable_functions import sendable
 
 Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RopeSpec(Spec):
+    """The record of `Scene.rope`."""
+
+    points: tuple[Any, ...]
+    stiffness: float
+    damping: float = 0.0
+    length: Any = None
+    slack: float = 0.0
+    method = "rope"
+    units: ClassVar = {"stiffness": "N", "damping": "N s", "length": "m"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe everything that its force follows from."""
+        points = "; ".join(text(each, at) for each in self.points)
+        values = f"{self.stiffness:.9g}, {self.damping:.9g}, {self.slack:.9g}"
+        return f"rope ({points}), length {text(made.given, at)}: ({values})"
 
 
 @dataclass(frozen=True)
@@ -118,74 +137,74 @@ class Rope(Attached):
         return np.asarray(elastic + np.maximum(viscous, -elastic))
 
 
-def rope_over(
-    scene: Records,
-    points: object,
-    stiffness: object,
-    damping: object,
-    length: Any,
-    slack: object,
-) -> Rope:
-    """Check the arguments of `Scene.rope`; return the rope."""
-    ends, apart = points_of_rope(scene, "a rope", points)
-    values = check_moderate("stiffness of a rope", stiffness, "N")
-    viscosity = _not_negative("damping of a rope", damping, "N s")
-    width = _not_negative("slack of a rope", slack, "")
-    if width > 1.0:
-        raise InputError(f"slack of a rope is a strain from 0 to 1, got {width:.6g}")
-    change, natural, name = None, sum(apart), "the length of a rope"
-    if callable(length):
-        if viscosity:
-            raise InputError(
-                "a rope whose length changes with time takes no damping: damp the body that it "
-                "holds, or give it a length that stays"
-            )
-        natural = check_moderate(f"{name} at t = 0", Places(name, 0, length).at(0.0)[0], "m")
-        change = Places(name, 0, Change(length, natural))
-    elif length is not None:
-        natural = check_moderate(name, length, "m")
-    return Rope(ends, values, viscosity, natural, width, change, length)
+class Ropes(Records):
+    """Elastic ropes of a scene."""
 
+    def rope(
+        self,
+        points: Sequence[Point | ArrayLike],
+        *,
+        stiffness: float,
+        damping: float = 0.0,
+        length: float | Signal | Callable[[float], float] | None = None,
+        slack: float = 0.0,
+    ) -> Rope:
+        """Lead a massless elastic rope over points; it pulls, goes slack, and never pushes.
 
-def points_of_rope(
-    scene: Records, what: str, points: object
-) -> tuple[tuple[Point | Vector, ...], list[float]]:
-    """Return the points that a rope leads over, and the distances of consecutive ones [m].
+        With the strain eps, the distances of the points together over the natural length minus 1,
+        its tension is ``stiffness * eps + damping * d eps/dt`` where that is positive and eps is,
+        the same in all parts; `Trajectory.tension` gives it.  Where its length is a function of
+        time, the work of what winds it up counts in the energy balance.  A drum that turns freely
+        lets it out by a `winch` between the drum and a small body that the rope begins at.
 
-    Raises
-    ------
-    InputError
-        If a point is invalid, two consecutive ones coincide, or all are fixed in space.
-    """
-    if not isinstance(points, list | tuple) or len(points) < 2:
-        raise InputError(f"{what} needs a list of two points or more, got {format_value(points)}")
-    ends: list[Point | Vector] = []
-    for k, each in enumerate(points):
-        if isinstance(each, Point):
-            ends.append(scene._mine(what, each))
-        elif isinstance(each, Body):
-            raise InputError(
-                f"point {k} of {what} must be a single point, got {each.name}: give one of its "
-                "points, such as hook.origin or hook.at(...) of a rigid body, rod.end of a beam"
-            )
-        else:
-            ends.append(check_position(f"point {k} of {what}", each, scene.dim))
-    nodes = [each for each in ends if isinstance(each, Point)]
-    if not nodes:
-        raise InputError(f"{what} needs a point of a beam or a body among its points")
-    places = np.array([each.position if isinstance(each, Point) else each for each in ends])
-    apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    k = int(np.argmin(apart))
-    if apart[k] <= SAME_PLACE * max(each.beam.size for each in nodes):
-        raise InputError(
-            f"points {k} and {k + 1} of {what} coincide, so its rope has no direction there: "
-            "leave one of them out"
+        Parameters
+        ----------
+        points : sequence of Point or array_like of shape (dim,)
+            Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
+        stiffness : float
+            Tension over strain, Young's modulus times area [N].
+        damping : float, optional
+            Tension over the rate of the strain [N s], of a rope whose length does not change.
+        length : float, Signal or callable, optional
+            Natural length [m], or a function of t [s] that returns it: paid out as it grows, drawn
+            in as it falls.  By default the distances of the points in the reference shape.
+        slack : float, optional
+            Strain about which it goes slack smoothly [-], as of strings: its tension at its natural
+            length is stiffness slack / 4.  By default its tension has a kink there.
+
+        Returns
+        -------
+        Rope
+            The rope.
+
+        Raises
+        ------
+        InputError
+            If a point is invalid, two consecutive ones coincide, or a number is out of range.
+        """
+        ends, spans = self._points_of_rope("a rope", points)
+        width = check_not_negative("slack of a rope", slack)
+        if width > 1.0:
+            raise InputError(f"slack of a rope is a strain from 0 to 1, got {width:.6g}")
+        viscosity = check_not_negative("damping of a rope", damping, "N s")
+        subject = "the length of a rope"
+        change, natural = None, sum(spans)
+        if callable(length):
+            if viscosity:
+                raise InputError(
+                    "a rope whose length changes with time takes no damping: damp the body that it "
+                    "holds, or give it a constant length"
+                )
+            start = Places(subject, 0, length).at(0.0)[0]
+            natural = check_moderate(f"{subject} at t = 0", start, "m")
+            change = Places(subject, 0, Change(length, natural))
+        elif length is not None:
+            natural = check_moderate(subject, length, "m")
+        elasticity = check_moderate("stiffness of a rope", stiffness, "N")
+        rope = Rope(ends, elasticity, viscosity, natural, width, change, length)
+        places = tuple(
+            end.reference if isinstance(end, Point) else tuple(end.tolist()) for end in ends
         )
-    return tuple(ends), apart.tolist()
-
-
-def _not_negative(what: str, value: object, unit: str) -> float:
-    number = check_finite(what, value, unit)
-    if number < 0.0:
-        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
-    return number
+        given = length if callable(length) or length is None else natural
+        record = RopeSpec(places, elasticity, viscosity, given, width)
+        return self._attach(rope, record)

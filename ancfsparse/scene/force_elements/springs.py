@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MAX_MAGNITUDE, check_finite
-from ancfsparse.errors import InputError, LoadError, format_quantity, trial_call
+from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
+from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.geometry.positions import SAME_PLACE, check_position
 from ancfsparse.scene.joints.joint import check_point
-from ancfsparse.scene.joints.rod import SAME_PLACE
 from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.meshing.straight_beam import check_position
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.records.record import At, PointRef, Spec, specified, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, as_data
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.force_elements.ropes import Rope
-    from ancfsparse.scene.records.signal import Signal
+    pass
 
 Stiffness = float | Callable[[float], float]
 
@@ -51,25 +49,6 @@ class SpringSpec(Spec):
         stiffness = "a force law" if law else f"{self.stiffness:.9g}"
         values = f"{stiffness}, {self.damping:.9g}, {made.length:.9g}"
         return f"spring ({at(self.a)}; {other}): ({values})"
-
-
-@dataclass(frozen=True, eq=False)
-class RopeSpec(Spec):
-    """The record of `Scene.rope`."""
-
-    points: tuple[Any, ...]
-    stiffness: float
-    damping: float = 0.0
-    length: Any = None
-    slack: float = 0.0
-    method = "rope"
-    units: ClassVar = {"stiffness": "N", "damping": "N s", "length": "m"}
-
-    def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its force follows from."""
-        points = "; ".join(text(each, at) for each in self.points)
-        values = f"{self.stiffness:.9g}, {self.damping:.9g}, {self.slack:.9g}"
-        return f"rope ({points}), length {text(made.given, at)}: ({values})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,9 +178,15 @@ class Springs(Records):
         spring = Spring(
             one,
             other,
-            stiffness if law else _not_negative(f"stiffness of {what}", stiffness, "N/m"),
-            _not_negative(f"damping of {what}", damping, "N s/m"),
-            distance if length is None else _not_negative(f"length of {what}", length, "m"),
+            stiffness
+            if law
+            else check_not_negative(
+                f"stiffness of {what}", stiffness, "N/m", largest=MAX_MAGNITUDE
+            ),
+            check_not_negative(f"damping of {what}", damping, "N s/m", largest=MAX_MAGNITUDE),
+            distance
+            if length is None
+            else check_not_negative(f"length of {what}", length, "m", largest=MAX_MAGNITUDE),
         )
         if not law and spring.stiffness == 0.0 and spring.damping == 0.0:
             raise InputError(f"{what} does nothing: give it a stiffness or a damping")
@@ -209,63 +194,10 @@ class Springs(Records):
             check_signature(f"the force law of {what}", stiffness, *LAWS)
         elif law:
             try_out(spring, distance - spring.length)
-        end = other.reference if isinstance(other, Point) else specified(other)
+        end = other.reference if isinstance(other, Point) else as_data(other)
         rest = None if length is None else spring.length
         record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
         return self._attach(spring, record)
-
-    def rope(
-        self,
-        points: Sequence[Point | ArrayLike],
-        *,
-        stiffness: float,
-        damping: float = 0.0,
-        length: float | Signal | Callable[[float], float] | None = None,
-        slack: float = 0.0,
-    ) -> Rope:
-        """Lead a massless elastic rope over points; it pulls, goes slack, and never pushes.
-
-        With the strain eps, the distances of the points together over the natural length minus 1,
-        its tension is ``stiffness * eps + damping * d eps/dt`` where that is positive and eps is,
-        the same in all parts; `Trajectory.tension` gives it.  Where its length is a function of
-        time, the work of what winds it up counts in the energy balance.  A drum that turns freely
-        lets it out by a `winch` between the drum and a small body that the rope begins at.
-
-        Parameters
-        ----------
-        points : sequence of Point or array_like of shape (dim,)
-            Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
-        stiffness : float
-            Tension over strain, Young's modulus times area [N].
-        damping : float, optional
-            Tension over the rate of the strain [N s], of a rope whose length does not change.
-        length : float, Signal or callable, optional
-            Natural length [m], or a function of t [s] that returns it: paid out as it grows, drawn
-            in as it falls.  By default the distances of the points in the reference shape.
-        slack : float, optional
-            Strain about which it goes slack smoothly [-], as of strings: its tension at its natural
-            length is stiffness slack / 4.  By default its tension has a kink there.
-
-        Returns
-        -------
-        Rope
-            The rope.
-
-        Raises
-        ------
-        InputError
-            If a point is invalid, two consecutive ones coincide, or a number is out of range.
-        """
-        from ancfsparse.scene.force_elements.ropes import rope_over
-
-        made = rope_over(self, points, stiffness, damping, length, slack)
-        places = tuple(
-            each.reference if isinstance(each, Point) else tuple(each.tolist())
-            for each in made.points
-        )
-        given = length if callable(length) or length is None else made.length
-        record = RopeSpec(places, made.stiffness, made.damping, given, made.slack)
-        return self._attach(made, record)
 
 
 def try_out(spring: Spring, elongation: float) -> None:
@@ -284,12 +216,3 @@ def place(end: Point | NDArray[np.float64]) -> str:
     if isinstance(end, Point):
         return repr(end)
     return "(" + ", ".join(f"{each:.9g}" for each in end) + ")"
-
-
-def _not_negative(what: str, value: object, unit: str) -> float:
-    number = check_finite(what, value, unit)
-    if number < 0.0:
-        raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
-    if number > MAX_MAGNITUDE:
-        raise InputError(f"{what} must be at most {MAX_MAGNITUDE:g} {unit}, got {number:g} {unit}")
-    return number

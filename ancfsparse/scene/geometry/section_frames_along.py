@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.geometry.curves import Angle, Direction, Path
-from ancfsparse.scene.meshing.straight_beam import section_axes
+from ancfsparse.scene.geometry.section_frames import section_axes
 
 Vector = NDArray[np.float64]
 

@@ -3,14 +3,13 @@
 A new joint is a file beside the others and a method of `Scene`; nothing else asks what kind it is.
 """
 
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Led
+from ancfsparse.scene.geometry.positions import SAME_PLACE
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect
 from ancfsparse.scene.joints.constrained_points import Holds
 from ancfsparse.scene.joints.joint import (
-    LINEAR,
-    Builder,
     Joint,
-    Led,
     check_end,
     check_node,
     check_other_body,
@@ -19,7 +18,7 @@ from ancfsparse.scene.joints.joint import (
 )
 from ancfsparse.scene.joints.pin import Pin
 from ancfsparse.scene.joints.prescribed_point import Drive
-from ancfsparse.scene.joints.rod import SAME_PLACE, Rod
+from ancfsparse.scene.joints.rod import Rod
 
 __all__ = [
     "LINEAR",

@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.kernels.catalog import RIGID
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Mark
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
+from ancfsparse.scene.joints.joint import Joint, Mark
+from ancfsparse.scene.kinematics.linear_forms import Coordinates
 from ancfsparse.scene.records.record import At, PointRef, Spec
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
-# Share of the size of a rigid body within which a point is its centre.
-SAME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,23 +86,7 @@ class Clamp(Joint):
     @property
     def mark(self) -> Mark:
         """How pictures show it."""
-        return clamped(self.node)
-
-
-def clamped(node: Point) -> Mark:
-    """Return how pictures show a point that is clamped, a rigid body with its centre in front."""
-    body = node.beam
-    if body.element == RIGID:
-        from ancfsparse.scene.bodies.rigid_body import (
-            RigidBody,  # scenes without one do not load it
-        )
-
-        assert isinstance(body, RigidBody)
-        way = body.centre.position - node.position
-        return Mark("clamp", way if np.linalg.norm(way) > SAME * body.size else body.vectors[0, 0])
-    row = body.rows_of(node.index).start
-    slope = np.asarray(body.vectors[min(row, len(body.vectors) - 1), 0])
-    return Mark("clamp", slope if (body.ends[:, 0] == row).any() else -slope)
+        return Mark("clamp", self.node.beam.interior_direction(self.node))
 
 
 def along_axis(slope: NDArray[np.float64]) -> int | None:

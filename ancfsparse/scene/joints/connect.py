@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, in_the_plane
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
+from ancfsparse.scene.joints.joint import Joint, in_the_plane
 from ancfsparse.scene.records.record import At, PointRef, Spec
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.bodies.body import Builder, Led, Point
 from ancfsparse.scene.joints.frame_vectors import point
-from ancfsparse.scene.joints.joint import Builder, Joint, Led
+from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.joints.rod import HalfSquare
 from ancfsparse.scene.records.prescribed_motion import Course
 

@@ -2,75 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Vector
-
-# A direction whose components are within this of those of a vector of a frame is that vector.
-ALIGNED = 1e-12
-# Share of a direction outside the span of the vectors of a node that is taken for rounding.
-OFF = 1e-9
-
-
-@dataclass(frozen=True)
-class Sum:
-    """A vector that is linear in coordinates: ``constant + sum of w q``, component by component.
-
-    Attributes
-    ----------
-    terms : tuple of dict from int to float
-        Per component the weight of each coordinate.
-    constant : (dim,) float
-        The part that is fixed in space.
-    whole : (dim,) int or None
-        The coordinates that it consists of, if it is just these.
-    """
-
-    terms: tuple[dict[int, float], ...]
-    constant: Vector
-    whole: Coordinates | None = None
-
-    @classmethod
-    def fixed(cls, vector: Vector) -> Sum:
-        """Return a vector that stays as it is."""
-        return cls(tuple({} for _ in vector), np.asarray(vector, dtype=float))
-
-    @classmethod
-    def of(cls, vectors: Sequence[Coordinates], weights: Sequence[float]) -> Sum:
-        """Return a weighted sum of vectors of coordinates."""
-        used = [(v, w) for v, w in zip(vectors, weights, strict=True) if w != 0.0]
-        dim = len(vectors[0])
-        terms = tuple({int(v[d]): float(w) for v, w in used} for d in range(dim))
-        alone = len(used) == 1 and used[0][1] == 1.0
-        return cls(terms, np.zeros(dim), used[0][0] if alone else None)
-
-    def turned(self) -> Sum:
-        """Return the vector rotated by +90 degrees in the plane."""
-        x, y = self.terms
-        constant = np.array([-self.constant[1], self.constant[0]])
-        return Sum(({k: -w for k, w in y.items()}, x), constant)
-
-    def component(self, along: Vector) -> Coordinates | None:
-        """Return the coordinate (1,) that is the component along a unit vector; None if none is."""
-        d = int(np.argmax(np.abs(along)))
-        if self.whole is None or np.abs(np.delete(along, d)).max() > ALIGNED:
-            return None
-        return self.whole[[d]]
-
-    def __sub__(self, other: Sum) -> Sum:
-        """Return the difference of two."""
-        terms = []
-        for mine, its in zip(self.terms, other.terms, strict=True):
-            both = dict(mine)
-            for k, w in its.items():
-                both[k] = both.get(k, 0.0) - w
-            terms.append(both)
-        return Sum(tuple(terms), self.constant - other.constant)
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
+from ancfsparse.scene.kinematics.linear_forms import ALIGNED, Coordinates, Sum, Vector, _mixed
 
 
 def point(builder: Builder, node: Point) -> Sum:
@@ -111,7 +49,7 @@ def direction(builder: Builder, node: Point, vector: Vector) -> Sum:
     In the plane one vector is a frame; in space it gives only the directions along it.
     """
     own = vectors_of(builder, node)
-    frame = frame_at(node)[: len(own)]
+    frame = node.frame[: len(own)]
     if len(frame) == 1 and node.beam.dim == 2:
         size = float(frame[0] @ frame[0])
         along = float(vector @ frame[0]) / size
@@ -127,34 +65,6 @@ def direction(builder: Builder, node: Point, vector: Vector) -> Sum:
     found = Sum.of(own, weights[: len(own)].tolist())
     # The slopes of beams change their length: what they share is a direction.
     return replace(found, whole=None) if node.beam.n_elements else found
-
-
-def frame_at(node: Point) -> Vector:
-    """Return the vectors of a node in the reference shape, (k, dim)."""
-    every = node.beam.vectors
-    row = 0 if len(every) == 1 else node.beam.rows_of(node.index).start
-    return np.asarray(every[row])
-
-
-def spans(node: Point, vector: Vector) -> bool:
-    """Whether the vectors of a node span a direction."""
-    if node.beam.kind.is_string:
-        return False
-    frame = frame_at(node)[: (len(node.beam.kind.node_coordinates) // node.beam.dim) - 1]
-    if node.beam.dim == 2:
-        return True
-    weights = np.linalg.lstsq(frame.T, vector, rcond=None)[0]
-    return bool(np.linalg.norm(frame.T @ weights - vector) <= OFF * np.linalg.norm(vector))
-
-
-def _mixed(one: Sum, a: float, other: Sum, b: float) -> Sum:
-    terms = []
-    for mine, its in zip(one.terms, other.terms, strict=True):
-        both = {k: a * w for k, w in mine.items()}
-        for k, w in its.items():
-            both[k] = both.get(k, 0.0) + b * w
-        terms.append(both)
-    return Sum(tuple(terms), a * one.constant + b * other.constant)
 
 
 def is_one(one: Sum, other: Sum) -> bool:

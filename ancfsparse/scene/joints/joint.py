@@ -3,133 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import ClassVar, NamedTuple
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import RIGID, ElementKind
+from ancfsparse.kernels.catalog import RIGID
 from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.body import Point
-
-if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.joint_coordinates import Measure
-    from ancfsparse.scene.kinematics.track import Offset
-    from ancfsparse.scene.records.prescribed_motion import Course
-
-Vector = NDArray[np.float64]
-# Numbers that a builder has given to coordinates.
-Coordinates = NDArray[np.int32]
-
-# Stands for the second coordinate of a linear term.
-LINEAR = -1
-
-
-class Led(NamedTuple):
-    """What an equation follows: ``g(q) = s(t)``.
-
-    Attributes
-    ----------
-    course : Course
-        A prescribed motion.
-    column : int
-        The component of it that counts.
-    scale : callable, optional
-        From its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; by default they are it.
-    """
-
-    course: Course
-    column: int
-    scale: Callable[[Vector], Vector] | None = None
-
-
-class Builder(Protocol):
-    """What joints are lowered to; coordinates are numbers that it gives out.
-
-    Attributes
-    ----------
-    turns : bool
-        Whether angles may be prescribed by numbering.
-    lines : bool
-        Whether `hold` may be used; it may not where joints hold a point several times.
-    """
-
-    turns: bool
-    lines: bool
-
-    def kind(self, node: Point) -> ElementKind:
-        """Return the element at a node, which has the names of its coordinates."""
-        ...
-
-    def rows(self, node: Point) -> Coordinates:
-        """Return the coordinates of all rows of a node, (k, n_c): position first, then slopes."""
-        ...
-
-    def position(self, node: Point) -> Coordinates:
-        """Return the coordinates of the position of a node, (dim,)."""
-        ...
-
-    def ends(self, node: Point) -> Coordinates:
-        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
-        ...
-
-    def point(self, node: Point) -> tuple[Coordinates, Vector]:
-        """Return coordinates (dim, p) and weights (p,) whose sums are a point of a body."""
-        ...
-
-    def fix(self, coordinates: Coordinates) -> None:
-        """Hold coordinates at their reference values; the force that takes is the reaction."""
-        ...
-
-    def hold(self, coordinates: Coordinates) -> None:
-        """Hold coordinates as `fix` does, in place of equations that hold just these."""
-        ...
-
-    def drive(self, coordinates: Coordinates, course: Course) -> None:
-        """Let coordinates follow a prescribed motion, one component of it each."""
-        ...
-
-    def share(self, one: Coordinates, other: Coordinates) -> None:
-        """Make coordinates one, pair by pair."""
-        ...
-
-    def equation(
-        self,
-        label: str,
-        offset: float,
-        *terms: tuple[float, int, int],
-        about: Sequence[float] = (),
-        size: float = 0.0,
-        led: Led | None = None,
-        mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure | Offset]] = (),
-    ) -> None:
-        """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
-
-        Parameters
-        ----------
-        label : str
-            What it holds, for messages.
-        offset : float
-            Constant [m].
-        *terms : (float, int, int)
-            Factor c [1 or 1/m] and two coordinates; ``j = LINEAR`` makes the term ``c q_i``.
-        about : sequence of float, optional
-            Of each term [m].
-        size : float, optional
-            Of what the offset was added up from [m].
-        led : Led, optional
-            A function of time that takes the place of the zero [m].
-        mass : float, optional
-            What its gradients count with where masses are used as a matrix [kg], for coordinates
-            that have none of their own.  A solution does not depend on it.
-        measures : sequence of (float, Measure), optional
-            Further terms: a factor [m or 1] and an angle or a length.
-        """
-        ...
+from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.kinematics.linear_forms import Vector
 
 
 class Mark(NamedTuple):

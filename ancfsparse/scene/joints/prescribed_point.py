@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Joint, Led, Mark
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Led, Point
+from ancfsparse.scene.joints.joint import Joint, Mark
 from ancfsparse.scene.records.record import At, PointRef, Spec, text
 
 if TYPE_CHECKING:

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.messages import format_numbers
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import LINEAR, Builder, Coordinates, Joint, Led, Mark
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Led, Point
+from ancfsparse.scene.joints.joint import Joint, Mark
+from ancfsparse.scene.kinematics.linear_forms import Coordinates
 from ancfsparse.scene.records.record import At, PointRef, Spec, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import Course
 
-# Share of a beam's length within which two nodes count as being at one place.
-SAME_PLACE = 1e-9
 
 Term = tuple[float, int, int]
 

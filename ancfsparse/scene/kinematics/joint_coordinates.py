@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.joints.frame_vectors import Sum
+    from ancfsparse.scene.kinematics.linear_forms import Sum
 
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int32]

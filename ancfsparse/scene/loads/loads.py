@@ -2,104 +2,24 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ancfsparse.checks import check_finite, check_reals, check_vector, set_fields
-from ancfsparse.errors import InputError, LoadError, trial_call
-from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
+from ancfsparse.checks import check_finite
+from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies.body import Body, Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.records.record import At, BodyRef, PointRef, Spec, text
+from ancfsparse.scene.records.time_dependent import Applied, Value
 from ancfsparse.scene.records.transferable_functions import sendable
 
 Vector = NDArray[np.float64]
 # How a single number is read in the force that follows a cable in space.
 ALONG = "one number along the axis, the only axis that a cable has in space"
-Value = ArrayLike | Callable[[float], ArrayLike]
-
-
-class Applied(ABC):
-    """What all loads have in common.
-
-    It can be sent to another process, if need be without its function of time.
-
-    Attributes
-    ----------
-    value : number, ndarray or callable
-        The load, or a function of t [s] that returns it.
-    """
-
-    value: Value
-    unit: ClassVar[str]
-    number: ClassVar[str] = "one number about +z because the scene is planar"
-
-    def __post_init__(self) -> None:
-        """Try the load out, and keep a constant one as a checked number or vector."""
-        with trial_call():
-            now = self.at(0.0)
-        if not callable(self.value):
-            set_fields(self, value=now if self.shape else float(now[0]))
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
-        return self.__dict__ | {"value": sendable(self.__dict__["value"])}
-
-    @property
-    @abstractmethod
-    def what(self) -> str:
-        """Name of the load in messages."""
-
-    @property
-    @abstractmethod
-    def shape(self) -> tuple[int, ...]:
-        """Shape of a value: ``(dim,)``, or ``()`` for a number."""
-
-    def at(self, t: float) -> Vector:
-        """Give the load at time `t` [s], shape (dim,) or (1,) [`unit`].
-
-        Raises
-        ------
-        InputError
-            If a constant load is invalid; a `LoadError` if it is a function.
-        """
-        if not callable(self.value):
-            return self._checked(self.what, self.value)
-        try:
-            now = self.value(t)
-        except Exception as error:  # a function of the caller's may raise anything
-            raise self.failure(t, error) from error
-        return self.checked(t, now)
-
-    def checked(self, t: float, now: ArrayLike) -> Vector:
-        """Return what a function of time has returned, shape (dim,) or (1,), if it is a load.
-
-        Raises
-        ------
-        LoadError
-            If it is invalid.
-        """
-        try:
-            return self._checked(f"{self.what}, a function of time, at t = {t:.6g} s,", now)
-        except InputError as wrong:
-            raise LoadError(str(wrong), t) from None
-
-    def failure(self, t: float, error: Exception) -> LoadError:
-        """Return the error for a function that raised one."""
-        kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
-        reason = f"{kind}{error}".rstrip(": ")
-        return LoadError(f"{self.what}, a function of time, failed at t = {t:.6g} s: {reason}", t)
-
-    def _checked(self, name: str, value: ArrayLike) -> Vector:
-        if self.shape:
-            return check_vector(name, value, self.shape[0], self.unit)
-        if check_reals(name, value, self.number).ndim:
-            raise InputError(f"{name} must be {self.number}, got {format_value(value)}")
-        return np.array([check_finite(name, value, self.unit)])
 
 
 @dataclass(frozen=True, eq=False)

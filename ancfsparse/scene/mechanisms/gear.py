@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import Builder, Joint
-from ancfsparse.scene.mechanisms.joint_freedoms import at_reference, measure
+from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.mechanisms.coordinate_functions import at_reference, measure
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
-from ancfsparse.scene.mechanisms.joint_freedoms import measure
+from ancfsparse.scene.bodies.body import Builder, Led, Point
+from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.kinematics.linear_forms import Vector
+from ancfsparse.scene.mechanisms.coordinate_functions import measure
 from ancfsparse.scene.records.prescribed_motion import Angles, Course, Places, SpinRates, Spins
 from ancfsparse.scene.records.signal import at_once
 

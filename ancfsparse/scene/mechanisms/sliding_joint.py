@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import ElasticBody, Point
-from ancfsparse.scene.joints.joint import Builder, Coordinates, Joint, Vector
+from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.kinematics.linear_forms import Coordinates, Vector
 from ancfsparse.scene.kinematics.track import Offset, Track
 
 

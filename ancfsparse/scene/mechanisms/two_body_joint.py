@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.frame_vectors import Sum, across, direction, is_one, point, same
-from ancfsparse.scene.joints.joint import Builder, Joint, Mark, Vector
+from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.geometry.section_frames import normals
+from ancfsparse.scene.joints.frame_vectors import across, direction, is_one, point, same
+from ancfsparse.scene.joints.joint import Joint, Mark
+from ancfsparse.scene.kinematics.linear_forms import Sum, Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,18 +117,6 @@ class Between(Joint):
                 continue
             label = f"{self.label}, across {k + 1}"
             across(builder, label, one - other, self._of_b(builder, normal), 1.0)
-
-
-def normals(axis: Vector) -> Vector:
-    """Return the unit vectors across a unit vector, at right angles, (dim - 1, dim)."""
-    if len(axis) == 2:
-        return np.array([[-axis[1], axis[0]]])
-    # Those of the frame of space where the axis is one of them.
-    order = np.argsort(np.abs(axis), kind="stable")
-    first = np.eye(3)[min(order[0], order[1])]
-    one = first - (first @ axis) * axis
-    one /= np.linalg.norm(one)
-    return np.array([one, np.cross(axis, one)])
 
 
 @dataclass(frozen=True, eq=False)

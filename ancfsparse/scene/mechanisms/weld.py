@@ -6,19 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import ElasticBody, Point
-from ancfsparse.scene.joints.clamp import clamped
+from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import (
-    Sum,
     across,
     direction,
-    frame_at,
     row_of,
     same,
     vectors_of,
 )
-from ancfsparse.scene.joints.joint import Builder, Mark, Vector
-from ancfsparse.scene.mechanisms.two_body_joint import Between, normals
+from ancfsparse.scene.joints.joint import Mark
+from ancfsparse.scene.kinematics.linear_forms import Sum, Vector
+from ancfsparse.scene.mechanisms.two_body_joint import Between
 
 NAMES = ("r_x", "r_y", "r_z")
 # Sine of the angle between two slopes below which they are in line.
@@ -43,7 +43,9 @@ class Weld(Between):
     @property
     def mark(self) -> Mark | None:
         """How pictures show it: as a clamp where it holds a point to the ground."""
-        return clamped(self.a) if self.b is None else None
+        if self.b is not None:
+            return None
+        return Mark("clamp", self.a.beam.interior_direction(self.a))
 
     def lower(self, builder: Builder) -> None:
         """Share the point, and the directions that both have."""
@@ -60,7 +62,7 @@ class Weld(Between):
 
     def _hold(self, builder: Builder, held: Point, wall: Point | None) -> None:
         """Hold the directions of a node of a beam to a wall, which may move."""
-        kind, frame = builder.kind(held), frame_at(held)
+        kind, frame = builder.kind(held), held.frame
         if wall is not None and wall.beam.n_elements and self._needs_stiff_section(held, wall):
             self._stiffen(builder, wall)
         if kind.is_cable and self.stretch == "free":
@@ -82,7 +84,7 @@ class Weld(Between):
         """Whether a slope of one beam follows section vectors of another, which has some."""
         if wall.beam.kind.is_cable or held.beam.kind.is_cable:
             return not wall.beam.kind.is_cable
-        slope, section = frame_at(held)[0], frame_at(wall)[1:]
+        slope, section = held.frame[0], wall.frame[1:]
         sizes = np.linalg.norm(slope) * np.linalg.norm(section, axis=1)
         return bool((np.abs(section @ slope) > OFF * sizes).any())
 
@@ -92,7 +94,7 @@ class Weld(Between):
         Otherwise the last element alone bears the moment that turns a slope against a section, by a
         shear that grows as elements become shorter.
         """
-        frame, vectors = frame_at(wall), vectors_of(builder, wall)
+        frame, vectors = wall.frame, vectors_of(builder, wall)
         assert isinstance(wall.beam, ElasticBody)
         mass = float(np.mean(wall.beam.stiffnesses()["mass_per_length"])) * wall.beam.size
         for k, (u, mine) in enumerate(zip(vectors, frame, strict=True)):

@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.joint import Builder, Joint, Led, Vector
-from ancfsparse.scene.mechanisms.joint_freedoms import distance, measure
+from ancfsparse.scene.bodies.body import Builder, Led, Point
+from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.kinematics.linear_forms import Vector
+from ancfsparse.scene.mechanisms.coordinate_functions import distance, measure
 from ancfsparse.scene.records.prescribed_motion import Course
 
 

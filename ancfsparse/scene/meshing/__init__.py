@@ -1,1 +1,30 @@
 """Construction of checked beams and meshes from arguments."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.meshing.curved_beam import build_curved_beam
+    from ancfsparse.scene.meshing.eigenstrain import with_eigenstrain
+    from ancfsparse.scene.meshing.mesh_lines import build_mesh
+    from ancfsparse.scene.meshing.node_edge_checks import checked_graph
+    from ancfsparse.scene.meshing.offset_beam import offset_from_line
+
+__all__ = [
+    "build_curved_beam",
+    "build_mesh",
+    "checked_graph",
+    "offset_from_line",
+    "with_eigenstrain",
+]
+
+_MODULES = {
+    "build_curved_beam": "curved_beam",
+    "build_mesh": "mesh_lines",
+    "checked_graph": "node_edge_checks",
+    "offset_from_line": "offset_beam",
+    "with_eigenstrain": "eigenstrain",
+}
+
+__getattr__ = on_demand(__name__, _MODULES)

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count, check_finite
-from ancfsparse.errors import InputError, MessageTemplate, Parameter
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene.bodies.body import Numbers, Vector, VelocityField
-from ancfsparse.scene.bodies.element_choice import DEFAULTS, check_make, chosen_element
-from ancfsparse.scene.bodies.mesh import Mesh
-from ancfsparse.scene.meshing.node_edge_checks import checked_graph
-from ancfsparse.scene.meshing.straight_beam import (
-    along_principal_axes,
-    section_frames,
-    velocity_field,
+from ancfsparse.scene.bodies.auto_element import AUTO
+from ancfsparse.scene.bodies.body import Numbers, Vector
+from ancfsparse.scene.bodies.element_choice import (
+    check_make,
+    chosen_element,
+    given_options,
+    slack_string,
 )
-from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection, Taper
-from ancfsparse.system_memory import check_memory
+from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
+from ancfsparse.scene.geometry.section_frames import along_principal_axes, section_frames
+from ancfsparse.scene.meshing.initial_velocity import velocity_field
+from ancfsparse.scene.meshing.node_edge_checks import checked_graph
+from ancfsparse.scene.meshing.straight_beam import check_element_memory
+from ancfsparse.scene.sections.sections import Taper
 
 Integers = NDArray[np.integer[Any]]
 
@@ -30,59 +31,59 @@ Integers = NDArray[np.integer[Any]]
 # degrees, sections that all have e_z near +z would turn about their axes by more.
 TWISTED = 2.0
 EVEN = 1e-9
+BYTES = 400.0  # of the arrays of an element
 
 
-def mesh_of(
-    label: str,
-    dim: int,
-    nodes: ArrayLike,
-    edges: ArrayLike,
-    element: str | ElementKind,
-    section: AnySection,
-    material: Material,
-    options: Mapping[str, str],
-    n_elements: int | str,
-    smooth: float,
-    velocity: ArrayLike | VelocityField | None,
-) -> Mesh:
-    """Check the arguments of a mesh and make its handle.
+def build_mesh(record: MeshSpec, dim: int) -> Mesh:
+    """Check the arguments of a mesh and build its handle.
 
     Parameters
     ----------
-    label : str
-        Its name.
+    record : MeshSpec
+        The arguments of `Scene.add_mesh`.
     dim : int
-        Dimension of its scene.
-    nodes, edges, element, section, material, n_elements, smooth, velocity
-        As in `Scene.add_mesh`.
-    options : mapping of str to str
-        A value for every option of every element.
+        Dimension of the scene.
 
     Returns
     -------
     Mesh
         The handle, not yet part of a scene.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid; the message names the first offender and their number.
     """
-    element, chosen, kind = chosen_element(label, element, dim, DEFAULTS | dict(options))
+    label, section, material = record.name, record.section, record.material
+    arguments = {"element": record.element, "n_elements": record.n_elements}
+    automatic = tuple(
+        name for name, value in arguments.items() if isinstance(value, str) and value == AUTO
+    )
+    kind_given: str | ElementKind = (
+        "thin" if "element" in automatic and record.slack is None else record.element
+    )
+    if record.slack is not None:
+        kind_given = slack_string(label, kind_given, dim, record.slack)
+    n_elements = 1 if "n_elements" in automatic else record.n_elements
+    element, chosen, kind = chosen_element(label, kind_given, dim, given_options(record))
     check_make(label, kind, section, material)
     if isinstance(section, Taper):
         raise InputError(
             f"{label} cannot have a Taper, which follows one beam: give its edges one section, or "
             "take beams of add_beam"
         )
-    angle = check_finite(f"smooth of {label}", smooth, "degrees")
+    angle = check_finite(f"smooth of {label}", record.smooth, "degrees")
     if not 0.0 <= angle <= 90.0:
         raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")
     count = check_count(f"n_elements of {label}", n_elements)
-    positions, given, lengths = checked_graph(label, dim, nodes, edges)
+    positions, given, lengths = checked_graph(label, dim, record.nodes, record.edges)
     directions = (positions[given[:, 1]] - positions[given[:, 0]]) / lengths[:, None]
     # Half-edge 2 e is where edge e begins, 2 e + 1 where it ends; each points away from its node.
     at = given.ravel()
     outward = np.stack([directions, -directions], axis=1).reshape(-1, dim)
     partners = _partners(at, outward, 2.0 * np.sin(0.5 * np.radians(angle)))
     if count > 1:
-        fewer = MessageTemplate("a smaller {n_elements}", n_elements=Parameter("n_elements"))
-        check_memory(f"{label}, {count * len(given)} elements,", 400.0 * count * len(given), fewer)
+        check_element_memory(label, count * len(given), BYTES)
         positions, given, partners = _divided(positions, given, partners, count)
         at, lengths = given.ravel(), np.repeat(lengths / count, count)
         directions = np.repeat(directions, count, axis=0)
@@ -98,6 +99,9 @@ def mesh_of(
         table[flipped] = table[flipped, ::-1]
     for array in (positions, given, flipped, lengths, row_nodes, ends, vectors):
         array.flags.writeable = False
+    velocity = record.velocity
+    if velocity is not None:
+        velocity = velocity_field(label, velocity, positions)
     return Mesh(
         name=label,
         element=element,
@@ -106,7 +110,8 @@ def mesh_of(
         section=section,
         material=material,
         positions=positions,
-        velocity=None if velocity is None else velocity_field(label, velocity, positions),
+        velocity=velocity,
+        automatic=automatic,
         n_each=count,
         edges=given,
         flipped=flipped,

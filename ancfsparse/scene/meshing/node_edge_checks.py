@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_reals, is_masked
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Numbers, Vector
-from ancfsparse.scene.meshing.straight_beam import FARTHEST, place
+from ancfsparse.scene.geometry.positions import FARTHEST, place
 
 # Nodes closer than this share of the whole mesh are at one place.
 SAME_PLACE = 1e-9

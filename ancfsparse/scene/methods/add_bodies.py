@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.scene import meshing
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.body import VelocityField
-from ancfsparse.scene.bodies.element_choice import slack_string
 from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
-from ancfsparse.scene.meshing.curved_beam import Shape, beam_of
+from ancfsparse.scene.meshing.build_beam import build_beam
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import specified
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.sections import AnySection
 
@@ -152,55 +150,23 @@ class Bodies(Records):
             If anything does not fit, with what to give instead.
         """
         label = self._label(name, "beam")
-        stand_in, count = element, n_elements
-        automatic: tuple[str, ...] = ()
-        if any(isinstance(each, str) and each == "auto" for each in (element, n_elements)):
-            from ancfsparse.scene.bodies.auto_element import undecided  # few beams are
-
-            stand_in, count, automatic = undecided(element, n_elements, self.dim)
-        if slack is not None:
-            stand_in = slack_string(label, stand_in, self.dim, slack)
-        given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
-        shape = Shape(start, end, curve, rest, length, tension, up, twist, nodes)
-        beam = beam_of(
-            label, self.gravity, stand_in, shape, count, section, material, given, velocity
-        )
-        if automatic:
-            beam = replace(beam, automatic=automatic)
-        line = beam.positions[[0, -1]]
-        if offset is not None:
-            from ancfsparse.scene.bodies.section_offsets import beside_line  # few beams are
-
-            beam = beside_line(beam, offset)
-        if eigenstrain is not None or eigencurvature is not None:
-            from ancfsparse.scene.meshing.eigenstrain import with_eigenstrain  # few beams have any
-
-            beam = with_eigenstrain(beam, eigenstrain, eigencurvature)
+        if section is None or material is None or (n_elements is None and nodes is None):
+            arguments = {"n_elements": n_elements, "section": section, "material": material}
+            missing = next(
+                argument
+                for argument, value in arguments.items()
+                if value is None and (argument != "n_elements" or nodes is None)
+            )
+            raise InputError(f"{label} needs `{missing}`: give it to add_beam")
         record = BeamSpec(
-            element=element,
-            start=None if start is None else line[0],
-            end=None if end is None else line[1],
-            n_elements="auto" if "n_elements" in automatic else beam.n_elements,
-            section=beam.section,
-            material=beam.material,
-            strain=strain,
-            curvature=curvature,
-            section_strain=section_strain,
-            curve=None if curve is None else _specified_curve(curve),
-            rest=rest,
-            nodes=beam.nodes,
-            length=None if length is None else float(length),
-            tension=None if tension is None else float(tension),
-            slack=None if slack is None else float(slack),
-            up=specified(up),
-            twist=twist if twist is None or callable(twist) else float(twist),
-            offset=_as_given(offset),
-            eigenstrain=_as_given(eigenstrain),
-            eigencurvature=_as_given(eigencurvature),
-            velocity=specified(velocity),
-            name=label,
-        )
-        return self._take(beam, record)
+            element=element, start=start, end=end, n_elements=n_elements, section=section,
+            material=material, strain=strain, curvature=curvature, section_strain=section_strain,
+            curve=curve, rest=rest, nodes=nodes, length=length, tension=tension, slack=slack,
+            up=up, twist=twist, offset=offset, eigenstrain=eigenstrain,
+            eigencurvature=eigencurvature, velocity=velocity, name=label,
+        )  # fmt: skip
+        beam = build_beam(record, self.gravity)
+        return self._take(beam, record.checked(beam))
 
     def add_mesh(
         self,
@@ -273,58 +239,10 @@ class Bodies(Records):
         InputError
             If anything does not fit, with the first offender and how many there are.
         """
-        from ancfsparse.scene.meshing.mesh_lines import mesh_of
-
-        label = self._label(name, "mesh")
-        given = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
-        automatic = tuple(
-            argument
-            for argument, value in (("element", element), ("n_elements", n_elements))
-            if isinstance(value, str) and value == "auto"
-        )
-        if "element" in automatic and slack is None:
-            element = "thin"
-        made = element if slack is None else slack_string(label, element, self.dim, slack)
-        mesh = mesh_of(
-            label,
-            self.dim,
-            nodes,
-            edges,
-            made,
-            section,
-            material,
-            given,
-            1 if "n_elements" in automatic else n_elements,
-            smooth,
-            velocity,
-        )
-        if automatic:
-            mesh = replace(mesh, automatic=automatic)
         record = MeshSpec(
-            *mesh.given(),
-            "auto" if "element" in automatic else element,
-            section,
-            material,
-            "auto" if "n_elements" in automatic else mesh.n_each,
-            float(smooth),
-            None if slack is None else float(slack),
-            strain,
-            curvature,
-            section_strain,
-            specified(velocity),
-            label,
-        )
-        return self._take(mesh, record)
-
-
-def _specified_curve(curve: AnyCurve) -> AnyCurve:
-    from ancfsparse.scene.geometry.splines import specified_curve
-
-    return specified_curve(curve)
-
-
-def _as_given(value: Any) -> Any:
-    """Return a number, a vector as a tuple, or a function."""
-    if value is None or callable(value):
-        return value
-    return tuple(map(float, value)) if np.ndim(value) else float(value)
+            nodes=nodes, edges=edges, element=element, section=section, material=material,
+            n_elements=n_elements, smooth=smooth, slack=slack, strain=strain, curvature=curvature,
+            section_strain=section_strain, velocity=velocity, name=self._label(name, "mesh"),
+        )  # fmt: skip
+        mesh = meshing.build_mesh(record, self.dim)
+        return self._take(mesh, record.checked(mesh))

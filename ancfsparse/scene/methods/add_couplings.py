@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.checks import (
-    check_choice,
     check_finite,
     check_flag,
     check_moderate,
@@ -18,10 +17,15 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.messages import format_value
+from ancfsparse.scene import mechanisms, records
+from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.bodies.mesh import Mesh
+from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import Joint, check_end
+from ancfsparse.scene.joints.joint_coordinate import UNITS, freedom_of
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Spec, specified, text
+from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Spec, as_data, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.beam import Beam
@@ -146,23 +150,22 @@ class Couplings(Records):
         SingularSceneError
             If it is driven already.
         """
-        from ancfsparse.scene.mechanisms.joint_freedoms import UNITS
-        from ancfsparse.scene.mechanisms.prescribed_joint import Driven
-
         reference = self._joint("a drive", joint)
         freedom = freedom_of("a drive", joint, of)
         for other in self.joints:
-            if isinstance(other, Driven) and other.joint is joint and other.of == freedom:
+            if (
+                isinstance(other, mechanisms.Driven)
+                and other.joint is joint
+                and other.of == freedom
+            ):
                 raise SingularSceneError(
                     f"the {freedom} of the {joint.label} is driven already: leave one drive out"
                 )
         subject = f"the {freedom} of the {joint.label}"
-        from ancfsparse.scene.records.prescribed_motion import course_of
-
-        course = course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
+        course = records.course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
         flag = check_flag("as_constraint of a drive", as_constraint)
         record = DrivenSpec(reference, value, rate, second_rate, of, flag)
-        return self._add_partial(Driven(joint, freedom, course, flag), record)
+        return self._add_partial(mechanisms.Driven(joint, freedom, course, flag), record)
 
     def slide(self, point: Point, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
         """Let a point slide along a beam or a mesh without friction, from element to element.
@@ -190,11 +193,6 @@ class Couplings(Records):
         InputError
             If the point is not on the beam, or of it, or on a closed line of a mesh.
         """
-        from ancfsparse.scene.bodies.beam import Beam
-        from ancfsparse.scene.bodies.mesh import Mesh
-        from ancfsparse.scene.mechanisms.sliding_joint import Slide, elements_under
-        from ancfsparse.scene.mechanisms.two_body_joint import normals
-
         node = self._mine("a slide", check_end("a slide", point))
         if not isinstance(along, Beam | Mesh):
             raise InputError(
@@ -211,7 +209,7 @@ class Couplings(Records):
         if isinstance(along, Beam):
             elements, axes = np.arange(along.n_elements), np.asarray(along.axes_of(0))
         else:
-            elements = elements_under(node, along)
+            elements = mechanisms.elements_under(node, along)
             ends = along.positions[along.row_nodes[along.ends[elements[0]]]]
             axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
             axes = np.vstack([axis, normals(axis)])
@@ -226,8 +224,8 @@ class Couplings(Records):
                     f"lateral of a slide must be across {along.name}, got {format_value(lateral)}"
                 )
             across = across / length
-        record = SlideSpec(node.reference, BodyRef(along.name), specified(lateral))
-        return self._add_partial(Slide(node, along, elements, across), record)
+        record = SlideSpec(node.reference, BodyRef(along.name), as_data(lateral))
+        return self._add_partial(mechanisms.Slide(node, along, elements, across), record)
 
     def gear(
         self,
@@ -263,8 +261,6 @@ class Couplings(Records):
         InputError
             If a joint has no such freedom, or the ratio is zero or not finite.
         """
-        from ancfsparse.scene.mechanisms.gear import Gear
-
         references = self._joint("a gear", one), self._joint("a gear", other)
         of = freedom_of("a gear", one, of_one), freedom_of("a gear", other, of_other)
         if one is other and of[0] == of[1]:
@@ -274,7 +270,7 @@ class Couplings(Records):
             raise InputError("ratio of a gear must not be zero: the first joint would be locked")
         check_moderate("ratio of a gear, without its sign,", abs(by), "1, rad/m or m/rad")
         return self._add_partial(
-            Gear(one, other, of, by), GearSpec(*references, by, of_one, of_other)
+            mechanisms.Gear(one, other, of, by), GearSpec(*references, by, of_one, of_other)
         )
 
     def winch(
@@ -317,10 +313,7 @@ class Couplings(Records):
         InputError
             If a point is invalid, two consecutive ones coincide, or an argument is missing.
         """
-        from ancfsparse.scene.force_elements.ropes import points_of_rope
-        from ancfsparse.scene.mechanisms.winch import Winch
-
-        ends, apart = points_of_rope(self, "a winch", points)
+        ends, apart = self._points_of_rope("a winch", points)
         if (drum is None) != (radius is None):
             raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
         if drum is not None and length is not None:
@@ -329,9 +322,7 @@ class Couplings(Records):
             raise InputError("a winch has a rate and no length that changes: give length=l(t) too")
         course, wound, by = None, None, 0.0
         if length is not None:
-            from ancfsparse.scene.records.prescribed_motion import course_of
-
-            course = course_of("the length of the winch", 0, length, rate, second_rate)
+            course = records.course_of("the length of the winch", 0, length, rate, second_rate)
         if drum is not None:
             wound, by = (
                 self._joint("a winch", drum),
@@ -343,23 +334,4 @@ class Couplings(Records):
             each.reference if isinstance(each, Point) else tuple(each.tolist()) for each in ends
         )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
-        return self._add_partial(Winch(ends, sum(apart), course, drum, by), record)
-
-
-def freedom_of(what: str, joint: Joint, of: str | None) -> str:
-    """Return the freedom of a joint that is named, or its only one."""
-    if of is not None:
-        check_choice(f"of of {what}", of, ("angle", "displacement"))
-    free = joint.freedoms
-    if not free or (of is not None and of not in free):
-        needed = {None: "an angle or a displacement", "angle": "an angle"}.get(of, "a displacement")
-        raise InputError(
-            f"{what} needs a joint with {needed}, and the {joint.label} has none: take a "
-            "revolute, cylindrical or prismatic joint, or in the plane a pin or a connection"
-        )
-    if of is None and len(free) > 1:
-        raise InputError(
-            f"{what} of the {joint.label}, which has an angle and a displacement, needs of='angle' "
-            "or of='displacement'"
-        )
-    return of or free[0]
+        return self._add_partial(mechanisms.Winch(ends, sum(apart), course, drum, by), record)

@@ -12,16 +12,18 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
+from ancfsparse.scene import records
 from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.geometry.positions import SAME_PLACE, check_position, place
 from ancfsparse.scene.joints.clamp import Clamp, ClampSpec
 from ancfsparse.scene.joints.connect import Connect, ConnectSpec
+from ancfsparse.scene.joints.distance import Distance
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_point, check_turns
 from ancfsparse.scene.joints.pin import Pin, PinSpec
 from ancfsparse.scene.joints.prescribed_point import Drive, DriveSpec
-from ancfsparse.scene.joints.rod import SAME_PLACE, Rod, RodSpec
-from ancfsparse.scene.meshing.straight_beam import check_position, place
+from ancfsparse.scene.joints.rod import Rod, RodSpec
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, PointRef, Spec, specified, text
+from ancfsparse.scene.records.record import At, PointRef, Spec, as_data, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints.distance import Distance
@@ -129,10 +131,8 @@ class Joints(Records):
         own = self._mine("a drive", check_point("a drive", node))
         check_flag("as_constraint of a drive", as_constraint)
         subject = f"the position of the drive at {own!r}"
-        from ancfsparse.scene.records.prescribed_motion import course_of
-
-        course = course_of(subject, self.dim, position, rate, second_rate)
-        record = DriveSpec(own.reference, specified(position), rate, second_rate, as_constraint)
+        course = records.course_of(subject, self.dim, position, rate, second_rate)
+        record = DriveSpec(own.reference, as_data(position), rate, second_rate, as_constraint)
         return self._add(Drive(own, course, as_constraint), record)
 
     def rod(
@@ -179,10 +179,10 @@ class Joints(Records):
                 f"the rod at {node!r} has a rate and no length that changes: give length=l(t) too"
             )
         if length is not None:
-            from ancfsparse.scene.records.prescribed_motion import course_of
-
-            course = course_of(f"the length of the rod at {node!r}", 0, length, rate, second_rate)
-        record = RodSpec(node.reference, specified(point), length, rate, second_rate)
+            course = records.course_of(
+                f"the length of the rod at {node!r}", 0, length, rate, second_rate
+            )
+        record = RodSpec(node.reference, as_data(point), length, rate, second_rate)
         return self._add(Rod(node, point, distance, course), record)
 
     def connect(self, a: Point, b: Point, *, apart: bool = False) -> Connect:
@@ -242,8 +242,6 @@ class Joints(Records):
         Distance
             The joint; to a fixed point it is `rod`.
         """
-        from ancfsparse.scene.joints.distance import Distance
-
         self._mine("a distance", check_point("a distance", a))
         self._mine("a distance", check_point("a distance", b))
         check_other_body("a distance", a, b)
@@ -258,8 +256,6 @@ class Joints(Records):
             )
         if length is not None:
             subject = f"the distance of {a!r} and {b!r}"
-            from ancfsparse.scene.records.prescribed_motion import course_of
-
-            course = course_of(subject, 0, length, rate, second_rate)
+            course = records.course_of(subject, 0, length, rate, second_rate)
         record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
         return self._add_partial(Distance(a, b, apart, course), record)

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.body import ElasticBody, Point
+from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.loads.loads import (

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,15 +15,15 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
+from ancfsparse.scene import mechanisms
 from ancfsparse.scene.bodies.body import Point, Vector
+from ancfsparse.scene.geometry.positions import SAME_PLACE, place
+from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
-from ancfsparse.scene.joints.rod import SAME_PLACE
-from ancfsparse.scene.meshing.straight_beam import place
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.record import At, PointRef, Spec, text
 
 if TYPE_CHECKING:
-    from ancfsparse.kernels.catalog import ElementKind
     from ancfsparse.scene.mechanisms.two_body_joint import (
         Between,
         Cylindrical,
@@ -32,10 +32,6 @@ if TYPE_CHECKING:
         Universal,
     )
     from ancfsparse.scene.mechanisms.weld import Weld
-    from ancfsparse.scene.methods.add_frames import Frame
-    from ancfsparse.scene.scene import Scene
-    from ancfsparse.scene.sections.material import Material
-    from ancfsparse.scene.sections.sections import AnySection
 
 Kind = TypeVar("Kind", bound="Between")
 
@@ -127,12 +123,12 @@ class Mechanisms(Records):
             The joint.  Where the axis is one of the vectors of both bodies, or of the one at the
             ground, and the points are their origins, it is made by numbering.
         """
-        from ancfsparse.scene.mechanisms.two_body_joint import Revolute, normals
-
         self._check_spatial("revolute", "connect, or pin to the ground")
         ends = self._ends("a revolute joint", a, b)
         along = self._axis("a revolute joint", axis)
-        return self._between(Revolute, RevoluteSpec, ends, (along,), (along, *normals(along)))
+        return self._between(
+            mechanisms.Revolute, RevoluteSpec, ends, (along,), (along, *normals(along))
+        )
 
     def universal(
         self,
@@ -156,8 +152,6 @@ class Mechanisms(Records):
         Universal
             The joint.
         """
-        from ancfsparse.scene.mechanisms.two_body_joint import Universal
-
         self._check_spatial("universal", "connect")
         ends = self._ends("a universal joint", a, b)
         one = self._axis("a universal joint", axis_a, "axis_a")
@@ -167,7 +161,9 @@ class Mechanisms(Records):
             raise InputError(
                 f"the axes of a universal joint must be at a right angle, got {angle:.6g} degrees"
             )
-        return self._between(Universal, UniversalSpec, ends, (one, other), ((one,), (other,)))
+        return self._between(
+            mechanisms.Universal, UniversalSpec, ends, (one, other), ((one,), (other,))
+        )
 
     def cylindrical(
         self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
@@ -187,13 +183,13 @@ class Mechanisms(Records):
             The joint.  Where the axis is one of space and the origin of a body slides beside the
             ground, its place across the axis is held by numbering.
         """
-        from ancfsparse.scene.mechanisms.two_body_joint import Cylindrical, normals
-
         self._check_spatial("cylindrical", "prismatic")
         ends = self._ends("a cylindrical joint", a, b, apart=True)
         along = self._axis("a cylindrical joint", axis)
         self._check_line("a cylindrical joint", *ends, along)
-        return self._between(Cylindrical, CylindricalSpec, ends, (along,), (along, *normals(along)))
+        return self._between(
+            mechanisms.Cylindrical, CylindricalSpec, ends, (along,), (along, *normals(along))
+        )
 
     def prismatic(self, a: Point, b: Point | None = None, *, axis: ArrayLike) -> Prismatic:
         """Let a point slide along an axis without turning.
@@ -211,13 +207,11 @@ class Mechanisms(Records):
             The joint.  Where the axis is one of space and the origin of a body slides beside the
             ground, its place across the axis is held by numbering.
         """
-        from ancfsparse.scene.mechanisms.two_body_joint import Prismatic, normals
-
         ends = self._ends("a prismatic joint", a, b, apart=True)
         along = self._axis("a prismatic joint", axis)
         self._check_line("a prismatic joint", *ends, along)
         needed = (along, *normals(along))
-        return self._between(Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
+        return self._between(mechanisms.Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
 
     def weld(self, a: Point, b: Point | None = None, *, stretch: str = "free") -> Weld:
         """Join two points without relative rotation.
@@ -240,12 +234,9 @@ class Mechanisms(Records):
         Weld
             The joint.
         """
-        from ancfsparse.scene.joints.frame_vectors import spans
-        from ancfsparse.scene.mechanisms.weld import Weld
-
         ends = self._ends("a weld", a, b)
         beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]
-        cables = [each for each in beams if not spans(each, each.beam.axes_of(0)[-1])]
+        cables = [each for each in beams if not each.spans(each.beam.axes_of(0)[-1])]
         check_choice("stretch of a weld", stretch, ("free", "fixed"))
         if self.dim == 3 and len(cables) == 2 and not self._in_line(cables, stretch):
             raise InputError(
@@ -253,77 +244,13 @@ class Mechanisms(Records):
                 "include rotation about their axes; take element='thick', weld both to a rigid "
                 "body, or in line stretch='fixed'"
             )
-        joint = Weld(*ends, stretch=stretch)
+        joint = mechanisms.Weld(*ends, stretch=stretch)
         return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference, stretch))
-
-    def add_frame(
-        self,
-        nodes: ArrayLike,
-        edges: ArrayLike | None,
-        element: str | ElementKind,
-        n_elements: int,
-        section: AnySection,
-        material: Material,
-        *,
-        up: ArrayLike | None = None,
-        strain: str = "green",
-        curvature: str = "axis",
-        section_strain: str = "consistent",
-        name: str | None = None,
-    ) -> Frame:
-        """Add beams between nodes, straight and free of stress, and weld them where they meet.
-
-        Parameters
-        ----------
-        nodes : array_like, shape (n, dim)
-            Positions of the nodes [m], each of them at the end of some edge.
-        edges : array_like of int, shape (m, 2), or None
-            The two nodes of every beam, numbered from 0; None for a polyline from node to node.
-        element : str or ElementKind
-            ``"thick"``, or in the plane also ``"thin"`` and ``"l2t2"``.
-        n_elements : int
-            Number of elements of every beam.
-        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
-            Cross-section of all beams.
-        material : Material
-            What they are made of.
-        up : array_like, shape (3,) or (m, 3), optional
-            Rough direction of e_y of all sections in space, or of those of each edge, as in
-            `add_beam`.
-        strain, curvature, section_strain : str, optional
-            As in `add_beam`.
-        name : str, optional
-            How messages call it; ``"frame 0"`` if it is the first in the scene and so on.
-
-        Returns
-        -------
-        Frame
-            Its `beams`, and handles by `node` and `at`.
-
-        Raises
-        ------
-        InputError
-            If anything does not fit; nothing has been added then.
-
-        Notes
-        -----
-        It stands for calls of `add_beam` and `weld`, which are what the scene records.  Beams of
-        several sections are welded likewise by hand.
-        """
-        from ancfsparse.scene.methods.add_frames import frame_of
-
-        scene, label = cast("Scene", self), self._label(name, "frame")
-        options = {"strain": strain, "curvature": curvature, "section_strain": section_strain}
-        return frame_of(
-            scene, label, nodes, edges, element, n_elements, section, material, up, options
-        )
 
     @staticmethod
     def _in_line(cables: list[Point], stretch: str) -> bool:
         """Whether two cables have one tangent, which one slope is then."""
-        from ancfsparse.scene.joints.frame_vectors import frame_at, spans
-
-        return stretch == "fixed" and spans(cables[0], frame_at(cables[1])[0])
+        return stretch == "fixed" and cables[0].spans(cables[1].frame[0])
 
     def _check_spatial(self, name: str, instead: str) -> None:
         if self.dim == 2:
@@ -379,12 +306,10 @@ class Mechanisms(Records):
         needed: Any,
     ) -> Kind:
         """Add a joint whose ends have the directions that it needs."""
-        from ancfsparse.scene.joints.frame_vectors import spans
-
         of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
         a, b = ends
         for node, directions in zip(ends, of_each, strict=True):
-            if node is not None and not all(spans(node, each) for each in directions):
+            if node is not None and not all(node.spans(each) for each in directions):
                 raise InputError(
                     f"the {kind.name} joint needs directions of {node!r} that it does not have: a "
                     "thin rod or a cable has only that of its axis; exchange the two ends, or "

@@ -19,12 +19,12 @@ from ancfsparse.checks import (
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, rigid_kind
 from ancfsparse.messages import format_value
+from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.body import Vector
-from ancfsparse.scene.force_elements.masses import second_moments
-from ancfsparse.scene.meshing.straight_beam import check_position
+from ancfsparse.scene.geometry.positions import check_position
+from ancfsparse.scene.kinematics.rigid_motion import RigidMotion, second_moments
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import Spec, specified
-from ancfsparse.scene.records.transferable_functions import RigidMotion
+from ancfsparse.scene.records.record import Spec, as_data
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -120,12 +120,11 @@ class RigidBodies(Records):
         InputError
             If an argument is invalid, such as an inertia that no body can have.
         """
-        from ancfsparse.scene.bodies.rigid_body import RigidBody
-        from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
-
         label = self._label(name, "body")
         dim = self.dim
-        if shape is not None and not isinstance(shape, Box | Cylinder | Sphere | Rod):
+        if shape is not None and not isinstance(
+            shape, bodies.Box | bodies.Cylinder | bodies.Sphere | bodies.Rod
+        ):
             raise InputError(
                 f"the shape of {label} must be a Box, Cylinder, Sphere or Rod, got "
                 f"{format_value(shape)}"
@@ -156,7 +155,7 @@ class RigidBodies(Records):
         arrays = origin, axes[None, :n_vectors].copy(), spread
         for array in arrays:
             array.flags.writeable = False
-        body = RigidBody(
+        body = bodies.RigidBody(
             name=label,
             element=RIGID,
             options={"vectors": str(n_vectors)},
@@ -174,13 +173,13 @@ class RigidBodies(Records):
         )
         record = BodySpec(
             shape,
-            specified(position),
+            as_data(position),
             _specified(mass),
             _specified(density),
-            specified(centre),
+            as_data(centre),
             _specified(inertia),
             _specified(orientation),
-            specified(velocity),
+            as_data(velocity),
             _specified(angular_velocity),
             label,
         )
@@ -242,7 +241,7 @@ def _second_moments(
 def _specified(value: ArrayLike | None) -> Any:
     """Return a number, a vector or a matrix that was given, as data."""
     if value is None or np.ndim(value):
-        return specified(value)
+        return as_data(value)
     return check_finite("a number", value)  # single precision: the decimal that the body has too
 
 

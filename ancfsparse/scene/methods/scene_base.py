@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value, suggest_names
-from ancfsparse.scene.bodies.body import Body, ElasticBody, Point
+from ancfsparse.scene.bodies.body import Body, Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.geometry.positions import SAME_PLACE, Vector, check_position
 from ancfsparse.scene.joints.constrained_points import Holds
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attached
@@ -177,6 +179,44 @@ class Records:
     def _mine(self, what: str, node: Point) -> Point:
         self._own(what, node.beam)
         return node
+
+    def _points_of_rope(
+        self, what: str, points: object
+    ) -> tuple[tuple[Point | Vector, ...], list[float]]:
+        """Return the points that a rope leads over, and the distances of consecutive ones [m].
+
+        Raises
+        ------
+        InputError
+            If a point is invalid, two consecutive ones coincide, or all are fixed in space.
+        """
+        if not isinstance(points, list | tuple) or len(points) < 2:
+            raise InputError(
+                f"{what} needs a list of two points or more, got {format_value(points)}"
+            )
+        ends: list[Point | Vector] = []
+        for k, each in enumerate(points):
+            if isinstance(each, Point):
+                ends.append(self._mine(what, each))
+            elif isinstance(each, Body):
+                raise InputError(
+                    f"point {k} of {what} must be a single point, got {each.name}: give one of its "
+                    "points, such as hook.origin or hook.at(...) of a rigid body, rod.end of a beam"
+                )
+            else:
+                ends.append(check_position(f"point {k} of {what}", each, self.dim))
+        nodes = [each for each in ends if isinstance(each, Point)]
+        if not nodes:
+            raise InputError(f"{what} needs a point of a beam or a body among its points")
+        places = np.array([each.position if isinstance(each, Point) else each for each in ends])
+        apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        k = int(np.argmin(apart))
+        if apart[k] <= SAME_PLACE * max(each.beam.size for each in nodes):
+            raise InputError(
+                f"points {k} and {k + 1} of {what} coincide, so its rope has no direction there: "
+                "leave one of them out"
+            )
+        return tuple(ends), apart.tolist()
 
 
 def _check_range(body: ElasticBody) -> None:

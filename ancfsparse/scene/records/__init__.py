@@ -1,1 +1,16 @@
 """Plain data of a definition: records, signals, functions of time."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.prescribed_motion import course_of
+
+__all__ = ["course_of"]
+
+_MODULES = {
+    "course_of": "prescribed_motion",
+}
+
+__getattr__ = on_demand(__name__, _MODULES)

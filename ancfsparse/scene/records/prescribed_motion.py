@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.scene.loads.loads import Applied, Value
 from ancfsparse.scene.records.signal import Signal
+from ancfsparse.scene.records.time_dependent import Applied, Value
 
 # Derivatives of a prescribed motion that must be continuous: a jump of the acceleration rings for
 # ever in a scheme without damping, one of the velocity is an impact.

@@ -7,8 +7,8 @@ written, changed, and built again in another scene.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from dataclasses import dataclass, is_dataclass, replace
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -17,13 +17,26 @@ from ancfsparse.messages import format_numbers
 from ancfsparse.scene.records.compiled_callbacks import is_compiled, sent
 from ancfsparse.scene.records.signal import Signal
 
-if TYPE_CHECKING:
-    from ancfsparse.scene.methods.scene_base import Records
-
 # The record of every method of `Scene` that adds something.
 SPECS: dict[str, type[Spec]] = {}
 # What records hold in place of handles, by the name of the class.
 REFERENCES: dict[str, type[BodyRef]] = {}
+
+
+class References(Protocol):
+    """A scene in which references are resolved to handles.
+
+    Attributes
+    ----------
+    joints : list of Joint
+        The joints so far.
+    """
+
+    joints: list[Any]
+
+    def body(self, name: str) -> Any:
+        """Return the handle of a body."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -47,7 +60,7 @@ class BodyRef:
         """Return its name in files, such as "Point"."""
         return cls.__name__.removesuffix("Ref")
 
-    def of(self, scene: Records) -> Any:
+    def of(self, scene: References) -> Any:
         """Return its handle in a scene."""
         return scene.body(self.body)
 
@@ -77,7 +90,7 @@ class PointRef(BodyRef):
     xi: float = 0.0
     offsets: tuple[float, ...] = ()
 
-    def of(self, scene: Records) -> Any:
+    def of(self, scene: References) -> Any:
         """Return its handle in a scene."""
         return scene.body(self.body).point(self)
 
@@ -96,7 +109,7 @@ class JointRef(BodyRef):
 
     number: int
 
-    def of(self, scene: Records) -> Any:
+    def of(self, scene: References) -> Any:
         """Return its handle in a scene."""
         if not 0 <= self.number < len(scene.joints):
             raise InputError(
@@ -142,7 +155,7 @@ class Spec:
         """All fields by name."""
         return dict(self.__dict__)
 
-    def build(self, scene: Records) -> Any:
+    def build(self, scene: References) -> Any:
         """Add it to a scene; return the handle."""
         handles = {k: mapped(value, lambda each: each.of(scene)) for k, value in self.given.items()}
         return getattr(scene, self.method)(**handles)
@@ -208,6 +221,15 @@ def text(value: Any, at: At) -> str:
     return format_numbers(value)
 
 
-def specified(value: Any) -> Any:
-    """Return a vector that was given as an array of numbers; None and functions as they are."""
-    return value if value is None or callable(value) else np.array(value, dtype=float)
+def as_data(value: Any) -> Any:
+    """Return an argument as plain data: numbers, tuples of numbers, or a read-only matrix.
+
+    None, functions and dataclasses such as an `Arc` are returned as they are.
+    """
+    if value is None or callable(value) or is_dataclass(value):
+        return value
+    array = np.array(value, dtype=float)
+    array.flags.writeable = False
+    if array.ndim > 1:
+        return array
+    return tuple(array.tolist()) if array.ndim else array.item()

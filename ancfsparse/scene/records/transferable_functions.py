@@ -20,50 +20,6 @@ Vector = NDArray[np.float64]
 _under_way = threading.local()
 
 
-@dataclass(frozen=True, eq=False)
-class Uniform:
-    """The same velocity everywhere.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (dim,)
-        It [m/s].
-    """
-
-    velocity: Vector
-
-    def __call__(self, places: Vector) -> Vector:
-        """Return it for every place, shape (k, dim)."""
-        return np.broadcast_to(self.velocity, np.shape(places)).copy()
-
-
-@dataclass(frozen=True, eq=False)
-class RigidMotion:
-    """The velocity field of a rigid motion.
-
-    Parameters
-    ----------
-    place : ndarray, shape (dim,)
-        A point [m].
-    velocity : ndarray, shape (dim,)
-        Velocity of that point [m/s].
-    spin : ndarray, shape (dim, dim)
-        The skew matrix that takes a vector to its rate [rad/s].
-    """
-
-    place: Vector
-    velocity: Vector
-    spin: Vector
-
-    def __call__(self, places: Vector) -> Vector:
-        """Return the velocities of places, shape (k, dim)."""
-        return np.asarray(self.velocity + (places - self.place) @ self.spin.T)
-
-    def turned(self, vectors: Vector) -> Vector:
-        """Return the rates of vectors (..., dim) that rotate with it."""
-        return np.asarray(vectors @ self.spin.T)
-
-
 @dataclass(frozen=True)
 class Unsent:
     """Stands for a function that could not be sent to another process; a call raises an error.

@@ -13,6 +13,7 @@ from ancfsparse.checks import check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.sections.profiles import check_side
+from ancfsparse.scene.sections.torsion import torsion_constant
 
 Complex = NDArray[np.complex128]
 Corners = tuple[tuple[float, float], ...]
@@ -170,8 +171,6 @@ class Polygon:
         By a fit of rational functions with poles at the corners, refined until J changes by less
         than 1e-5 of it (`ancfsparse/scene/sections/torsion.py`).
         """
-        from ancfsparse.scene.sections.torsion import torsion_constant
-
         return torsion_constant(self._given)[0]
 
     def shear_correction(self, poisson_ratio: float) -> float:

@@ -1,1 +1,23 @@
 """Files, copies, digest, printing of a scene."""
+
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.storage.copies import counterpart, refined, replaced
+    from ancfsparse.scene.storage.json_file import load, save
+    from ancfsparse.scene.storage.printing import line
+
+__all__ = ["counterpart", "line", "load", "refined", "replaced", "save"]
+
+_MODULES = {
+    "counterpart": "copies",
+    "line": "printing",
+    "load": "json_file",
+    "refined": "copies",
+    "replaced": "copies",
+    "save": "json_file",
+}
+
+__getattr__ = on_demand(__name__, _MODULES)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.scene.bodies.body import ElasticBody
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
 

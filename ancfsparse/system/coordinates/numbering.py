@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Point, Scene
-from ancfsparse.scene.records.transferable_functions import RigidMotion
+from ancfsparse.scene.kinematics.rigid_motion import RigidMotion
 from ancfsparse.system.coordinates.constraint_terms import Constraints
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.prescribed_motion import Prescribed

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
-from ancfsparse.scene.joints.joint import Led
+from ancfsparse.scene.bodies.body import Led
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
-from ancfsparse.scene.loads.loads import Applied
 from ancfsparse.scene.records.signal import at_once
+from ancfsparse.scene.records.time_dependent import Applied
 
 Vector = NDArray[np.float64]
 

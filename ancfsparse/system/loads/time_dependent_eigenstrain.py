@@ -9,7 +9,7 @@ from ancfsparse.errors import LoadError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import filled
 from ancfsparse.scene.bodies.beam import Beam
-from ancfsparse.scene.meshing.eigenstrain import strained_ends
+from ancfsparse.scene.bodies.strained_reference import strained_ends
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]

@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point, Scene
+from ancfsparse.scene.bodies.body import LINEAR, Led
 from ancfsparse.scene.force_elements.ropes import Rope
-from ancfsparse.scene.joints.frame_vectors import direction, spans
-from ancfsparse.scene.joints.joint import LINEAR, Joint, Led
+from ancfsparse.scene.geometry.section_frames import normals
+from ancfsparse.scene.joints.frame_vectors import direction
+from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.joint_coordinates import Measure
 from ancfsparse.scene.kinematics.track import Offset
-from ancfsparse.scene.mechanisms.two_body_joint import normals
 from ancfsparse.scene.records.prescribed_motion import Course
 from ancfsparse.system.contributions.force_elements.ropes import Ropes
 from ancfsparse.system.coordinates.joint_lowering import Lowering
@@ -293,7 +294,7 @@ def _axes(lowering: Lowering, joint: Joint, q: Vector) -> Vector:
     b = joint.sides[1]
     if b is None:
         return np.broadcast_to(rest, (len(q), dim, dim))
-    if not all(spans(b, each) for each in rest):
+    if not all(b.spans(each) for each in rest):
         return np.full((len(q), dim, dim), np.nan)
     out = np.empty((len(q), dim, dim))
     for k, each in enumerate(rest):

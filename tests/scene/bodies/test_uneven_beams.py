@@ -86,8 +86,8 @@ def test_uneven_nodes_give_the_deflection_of_even_ones():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: cantilever(nodes=(0.0, 0.5)), "must be shares of its length that grow"),
-        (lambda: cantilever(nodes=(0.0, 0.5, 0.5, 1.0)), "must be shares of its length"),
+        (lambda: cantilever(nodes=(0.0, 0.5)), "must be fractions of its length that grow"),
+        (lambda: cantilever(nodes=(0.0, 0.5, 0.5, 1.0)), "must be fractions of its length"),
         (lambda: cantilever(3, nodes=NODES), "make 4 elements, but n_elements is 3"),
         (lambda: ancf.Taper(ancf.Circle(0.1), ancf.Tube(0.1, 0.01)), "of one kind"),
         (

@@ -155,8 +155,8 @@ def test_frames_are_recorded_by_their_beams_and_welds(tmp_path):
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"element": "thin"}, "cables in space do not include the rotation that a weld holds"),
-        ({"element": "string"}, "strings do not include the rotation that a weld holds"),
+        ({"element": "thin"}, "cables in space do not include the rotation that a weld constrains"),
+        ({"element": "string"}, "strings do not include the rotation that a weld constrains"),
         ({"edges": [(0, 1), (1, 9)]}, "names nodes that do not exist"),
         ({"up": (0, 0, 1)}, "parallel to edge 0"),
         ({"up": (0, 0)}, "must be one direction, or one for each of its 5 edges"),

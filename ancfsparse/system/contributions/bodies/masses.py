@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.scene.force_elements.masses import PointMass, second_moments
+from ancfsparse.scene.force_elements.masses import PointMass
+from ancfsparse.scene.kinematics.rigid_motion import second_moments
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
 from ancfsparse.system.coordinates.discretization import Discretization

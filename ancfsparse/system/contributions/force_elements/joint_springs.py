@@ -9,7 +9,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.joint_springs import RUBBING, STOP, JointSpring
-from ancfsparse.scene.mechanisms.joint_freedoms import measure
+from ancfsparse.scene.mechanisms.coordinate_functions import measure
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import (
     Compiled,

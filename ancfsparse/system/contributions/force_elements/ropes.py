@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.ropes import Rope
-from ancfsparse.scene.mechanisms.joint_freedoms import distance
+from ancfsparse.scene.mechanisms.coordinate_functions import distance
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import (
     Compiled,

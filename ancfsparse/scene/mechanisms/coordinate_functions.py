@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.joints.frame_vectors import Sum, direction, point
-from ancfsparse.scene.joints.joint import Builder, Joint, Vector
+from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.geometry.section_frames import normals
+from ancfsparse.scene.joints.frame_vectors import direction, point
+from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, Measure
-
-# Units of freedoms, and those of their rates, and of the forces along them.
-UNITS = {"angle": "rad", "displacement": "m"}
-OF_FORCES = {"angle": "N m", "displacement": "N"}
+from ancfsparse.scene.kinematics.linear_forms import Sum, Vector
 
 
 def measure(builder: Builder, joint: Joint, of: str) -> Measure:
@@ -47,8 +45,6 @@ def distance(builder: Builder, one: Point | Vector, other: Point | Vector) -> Me
 
 def first_across(axis: Vector | None) -> tuple[Vector, Vector]:
     """Return two directions across an axis, (dim,), the second a quarter turn after the first."""
-    from ancfsparse.scene.mechanisms.two_body_joint import normals
-
     if axis is None:
         return np.array([1.0, 0.0]), np.array([0.0, 1.0])
     first = normals(axis)[0]

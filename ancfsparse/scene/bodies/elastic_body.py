@@ -1,0 +1,129 @@
+"""Bodies made of elements: beams and meshes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.errors import InputError
+from ancfsparse.messages import checksum
+from ancfsparse.scene.bodies.body import Body, Vector
+from ancfsparse.scene.sections.material import Material
+from ancfsparse.scene.sections.sections import AnySection, parameters_of
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class ElasticBody(Body):
+    """Nodes and elements of one kind, section and material.
+
+    Attributes
+    ----------
+    section : Rectangle, Circle, Tube, IBeam, Polygon or Section
+        Its cross-section.
+    material : Material
+        What it is made of.
+    """
+
+    section: AnySection
+    material: Material
+
+    def finer(self, times: int) -> dict[str, Any]:
+        """Return what changes in its record if every element is divided."""
+        if "n_elements" in self.automatic:
+            raise InputError(
+                f"{self.name} has n_elements='auto', which a plan decides: nothing can be refined"
+            )
+        return {"n_elements": times * self.n_each}
+
+    def describe(self) -> dict[str, str]:
+        """Describe element, section, material and mesh."""
+        links = np.concatenate([self.row_nodes, self.ends.ravel()]).astype("<i4")
+        return {
+            "element": repr(self.kind)
+            if self.kind.package or self.kind.values
+            else " ".join([self.element, *self.options.values()]),
+            "section": repr(self.section),
+            "material": repr(self.material),
+            "mesh": f"{self.n_elements} elements, {checksum(links.tobytes())}",
+        }
+
+    def free_of_stress(self, ends: Vector) -> Vector:
+        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c).
+
+        `ends` holds those of the reference shape, from which they may differ by eigenstrains.
+        """
+        return ends
+
+    @property
+    def speed(self) -> float:
+        """Speed of sound in its material [m/s]."""
+        return math.sqrt(self.material.youngs_modulus / self.material.density)
+
+    def stiffnesses(self) -> dict[str, float]:
+        """Give the base parameters of the kernels that all elements have in common.
+
+        Returns
+        -------
+        dict of str to float
+            ``axial_stiffness`` = ``youngs_modulus_area`` E A,
+            ``shear_modulus_area`` G A, ``lame_area`` lam A, ``shear_stiffness_y`` and ``_z``
+            k G A [N]; ``torsion_stiffness`` G J, ``bending_stiffness_y`` E int z^2 dA,
+            ``bending_stiffness_z`` = ``bending_stiffness`` E int y^2 dA [N m2];
+            ``mass_per_length`` rho A [kg/m]; ``inertia_y`` rho int y^2 dA and ``inertia_z``
+            rho int z^2 dA [kg m]; ``poisson_ratio``.
+
+        Notes
+        -----
+        ``inertia_y`` goes with the section vector r_y and so holds int y^2 dA, which as a second
+        moment of area is named after the axis it turns about: ``section.inertia_z``.
+        """
+        return {
+            name: value for group in self._parameters().values() for name, value in group.items()
+        }
+
+    @property
+    def profile(self) -> Any:
+        """Its section; where that changes, its means over elements."""
+        return self.section
+
+    @property
+    def strains_damped(self) -> bool:
+        """Whether the rates of its strains are damped."""
+        return self.material.axial_retardation > 0.0 or self.material.bending_retardation > 0.0
+
+    @property
+    def masses_damped(self) -> bool:
+        """Whether its velocity in space is damped."""
+        return self.material.rayleigh[0] > 0.0
+
+    def viscosities(self) -> dict[str, float]:
+        """Give what takes the place of `stiffnesses` in the kernels of damping.
+
+        Returns
+        -------
+        dict of str to float
+            The stiffnesses times retardation times, the masses times Rayleigh's alpha, and
+            ``poisson_ratio`` as it is.
+        """
+        material = self.material
+        factors = {
+            "stretching": material.axial_retardation,
+            "turning": material.bending_retardation,
+            "masses": material.rayleigh[0],
+            "ratios": 1.0,
+        }
+        return {
+            name: factors[kind] * value
+            for kind, group in self._parameters().items()
+            for name, value in group.items()
+        }
+
+    def _parameters(self) -> dict[str, dict[str, float]]:
+        """Give all parameters, by what damps them, those of its element alone too."""
+        groups = parameters_of(self.profile, self.material)
+        for name, group in self.kind.own.items():
+            groups[group][name] = self.kind.values[name]
+        return groups

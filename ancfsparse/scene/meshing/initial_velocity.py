@@ -1,0 +1,45 @@
+"""Initial velocities as functions of the reference position."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_reals, check_vector
+from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies.body import VelocityField
+from ancfsparse.scene.geometry.positions import place
+from ancfsparse.scene.kinematics.rigid_motion import Uniform
+
+Vector = NDArray[np.float64]
+
+
+def velocity_field(
+    label: str, velocity: ArrayLike | VelocityField, positions: Vector
+) -> VelocityField:
+    """Turn an initial velocity into a function of the reference position and try it out.
+
+    Parameters
+    ----------
+    label : str
+        Name of the beam, for messages.
+    velocity : array_like, shape (dim,), or callable
+        What was given [m/s].
+    positions : ndarray, shape (n, dim)
+        Where to try it [m].
+    """
+    what = f"velocity of {label}"
+    if not callable(velocity):
+        constant = check_vector(what, velocity, positions.shape[1], "m/s")
+        return Uniform(constant)
+    values = check_reals(f"what {what} returns", velocity(positions.copy()), "an array of numbers")
+    if values.shape != positions.shape:
+        raise InputError(
+            f"{what} returned shape {values.shape} for positions of shape {positions.shape}: "
+            "one row of velocities per row of positions is needed"
+        )
+    bad = ~np.isfinite(values).all(axis=1)
+    if bad.any():
+        i = int(np.argmax(bad))
+        raise InputError(f"{what} must be finite, got {values[i]} at {place(positions[i])}")
+    return velocity

@@ -1,0 +1,52 @@
+"""Beams whose centroid is offset from the line through their ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.checks import check_reals
+from ancfsparse.errors import InputError
+from ancfsparse.messages import format_value
+from ancfsparse.scene.bodies.section_offsets import offsets_of
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.beam import Beam
+
+# Components of unit vectors that differ by no more are those of one direction.
+EVEN = 1e-9
+
+
+def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
+    """Move a straight beam so that its centroid is beside the line through its ends.
+
+    Parameters
+    ----------
+    beam : Beam
+        On the line.
+    offset : float or array_like, shape (dim - 1,)
+        From the line to the centroid in the axes of the section [m].
+
+    Returns
+    -------
+    Beam
+        The moved beam, whose nodes are points of the line.
+    """
+    what = f"offset of {beam.name}"
+    needed = "a number of metres, y" if beam.dim == 2 else "two numbers of metres, (y, z)"
+    place = np.atleast_1d(check_reals(what, offset, needed))
+    if place.shape != (beam.dim - 1,):
+        raise InputError(f"{what} must be {needed}, got {format_value(offset)}")
+    if np.ptp(beam.frames, axis=0).max() > EVEN:
+        raise InputError(
+            f"{what} needs a straight beam, whose sections all point one way: give the curve of "
+            f"its centroid, and attach to points such as rod.at(s, y={-float(place[0]):.6g})"
+        )
+    beside = offsets_of(beam, *place.tolist(), *(0.0,) * (3 - beam.dim))
+    vectors = beam.vectors[0, : len(beside)]
+    positions = beam.positions + np.array(beside) @ vectors if beside else beam.positions
+    positions.flags.writeable = False
+    return replace(beam, positions=positions, offset=beside)
