@@ -16,14 +16,14 @@ from ancfsparse.system import System
 Vector = NDArray[np.float64]
 
 # A motion over which differences of stiff forces are taken, over the size of what moves: the cube
-# root of rounding, where a central difference is best.
-DIFFERENCE_RATIO = 6e-6
-# Turns between friction and the forces of joints at the start, at most, and when they have settled.
-MAX_FRICTION_ITERATIONS, FRICTION_TOLERANCE = 100, 1e-12
+# The cube root of rounding, where a central difference is most accurate.
+DIFFERENCE_RATIO = 6e-6  # motion for differences of stiff forces, over the size of the body
+MAX_FRICTION_ITERATIONS = 100  # between friction and joint forces
+FRICTION_TOLERANCE = 1e-12  # relative change of the multipliers
 
 
 def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector, Vector]:
-    """Solve ``M a + phi_q^T lam = f - Q``, ``phi_q a = -(phi_q v)_q v`` at the initial places.
+    """Solve ``M a + phi_q^T lam = f - Q``, ``phi_q a = -(phi_q v)_q v`` at the initial state.
 
     Parameters
     ----------
@@ -70,14 +70,14 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
 def _with_friction(
     system: System, seed: Seed, v: Vector, force: Vector, rate: Vector, lam: Vector
 ) -> tuple[Vector, Vector]:
-    """Return what `initial_acceleration` does, with friction by forces of joints.
+    """Return the solution of `initial_acceleration` with friction by the forces of joints.
 
-    Forces and multipliers are found in turn; each turn changes less by the coefficient of friction.
+    A fixed-point iteration between forces and multipliers; its rate is the friction coefficient.
     """
     gradients, none = system.constraints.jacobian(system.q0), np.zeros(system.n_multipliers)
-    bare = _forces(system, system.q0, v, none, 0.0)
+    frictionless = _forces(system, system.q0, v, none, 0.0)
     for _ in range(MAX_FRICTION_ITERATIONS):
-        friction = _forces(system, system.q0, v, lam, 0.0) - bare - gradients.T @ lam
+        friction = _forces(system, system.q0, v, lam, 0.0) - frictionless - gradients.T @ lam
         before, (a, lam) = lam, solve_constrained(system, seed, force - friction, rate)
         if np.max(np.abs(lam - before)) <= FRICTION_TOLERANCE * np.max(np.abs(lam)):
             break
@@ -90,81 +90,82 @@ def initial_jerk(
     """Return the rate of the accelerations at the start, (n_all,) [m/s3, 1/s3].
 
     The equations of motion and the twice differentiated constraints are differentiated once more.
-    The rate of the loads is their change in the first step, which is all that the steps contain of
-    them: one that turns, or jumps, within the step has another rate at the start, by which it would
-    throw the body away.  All other forces are differentiated by a central difference over a motion
-    of some millionths: over a hundredth of a long step a stiff bar that turns stretches by more
-    than it ever will.
+    The rate of the loads is their change over the first step, since the steps contain no more of
+    it: the initial rate of a load that reverses or jumps within the step would be far too large.
+    All other forces are differentiated by a central difference over a relative motion of some
+    millionths: over a hundredth of a long step, a stiff rotating bar would stretch by more than it
+    ever does.
 
     Parameters
     ----------
     system, seed, v
-        As `initial_acceleration` takes them.
+        As for `initial_acceleration`.
     a, lam
-        As it returns them.
+        Results of `initial_acceleration`.
     dt : float
         Time step [s].
     """
-    reach = 1e-2 * dt
-    near = min(reach, DIFFERENCE_RATIO / max(_relative_rate(system, v), DIFFERENCE_RATIO / reach))
-    ahead, behind = (_forces(system, system.q0 + t * v, v + t * a, lam, 0.0) for t in (near, -near))
-    rate = (ahead - behind) / (2.0 * near)
+    longest = 1e-2 * dt
+    rate = _relative_rate(system, v)
+    h = min(longest, DIFFERENCE_RATIO / max(rate, DIFFERENCE_RATIO / longest))
+    after, before = (_forces(system, system.q0 + t * v, v + t * a, lam, 0.0) for t in (h, -h))
+    force_rate = (after - before) / (2.0 * h)
     if system.loads.n_amplitudes or system.prescribed.n:
         later, now = (_forces(system, system.q0, v, lam, t) for t in (dt, 0.0))
-        rate += (later - now) / dt
-    bent = -_third_derivative_terms(system, v, a)
+        force_rate += (later - now) / dt
+    constraint_rate = -_third_derivative_terms(system, v, a)
     if system.prescribed:
         first, last = (system.prescribed.at(system.t0 + t) for t in (0.0, dt))
-        bent += prescribed_rate_terms(
+        constraint_rate += prescribed_rate_terms(
             system, (last.a - first.a) / dt, (last.s_second - first.s_second) / dt
         )
-    return solve_constrained(system, seed, -rate, bent)[0]
+    return solve_constrained(system, seed, -force_rate, constraint_rate)[0]
 
 
 def _third_derivative_terms(system: System, v: Vector, a: Vector) -> Vector:
-    """Return ``3 v.phi_qq.a`` at the start, what moves constraints are bent by, (m,) [m/s3].
+    """Return ``3 v.phi_qq.a`` and the third derivative ``phi_qqq v v v`` at the start, (m,) [m/s3].
 
-    By polarization of the curvature, which is quadratic; over a time in which the accelerations
-    make velocities like the initial ones, or the smaller would be lost beside the larger.  To it
-    comes the third derivative of equations that are not quadratic.
+    The first by polarization of the curvature, which is quadratic, over a time in which the
+    accelerations cause velocities comparable with the initial ones, to avoid cancellation.
     """
-    inertia, bent = system.assembly.inertia, system.constraints.curvature
-    curvature = partial(bent, system.q0)
+    inertia, curvature_at = system.assembly.inertia, system.constraints.curvature
+    curvature = partial(curvature_at, system.q0)
     third = np.zeros(system.n_multipliers)
     if system.constraints.measures and v.any():
-        near = DIFFERENCE_RATIO / _relative_rate(system, v)
-        third = (bent(system.q0 + near * v, v) - bent(system.q0 - near * v, v)) / (2.0 * near)
+        h = DIFFERENCE_RATIO / _relative_rate(system, v)
+        third = curvature_at(system.q0 + h * v, v) - curvature_at(system.q0 - h * v, v)
+        third /= 2.0 * h
     if not v.any() or not a.any():
         return third
-    # Powers of two keep squares in the range of numbers and change no digit.
-    speed, push = (math.ldexp(1.0, math.frexp(np.max(np.abs(x)))[1]) for x in (v, a))
-    moving = float(v / speed @ inertia(v / speed))
-    pushed = float(a / push @ inertia(a / push))
-    if moving == 0.0 or pushed == 0.0:
+    # Powers of two keep squares in the range of floating-point numbers without rounding.
+    v_scale, a_scale = (math.ldexp(1.0, math.frexp(np.max(np.abs(x)))[1]) for x in (v, a))
+    v_square = float(v / v_scale @ inertia(v / v_scale))
+    a_square = float(a / a_scale @ inertia(a / a_scale))
+    if v_square == 0.0 or a_square == 0.0:
         return third
-    time = math.sqrt(moving / pushed) * (speed / push)
+    time = math.sqrt(v_square / a_square) * (v_scale / a_scale)
     return third + 0.75 / time * (curvature(v + time * a) - curvature(v - time * a))
 
 
 def _relative_rate(system: System, v: Vector) -> float:
-    """Return how fast the scene moves by its own size, or a slope by its own length [1/s]."""
-    places = system.positions
+    """Return the speed over the size of the scene, or the rate of a unit slope if larger [1/s]."""
+    positions = system.positions
     slopes = np.ones(system.n_all, dtype=bool)
-    slopes[places] = False
-    speed, size = (np.max(np.abs(x[places])) for x in (v, system.q0))
+    slopes[positions] = False
+    speed, size = (np.max(np.abs(x[positions])) for x in (v, system.q0))
     size = max(size, *(body.shortest for body in system.scene.bodies))
     return float(max(speed / size, np.max(np.abs(v[slopes]), initial=0.0)))
 
 
 def load_amplitudes_at_start(system: System, later: float = 0.0) -> Vector:
-    """Return the amplitudes of the loads at the start, or so much later [s]."""
+    """Return the amplitudes of the loads at the start, or a time later [s]."""
     return np.asarray(system.loads.amplitudes(np.array([system.t0 + later]))[0])
 
 
 def _forces(system: System, q: Vector, v: Vector, lam: Vector, later: float) -> Vector:
-    """Return what must balance M a: internal and constraint forces less the loads, (n_all,) [N].
+    """Return internal and constraint forces less the loads, which balance M a, (n_all,) [N].
 
-    Among the former is the inertia of what is prescribed.
+    They include the inertia of prescribed coordinates.
     """
     amplitudes = load_amplitudes_at_start(system, later)
     rest = np.zeros(system.n_all)
@@ -173,53 +174,53 @@ def _forces(system: System, q: Vector, v: Vector, lam: Vector, later: float) -> 
     return np.asarray(system.assembly.residual(q, v, rest, lam, system.dead_load, amplitudes)[0])
 
 
-def prescribed_rate_terms(system: System, driven: Vector, followed: Vector) -> Vector:
-    """Return what is left of rates for the free coordinates, by equation, (m,).
+def prescribed_rate_terms(system: System, coordinates: Vector, values: Vector) -> Vector:
+    """Return the rates of the constraints less the part of prescribed coordinates, (m,).
 
     Parameters
     ----------
     system : System
         At its initial state.
-    driven : (n,) float
-        Rates of the driven coordinates.
-    followed : (n_equations,) float
-        Rates that the led equations are to have.
+    coordinates : (n,) float
+        Rates of the prescribed coordinates.
+    values : (n_equations,) float
+        Prescribed rates of the equations.
     """
     rates = np.zeros(system.n_all)
-    rates[system.n_all - len(driven) :] = driven
+    rates[system.n_all - len(coordinates) :] = coordinates
     out = np.asarray(-(constraint_gradients(system) @ rates))
-    out[system.n_multipliers - len(followed) :] += followed
+    out[system.n_multipliers - len(values) :] += values
     return out
 
 
 def forces_of_prescribed_rates(
-    system: System, driven: Vector, stiffness: float, damping: float
+    system: System, rates: Vector, stiffness: float, damping: float
 ) -> Vector:
-    """Return the forces of stiffness and damping against rates of driven coordinates, (n_all,).
+    """Return the forces of stiffness and damping against prescribed rates, (n_all,).
 
     Parameters
     ----------
     system : System
         At its initial state.
-    driven : (n_all,) float
-        The rates, zero but for driven coordinates.
+    rates : (n_all,) float
+        Rates, zero except at prescribed coordinates.
     stiffness, damping : float
         Factors of both.
     """
     out = np.zeros(system.n_all)
     if damping and system.damped:
-        out += damping * system.assembly.damping(system.q0, driven)
+        out += damping * system.assembly.damping(system.q0, rates)
     if stiffness:
         shortest = min(body.shortest for body in system.scene.bodies)
-        small = DIFFERENCE_RATIO * shortest / float(np.max(np.abs(driven)))
+        h = DIFFERENCE_RATIO * shortest / float(np.max(np.abs(rates)))
         force = system.assembly.force
-        ahead, behind = (force(system.q0 + sign * small * driven) for sign in (1.0, -1.0))
-        out += stiffness / (2.0 * small) * (ahead - behind)
+        after, before = (force(system.q0 + sign * h * rates) for sign in (1.0, -1.0))
+        out += stiffness / (2.0 * h) * (after - before)
     return out
 
 
 def prescribed_values_at_start(system: System) -> tuple[Vector, Vector]:
-    """Return what the equations are to have at the start, and its rate, (m,) [m, m/s]."""
+    """Return the prescribed values of the constraints at the start, and rates, (m,) [m, m/s]."""
     values, rates = np.zeros(system.n_multipliers), np.zeros(system.n_multipliers)
     if system.prescribed.n_equations:
         now = system.prescribed.at(system.t0)
@@ -235,7 +236,7 @@ def constraint_gradients(system: System) -> Any:
 def solve_constrained(
     system: System, seed: Seed, force: Vector, rate: Vector
 ) -> tuple[Vector, Vector]:
-    """Solve ``M x + phi_q^T mu = force``, ``phi_q x = rate``; refined, since the factor is near."""
+    """Solve ``M x + phi_q^T mu = force``, ``phi_q x = rate``, with refinement of the solution."""
     n, m = system.n_free, system.n_multipliers
     x, mu = np.zeros(system.n_all), np.zeros(m)
     if not m:
@@ -251,7 +252,7 @@ def solve_constrained(
 
 
 def range_error(where: str) -> InputError:
-    """Return the error for a start whose numbers are too large somewhere."""
+    """Return the error for a start outside the range of floating-point numbers."""
     return InputError(
         f"the motion leaves the range of floating-point numbers at its start, where {where}: check "
         "the units of loads, velocities and stiffness, which are SI"
@@ -259,5 +260,5 @@ def range_error(where: str) -> InputError:
 
 
 def index_of_largest(values: Vector) -> int:
-    """Return the place of what is not a number, or else of the largest."""
+    """Return the index of the first value that is not a number, or else of the largest."""
     return int(np.argmax(np.nan_to_num(np.abs(values), nan=np.inf)))

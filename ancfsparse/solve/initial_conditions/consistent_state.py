@@ -1,4 +1,4 @@
-"""Consistent start of a motion: what balances the initial state, and what an integrator needs."""
+"""Consistent initial conditions, and the start of an implicit integrator."""
 
 from __future__ import annotations
 
@@ -27,36 +27,32 @@ from ancfsparse.system.coordinates.state import State
 
 Vector = NDArray[np.float64]
 
-# Share of the smallest phi_q M^-1 phi_q^T by which the constraint block is made definite.
-REGULARIZATION = 1e-10
-
-
-# Newton's corrections that put a start on the constraints, each of which squares what it is off.
-N_CORRECTIONS = 2
-
-# What a start from another run may be off from the constraints beside what rounds, of positions and
-# of velocities: as much as a step leaves, and far less than where a joint is new.
-RESTART_POSITION_TOLERANCE, RESTART_VELOCITY_TOLERANCE = 1e-6, 1e-2
-# What such velocities may be off by that share of: rounding of places in a step, over its length.
+REGULARIZATION = 1e-10  # of the constraint block, over the smallest phi_q M^-1 phi_q^T
+N_CORRECTIONS = 2  # Newton's, to project a start on the constraints; each squares the violation
+# Violations that a start from another run may have in addition to rounding: as much as a step
+# allows, and far less than a new joint would cause.
+RESTART_POSITION_TOLERANCE = 1e-6  # over the size of the terms of a constraint
+RESTART_VELOCITY_TOLERANCE = 1e-2  # over the size of the terms of its rate
+# Velocities from the rounding of positions in a step, over that tolerance.
 VELOCITY_ROUNDING = 1e3 * np.finfo(float).eps / RESTART_VELOCITY_TOLERANCE
 
 
-def regularize(system: System, scale: float, share: float = REGULARIZATION) -> float:
-    """Give the constraint block its small negative diagonal, so that L D L^T always exists.
+def regularize(system: System, scale: float, ratio: float = REGULARIZATION) -> float:
+    """Set the small negative diagonal of the constraint block, so that L D L^T always exists.
 
     Parameters
     ----------
     system : System
-        Its assembly takes the value.
+        Its assembly stores the value.
     scale : float
         Factor of the stiffness in the matrix, beta dt^2 [s2].
-    share : float, optional
-        Its share of the smallest phi_q M^-1 phi_q^T.
+    ratio : float, optional
+        The diagonal over the smallest phi_q M^-1 phi_q^T.
 
     Returns
     -------
     float
-        The diagonal without its sign [1/kg].
+        The diagonal without its sign [1/kg]; 0 without constraints.
     """
     if not system.n_multipliers:
         return 0.0
@@ -65,81 +61,85 @@ def regularize(system: System, scale: float, share: float = REGULARIZATION) -> f
     values = system.assembly.matrix(1.0, scale, system.q_ref, lam, amplitudes)
     diagonal = values[system.pattern.indptr[: system.n_free]]
     phi_q = system.constraints.jacobian(system.q_ref)[:, : system.n_free]
-    value = share * float(np.min(phi_q.power(2) @ (1.0 / diagonal)))
+    value = ratio * float(np.min(phi_q.power(2) @ (1.0 / diagonal)))
     system.assembly.set_regularization(value)
     return value
 
 
 def check_constraints(system: System, state: State | None = None) -> None:
-    """Refuse a start that violates the constraints or their rates.
+    """Check that a start satisfies the constraints and their rates.
 
-    That from a `state` may do so by as much as the steps of a run leave.
+    A start from a `state` may violate them by as much as the steps of a run allow.
 
     Raises
     ------
     InputError
-        With the worst equation and by how much.
+        With the most violated equation, and the violation.
     SingularSceneError
-        If an equation is between coordinates that are all held.
+        If an equation has no free coordinate.
     """
     if not system.n_multipliers:
         return
-    idle = system.constraints.without(system.n_free)
-    if idle:
+    without_free = system.constraints.without(system.n_free)
+    if without_free:
         raise SingularSceneError(
-            f"the {system.constraints.labels[idle[0]]} holds nothing that can move: its points are "
-            "held already, leave it out or take a joint that holds less, such as pin"
+            f"the {system.constraints.labels[without_free[0]]} constrains no free coordinate: its "
+            "points are already fixed; leave it out, or use a joint with more freedom, such as pin"
         )
     rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
     amplitudes = load_amplitudes_at_start(system)
     _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
-    followed, rates = prescribed_values_at_start(system)
-    phi -= followed
+    prescribed, prescribed_rates = prescribed_values_at_start(system)
+    phi -= prescribed
     phi_q = system.constraints.jacobian(system.q0)
-    moving = speeds(system.scene, system.places, system.v0)
-    of_places, of_speeds = ROUNDING, ROUNDING
-    sizes_of_places = system.constraints.sizes(system.q0)
-    sizes_of_speeds = np.abs(phi_q) @ moving
+    position_tolerance, velocity_tolerance = ROUNDING, ROUNDING
+    position_sizes = system.constraints.sizes(system.q0)
+    velocity_sizes = np.abs(phi_q) @ speeds(system.scene, system.places, system.v0)
     if state is not None:
-        of_places, of_speeds = RESTART_POSITION_TOLERANCE, RESTART_VELOCITY_TOLERANCE
-        sizes_of_places += np.max(np.abs(system.q0))
-        if "run" in state.memory:  # places that are rounded in every step make speeds
-            sizes_of_speeds += VELOCITY_ROUNDING * sizes_of_places / state.memory["run"]["dt"]
-    unsure = np.zeros(system.n_multipliers)
+        position_tolerance = RESTART_POSITION_TOLERANCE
+        velocity_tolerance = RESTART_VELOCITY_TOLERANCE
+        position_sizes += np.max(np.abs(system.q0))
+        if "run" in state.memory:  # rounding of positions in every step causes velocities
+            velocity_sizes += VELOCITY_ROUNDING * position_sizes / state.memory["run"]["dt"]
+    rate_errors = np.zeros(system.n_multipliers)
     if system.prescribed.n_equations:
-        unsure[-system.prescribed.n_equations :] = system.prescribed.rate_errors(system.t0)
+        rate_errors[-system.prescribed.n_equations :] = system.prescribed.rate_errors(system.t0)
     if system.prescribed.n:
-        driven = np.abs(phi_q[:, system.n_all - system.prescribed.n :])
-        unsure += driven @ system.prescribed.speed_errors(system.t0)
-    for share, values, sizes, room, unit, what, advice in (
+        columns = np.abs(phi_q[:, system.n_all - system.prescribed.n :])
+        rate_errors += columns @ system.prescribed.speed_errors(system.t0)
+    for tolerance, values, sizes, error, unit, name, hint in (
         (
-            of_places,
+            position_tolerance,
             phi,
-            sizes_of_places,
+            position_sizes,
             0.0,
             "m",
             "positions",
             "move the start or the joint so that they agree",
         ),
         (
-            of_speeds,
-            *(phi_q @ system.v0 - rates, sizes_of_speeds, unsure, "m/s", "velocities"),
+            velocity_tolerance,
+            phi_q @ system.v0 - prescribed_rates,
+            velocity_sizes,
+            rate_errors,
+            "m/s",
+            "velocities",
             "give the body a velocity that the joint allows there",
         ),
     ):
-        over = np.abs(values) - share * sizes - room
-        worst = int(np.argmax(over))
-        if not over[worst] <= 0.0:
+        excess = np.abs(values) - tolerance * sizes - error
+        worst = int(np.argmax(excess))
+        if not excess[worst] <= 0.0:
             arm = system.constraints.arm(worst)
-            off, unit = abs(values[worst]) / (arm or 1.0), unit.replace("m", "rad" if arm else "m")
+            size, unit = abs(values[worst]) / (arm or 1.0), unit.replace("m", "rad" if arm else "m")
             raise InputError(
-                f"the initial {what} break the {system.constraints.labels[worst]} by "
-                f"{off:.3g} {unit}: {advice}"
+                f"the initial {name} violate the {system.constraints.labels[worst]} by "
+                f"{size:.3g} {unit}: {hint}"
             )
 
 
 def check_energy(system: System) -> None:
-    """Refuse a start whose energy leaves the range of floating-point numbers.
+    """Check that the initial energy is in the range of floating-point numbers.
 
     Raises
     ------
@@ -151,18 +151,19 @@ def check_energy(system: System) -> None:
     if not np.isfinite(energies).all():
         i = index_of_largest(system.v0)
         unit = "m/s" if system.unit(i) == "N" else "1/s"
-        raise range_error(f"{system.describe(i)} moves by {system.v0[i]:.3g} {unit}")
+        raise range_error(f"the speed of {system.describe(i)} is {system.v0[i]:.3g} {unit}")
 
 
 def starting_state(
     system: System, seed: Seed, integrator: Implicit, dt: float, state: State | None = None
 ) -> tuple[Start, Vector]:
-    """Return the state from which an integrator is of second order from its first step on.
+    """Return the start with which an integrator is of second order from its first step on.
 
-    The integrator's own acceleration is that at the time it looks ahead to; and where constraints
-    prescribe a motion, the velocity across them is the one that Newmark's formulas give a smooth
-    motion (`Implicit.velocity_constant`).  Without that, multipliers oscillate with an amplitude of
-    first order, and those of the trapezoidal rule for ever.  Vibrations that the step cannot
+    The pseudo-acceleration is the acceleration at the time to which the integrator shifts it.
+    Where constraints are prescribed functions of time, the velocity across them is the one that
+    Newmark's formulas assign to a smooth motion (`Implicit.velocity_constant`); otherwise
+    multipliers would oscillate with an amplitude of first order, undamped by the trapezoidal rule.
+    Vibrations that the step cannot
     resolve are filtered out of the accelerations and their rates (`low_frequency_part`): the
     formulas would use them as the mean of a whole step, and displace the end of a stiff beam under
     a sudden load by far too much.  Velocities that are damped out within the step are filtered out
@@ -173,19 +174,19 @@ def starting_state(
     system : System
         At its initial state ``q0``, ``v0``.
     seed : SparseSeed or IncompleteSeed
-        On the pattern of the system; it is left with a factor that is of no use later.
+        On the pattern of the system; its factor is replaced.
     integrator : Implicit
-        The weights.
+        Its weights are used.
     dt : float
         Time step [s].
     state : State, optional
-        What the initial state was taken from.  One that a run of the same scheme has come to is
-        consistent already; of another one, positions and velocities are put on the constraints.
+        Source of the initial state.  A state at which a run of the same scheme has ended is
+        consistent; for any other, positions and velocities are projected on the constraints.
 
     Returns
     -------
     start : Start
-        What the march goes on from.
+        Initial state of the time loop.
     a : (n_all,) float
         The true accelerations [m/s2, 1/s2].
     """
@@ -211,14 +212,14 @@ def starting_state(
     if seed.factor(
         system.assembly.matrix(1.0, scale, system.q0, lam, amplitudes, damping_factor=damping, v=v)
     ):
-        # A stress that the mass does not carry: only a definite matrix makes a filter.
+        # The stress exceeds what the mass can balance: only a definite matrix is a filter.
         seed.factor(system.assembly.material(1.0, scale, system.q0, damping_factor=damping))
-    # 1 - (1 - S^-1 M)^2: of damping, the filter alone would make an error of first order.
+    # 1 - (1 - S^-1 M)^2: with damping, the filter alone would have an error of first order.
     once = low_frequency_part(system, seed, begin, (scale, damping))
     smooth = b = 2.0 * once - low_frequency_part(system, seed, once, (scale, damping))
     if jerk is not None and integrator.shift != 0.0:
-        # Damping makes the rate larger than accelerations by its own rate, which no step limits:
-        # the filter, cubed, leaves little of it beside what is left of the accelerations.
+        # Damping makes the jerk larger than the accelerations by the rate of decay, which no step
+        # limits: the filter is applied three times.
         for _ in range(3):
             jerk = low_frequency_part(system, seed, jerk)
         b = smooth + integrator.shift * dt * jerk
@@ -226,16 +227,16 @@ def starting_state(
 
 
 def project_on_constraints(system: System, seed: Seed) -> None:
-    """Correct the initial positions and velocities by what they are off from the constraints.
+    """Correct initial positions and velocities that violate the constraints.
 
-    Along ``M^-1 phi_q^T``, which is what an impulse of the joints does.
+    The corrections are along ``M^-1 phi_q^T``, as those of an impulse of the joints.
 
     Parameters
     ----------
     system : System
         Its ``q0`` and ``v0`` are replaced.
     seed : SparseSeed or IncompleteSeed
-        On the pattern of the system; it is left with the factor of the mass matrix.
+        On the pattern of the system; afterwards it holds the factor of the mass matrix.
     """
     none, lam, loads = (
         np.zeros(system.n_all),
@@ -243,30 +244,30 @@ def project_on_constraints(system: System, seed: Seed) -> None:
         load_amplitudes_at_start(system),
     )
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, loads))
-    followed, rates = prescribed_values_at_start(system)
+    prescribed, prescribed_rates = prescribed_values_at_start(system)
     for _ in range(N_CORRECTIONS):
         phi = system.assembly.residual(system.q0, none, none, lam, system.dead_load, loads)[1]
-        system.q0 = system.q0 + solve_constrained(system, seed, none, followed - phi)[0]
-    off = rates - constraint_gradients(system) @ system.v0
-    system.v0 = system.v0 + solve_constrained(system, seed, none, off)[0]
+        system.q0 = system.q0 + solve_constrained(system, seed, none, prescribed - phi)[0]
+    violation = prescribed_rates - constraint_gradients(system) @ system.v0
+    system.v0 = system.v0 + solve_constrained(system, seed, none, violation)[0]
 
 
 def undamped_velocities(system: System, seed: Seed, scale: float) -> Vector:
-    """Return the part of the initial velocities that damping leaves within a step, (n_all,) [m/s].
+    """Return the part of the initial velocities that is not damped out in a step, (n_all,) [m/s].
 
-    ``1 - (1 - D)^3``, ``D = (M + scale C)^-1 M`` with the damping C: of third order where the step
-    follows the decay.  Where damping takes a velocity at once, Newmark's formulas would go on with
-    its mean over the step, half of it, and stretch a stiff body by far more than it moves.  Rigid
-    motions and what joints ask for stay.
+    ``1 - (1 - D)^3``, ``D = (M + scale C)^-1 M`` with the damping C: of third order if the step
+    resolves the decay.  If damping removes a velocity at once, Newmark's formulas would use its
+    mean over the step, half of it, and stretch a stiff body by far more than it moves.  Rigid
+    motions and velocities across constraints remain.
 
     Parameters
     ----------
     system : System
         At its initial state.
     seed : SparseSeed or IncompleteSeed
-        On the pattern of the system; it is left with a factor of this matrix.
+        On the pattern of the system; afterwards it holds the factor of this matrix.
     scale : float
-        What a unit of new acceleration changes a velocity by [s].
+        Change of a velocity over that of the new acceleration [s].
     """
     if not system.damped or not system.v0.any():
         return system.v0
@@ -276,20 +277,19 @@ def undamped_velocities(system: System, seed: Seed, scale: float) -> Vector:
             1.0, 0.0, system.q0, lam, amplitudes, damping_factor=scale, v=system.v0
         )
     )
-    v = left = system.v0
+    v = removed = system.v0
     for _ in range(3):
-        left = left - low_frequency_part(system, seed, left, (0.0, scale))
-    return v - left
+        removed = removed - low_frequency_part(system, seed, removed, (0.0, scale))
+    return v - removed
 
 
 def low_frequency_part(
     system: System, seed: Seed, rate: Vector, factors: tuple[float, float] = (0.0, 0.0)
 ) -> Vector:
-    """Return the part of accelerations, or of their rate, that a step can follow, (n_all,).
+    """Return the part of accelerations, or of their rate, that a step can resolve, (n_all,).
 
-    ``S^-1 M``, S the matrix of the step, leaves slow modes alone and takes modes of dt omega >> 1
-    for what they are: stiff, and at rest but for what the start throws into them.  The part across
-    constraints stays what it is.
+    ``S^-1 M`` with the matrix S of the step keeps slow modes, and removes stiff ones of
+    dt omega >> 1, which are nearly at rest.  The part across constraints does not change.
 
     Parameters
     ----------
@@ -298,10 +298,10 @@ def low_frequency_part(
     seed : SparseSeed or IncompleteSeed
         With the factor of the matrix of a step.
     rate : (n_all,) float
-        All of it.
+        Accelerations or their rates.
     factors : (float, float), optional
-        Of stiffness [s2] and damping [s] in that matrix, where there are drives: what they
-        prescribe stays, and what is stiff goes along.
+        Factors of stiffness [s2] and damping [s] in that matrix, if coordinates are prescribed:
+        these keep their rates, and what is stiffly connected follows.
     """
     n, driven = system.n_free, system.n_all - system.prescribed.n
     free = rate

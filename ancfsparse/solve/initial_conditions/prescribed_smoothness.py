@@ -1,4 +1,4 @@
-"""Whether what drives prescribe has a continuous acceleration, and where not."""
+"""Find discontinuities of prescribed motions in position, velocity and acceleration."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 Vector = NDArray[np.float64]
 
-# Times at which a motion is looked at, and on how many finer levels the places are where its
-# acceleration changes most, each of which has a quarter of the distance between times.
-N_SAMPLES, MAX_EXAMINED_TIMES, N_LEVELS, REFINEMENT_RATIO, N_FINER_SAMPLES = 513, 3, 6, 4, 17
-# A change over one distance that is left on the finest level is a jump; of a smooth motion it falls
-# by a quarter on each, 2e-4 in all.
-MIN_JUMP_RATIO = 0.3
-# Share of the largest acceleration below which a change is of no consequence, and how much of it
-# may be rounding.
-MIN_RELATIVE_CHANGE, MAX_ROUNDING_RATIO = 1e-2, 0.1
+N_SAMPLES = 513  # times of the first level
+MAX_EXAMINED_TIMES = 3  # intervals with the largest change of the acceleration, which are refined
+N_LEVELS = 6  # levels of refinement
+REFINEMENT_RATIO = 4  # interval between times of a level over that of the next
+N_FINER_SAMPLES = 17  # times of a finer level
+# A smooth motion changes by a quarter from one level to the next, 2e-4 over all of them.
+MIN_JUMP_RATIO = 0.3  # change over one interval on the finest level, over the largest, of a jump
+MIN_RELATIVE_CHANGE = 1e-2  # of the largest acceleration, below which a jump is ignored
+MAX_ROUNDING_RATIO = 0.1  # rounding over the change, beyond which refinement ends
 QUANTITIES = ("acceleration", "velocity", "position")
 
 
 def check_smoothness(system: System, t_end: float) -> None:
-    """Refuse a prescribed motion whose acceleration, velocity or position jumps.
+    """Check that prescribed motions have no jump in acceleration, velocity or position.
 
     Signals state how smooth they are; functions of the user are examined here.
 
     Parameters
     ----------
     system : System
-        Its drives are looked at from its start on.
+        Its prescribed motions are checked from its start.
     t_end : float
         End of the motion [s].
 
@@ -56,7 +56,7 @@ def _check_motion(course: Course, begin: float, end: float) -> None:
     times = np.linspace(begin, end, N_SAMPLES)
     values = _values(source, times)
     if values is None or not np.max(np.abs(values)) < MAX_MAGNITUDE:
-        return  # it fails or overflows somewhere, which the run reports
+        return  # it fails or overflows, which the run reports
     for column in range(values.shape[1]):
         found = _find_jump(source, order, times, values[:, column], column)
         if found is not None:
@@ -78,7 +78,7 @@ def _values(source: FunctionAmplitude, times: Vector) -> Vector | None:
 def _find_jump(
     source: FunctionAmplitude, order: int, times: Vector, values: Vector, column: int
 ) -> tuple[int, float, float] | None:
-    """Return what jumps (in `QUANTITIES`), when [s], and by how much; None if nothing does."""
+    """Return the jump: index in `QUANTITIES`, time [s] and size; None if there is none."""
     step = float(times[1] - times[0])
     accelerations = _accelerations(values, order, step)
     largest = float(np.max(np.abs(accelerations)))
@@ -99,12 +99,12 @@ def _locate_jump(
     coarse: tuple[float, float, float],
     size: float,
 ) -> tuple[int, float, float, float] | None:
-    """Look at a place more and more closely; return what jumps there, when, by how much.
+    """Refine the interval of a jump; return its index in `QUANTITIES`, its time and its size.
 
-    Behind it is the change of the acceleration on the finest level.
+    The last value is the change of the acceleration on the finest level.
     """
     time, step, change = coarse
-    changes, seen = [change], np.empty(0)
+    changes, last = [change], np.empty(0)
     for _ in range(N_LEVELS):
         finer = step / REFINEMENT_RATIO
         noise = 4.0 * np.finfo(float).eps * size / finer**order
@@ -116,19 +116,23 @@ def _locate_jump(
         values = _values(source, times)
         if values is None:
             return None
-        apart = np.abs(np.diff(_accelerations(values[:, column], order, finer)))
-        k = int(np.argmax(apart))
-        step, change, time = finer, float(apart[k]), float(times[k + order // 2] + 0.5 * finer)
+        differences = np.abs(np.diff(_accelerations(values[:, column], order, finer)))
+        k = int(np.argmax(differences))
+        step, change, time = (
+            finer,
+            float(differences[k]),
+            float(times[k + order // 2] + 0.5 * finer),
+        )
         changes.append(change)
-        seen = values[:, column]
+        last = values[:, column]
     if len(changes) < 4 or not changes[-1] > MIN_JUMP_RATIO * max(changes):
         return None
     if order == 0:
         return 0, time, change, change
-    # A jump of the velocity makes accelerations that grow as 1/h, one of the position as 1/h^2.
+    # Accelerations grow as 1/h with a jump of the velocity, as 1/h^2 with one of the position.
     growth = (changes[-1] / changes[-3]) ** 0.5
     kind = 0 if growth < REFINEMENT_RATIO**0.5 else 1 if growth < REFINEMENT_RATIO**1.5 else 2
-    before, after = (np.diff(seen[part], order - kind) for part in (slice(0, 4), slice(-4, None)))
+    before, after = (np.diff(last[part], order - kind) for part in (slice(0, 4), slice(-4, None)))
     return kind, time, abs(float(after[-1] - before[0])) / step ** (order - kind), change
 
 

@@ -1,4 +1,4 @@
-"""How a motion starts that drives prescribe in part."""
+"""Consistent initial conditions for prescribed coordinates and constraints."""
 
 from __future__ import annotations
 
@@ -18,33 +18,30 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Share of the largest coordinate by which a start may be off from where a drive begins: what steps
-# leave of equations in another run, otherwise rounding.
-RESTART_TOLERANCE, START_TOLERANCE = 1e-6, 1e-9
-# Share of the largest prescribed velocity by which that of the start may differ, beside the error
-# of differences in place of derivatives.
-MAX_VELOCITY_JUMP = 1e-3
-N_SAMPLES = 65  # times at which the largest is looked for
+RESTART_TOLERANCE = 1e-6  # error of a start from another run, over the largest coordinate
+START_TOLERANCE = 1e-9  # the same of other starts: rounding
+MAX_VELOCITY_JUMP = 1e-3  # at the start, over the largest prescribed velocity
+N_SAMPLES = 65  # times at which that is sampled
 
 
 def start_prescribed_motions(
     system: System, state: State | None, step: float, t_end: float
 ) -> None:
-    """Put what is prescribed into the start of a system.
+    """Set prescribed coordinates and velocities in the initial state of a system.
 
     Parameters
     ----------
     system : System
         Its ``q0`` and ``v0`` are replaced.
     state : State or None
-        What they were taken from.
+        Source of the initial state.
     step, t_end : float
         Length of the steps, and end of the motion [s].
 
     Raises
     ------
     InputError
-        If a drive begins elsewhere, or with another velocity, or is not smooth.
+        If a prescribed motion differs from the start in position or velocity, or is not smooth.
     LoadError
         If its function fails.
     """
@@ -57,18 +54,18 @@ def start_prescribed_motions(
         return
     now, first = prescribed.at(system.t0), system.n_all - n
     system.q0, system.v0 = system.q0.copy(), system.v0.copy()
-    apart = np.abs(system.q0[first:] - now.q)
-    worst = int(np.argmax(apart))
+    difference = np.abs(system.q0[first:] - now.q)
+    worst = int(np.argmax(difference))
     allowed = (START_TOLERANCE if state is None else RESTART_TOLERANCE) * max(
         float(np.max(np.abs(system.q0))), float(np.max(np.abs(now.q)))
     )
     course = prescribed.course_of(worst)
-    if apart[worst] > allowed and course.places.unit == "rad":
+    if difference[worst] > allowed and course.places.unit == "rad":
         raise InputError(
-            f"{course.places.what} begins {apart[worst]:.3g} rad and more from where the motion "
-            "starts: take start=solve_static(scene), or let its function begin there"
+            f"{course.places.what} begins {difference[worst]:.3g} rad and more from where the "
+            "motion starts: take start=solve_static(scene), or let its function begin there"
         )
-    if apart[worst] > allowed:
+    if difference[worst] > allowed:
         raise InputError(
             f"the drive of {system.describe(first + worst)} begins at {now.q[worst]:.9g} m, and "
             f"the motion starts at {system.q0[first + worst]:.9g} m there: take "
@@ -80,17 +77,17 @@ def start_prescribed_motions(
         system.scene, system.places, system.v0
     )
     allowed_v = allowed_v[first:] + prescribed.speed_errors(system.t0)
-    off = np.abs(system.v0[first:] - now.v) - allowed_v
-    worst = int(np.argmax(off))
+    excess = np.abs(system.v0[first:] - now.v) - allowed_v
+    worst = int(np.argmax(excess))
     course = prescribed.course_of(worst)
-    if off[worst] > 0.0 and course.places.unit == "rad":
+    if excess[worst] > 0.0 and course.places.unit == "rad":
         raise InputError(
             f"{course.places.what} begins with another angular velocity than the body has there, "
             f"by {abs(system.v0[first + worst] - now.v[worst]):.3g} rad/s and more: "
             "that is an impact; let the angle begin smoothly, as Ramp(..., smooth=True) does, or "
             "give the body that angular velocity"
         )
-    if off[worst] > 0.0:
+    if excess[worst] > 0.0:
         raise InputError(
             f"the drive of {system.describe(first + worst)} begins with {now.v[worst]:.6g} m/s, "
             f"and the body moves there with {system.v0[first + worst]:.6g} m/s: that is an impact; "
@@ -103,7 +100,7 @@ def start_prescribed_motions(
 def inputs_at(
     system: System, times: NDArray[np.float64], rates: bool = False
 ) -> NDArray[np.float64]:
-    """Return all that changes with time at the times given (k,) [s], as `System.inputs` does.
+    """Return the time-dependent inputs at times (k,) [s], as `System.inputs` does.
 
     Raises
     ------
@@ -117,7 +114,7 @@ def inputs_at(
 
 
 def prescribe_motions_of_loop(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
-    """Pass to a march what is prescribed, and the forces that this takes at the start."""
+    """Set prescribed motions in a time loop, and the forces that they require at the start."""
     prescribed = system.prescribed
     if not prescribed:
         return

@@ -1,4 +1,4 @@
-"""Which constraints of a scene repeat others, by the rank of their gradients."""
+"""Find redundant constraints of a scene by the rank of their gradients."""
 
 from __future__ import annotations
 
@@ -18,31 +18,25 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Share of a gradient that must be independent of the others, or it is redundant.
-INDEPENDENT_RATIO = 1e-8
-# What is added to squares of gradients of length one, so that a factor exists.
-ROUNDING = 1e-14
-# Pivot below which a gradient is suspect: that of a combination of many is the larger.
-SUSPECT_PIVOT = 1e-10
-# Share of a linear combination from which a constraint is named as a part of it.
-MIN_COEFFICIENT = 1e-3
-# Largest number of equations that are looked at together.
-MAX_DENSE_EQUATIONS = 300
-# Share of prescribed changes that does not fit together where joints contradict each other.
-MIN_CONTRADICTION = 0.1
-# Number of constraints that are named, and of those that are looked at for it.
-MAX_NAMED, MAX_EXAMINED = 3, 12
+INDEPENDENT_RATIO = 1e-8  # independent part of a gradient below which its constraint is redundant
+ROUNDING = 1e-14  # added to squares of unit gradients, so that a factor exists
+SUSPECT_PIVOT = 1e-10  # below which a gradient may depend on others, even on many
+MIN_COEFFICIENT = 1e-3  # of a linear combination whose constraints are named
+MAX_DENSE_EQUATIONS = 300  # equations of a dense rank analysis
+MIN_CONTRADICTION = 0.1  # relative misfit of prescribed values that is a contradiction
+MAX_NAMED = 3  # constraints in a message
+MAX_EXAMINED = 12  # constraints whose combinations are determined
 
 
 def warn_of_redundant_constraints(system: System) -> None:
-    """Warn of constraints that repeat others.
+    """Warn of redundant constraints.
 
     Their forces are not unique; a small regularization distributes them.
 
     Warns
     -----
     RedundantConstraintsWarning
-        With the first of them and what they repeat.
+        With the first of them, and the constraints that they depend on.
     """
     if not len(system.constraints.offset):
         return
@@ -50,13 +44,13 @@ def warn_of_redundant_constraints(system: System) -> None:
     if not number:
         return
     labels = system.constraints.labels
-    words = [
+    parts = [
         f"the {labels[row]}, {_describe_redundancy(labels, of)}" for row, of in found[:MAX_NAMED]
     ]
     more = f" and {number - MAX_NAMED} more" if number > MAX_NAMED else ""
     warnings.warn(
         f"{number} of {len(labels)} constraints repeat others at the start: "
-        f"{'; '.join(words)}{more}.  The motion is not affected, but their forces are distributed "
+        f"{'; '.join(parts)}{more}.  The motion is not affected, but their forces are distributed "
         "arbitrarily: leave out a joint that repeats another, or use one with more freedom",
         RedundantConstraintsWarning,
         stacklevel=4,
@@ -64,100 +58,100 @@ def warn_of_redundant_constraints(system: System) -> None:
 
 
 def describe_contradiction(system: System, q: Vector, t: float) -> str:
-    """Name joints that cannot hold together at a time, since their motions are prescribed.
+    """Name joints whose prescribed motions contradict each other at a time.
 
-    An equation that repeats others where the scene is must also have the values that follow from
-    theirs; where a step changes these by a good share of what it prescribes, it has no solution.
+    A redundant equation must have the value that follows from the others; if a step changes this
+    by a considerable part of the prescribed values, it has no solution.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     q : (n_all,) float
-        Its last accepted coordinates.
+        The last accepted coordinates.
     t : float
         End of the failed step [s].
 
     Returns
     -------
     str
-        A sentence, empty if all equations fit together.
+        A sentence, empty if all equations are compatible.
     """
     if not system.prescribed or not np.max(np.abs(q)) < MAX_MAGNITUDE:
         return ""
     found = find_redundant_constraints(system, q)[1]
     if not found:
         return ""
-    motion, there, none = system.prescribed.at(t), q.copy(), np.zeros(system.n_all)
-    there[len(q) - system.prescribed.n :] = motion.q
+    motion, moved, none = system.prescribed.at(t), q.copy(), np.zeros(system.n_all)
+    moved[len(q) - system.prescribed.n :] = motion.q
     amplitudes = system.loads.amplitudes(np.array([t]))[0]
     rest = np.zeros(system.n_multipliers)
-    phi = system.assembly.residual(there, none, none, rest, none, amplitudes)[1]
+    phi = system.assembly.residual(moved, none, none, rest, none, amplitudes)[1]
     phi[system.n_multipliers - system.prescribed.n_equations :] -= motion.s
     gradients = system.constraints.jacobian(q)[:, : system.n_free]
     for row, others in found:
-        of_row, of_others = gradients[[row]].toarray()[0], gradients[others].toarray()
-        shares = np.linalg.lstsq(of_others.T, of_row, rcond=None)[0] if others else np.zeros(0)
-        parts = np.append(-shares * phi[others], phi[row])
+        gradient, basis = gradients[[row]].toarray()[0], gradients[others].toarray()
+        factors = np.linalg.lstsq(basis.T, gradient, rcond=None)[0] if others else np.zeros(0)
+        parts = np.append(-factors * phi[others], phi[row])
         if abs(np.sum(parts)) > MIN_CONTRADICTION * np.max(np.abs(parts)):
             labels = system.constraints.labels
-            names = dict.fromkeys(labels[each] for each in others)
+            names = dict.fromkeys(labels[other] for other in others)
             listed = " and ".join(f"the {name}" for name in list(names)[:MAX_NAMED])
             return (
-                f"The joints contradict each other: the {labels[row]} repeats {listed}, and what "
-                "they prescribe does not fit together; leave one out, or prescribe the same."
+                f"The joints contradict each other: the {labels[row]} depends on {listed}, and "
+                "their prescribed values are incompatible; leave one out, or prescribe the same."
             )
     return ""
 
 
 def _describe_redundancy(labels: list[str], others: list[int]) -> str:
-    """Name what an equation follows from."""
+    """Name the equations that an equation depends on."""
     if not others:
-        return "which holds nothing that can move"
+        return "which constrains no free coordinate"
     more = f" and {len(others) - 1} more" if len(others) > 1 else ""
     return f"which follows from the {labels[others[0]]}{more}"
 
 
-def count_near_dependent(system: System, q: Vector, share: float) -> int:
-    """Count constraints of whose gradients less than a share is independent of those before.
+def count_near_dependent(system: System, q: Vector, ratio: float) -> int:
+    """Count constraints whose gradients are nearly combinations of those before them.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     q : (n_all,) float
         Its coordinates.
-    share : float
-        From 0 to 1.
+    ratio : float
+        Largest independent part of such a gradient, 0 to 1.
     """
-    if not np.max(np.abs(q)) < MAX_MAGNITUDE:  # the motion is lost, which the run reports
+    if not np.max(np.abs(q)) < MAX_MAGNITUDE:  # the run reports that
         return 0
     pivots = _factored(_unit_gradients(system, q)).pivots
-    return int(np.sum(pivots < share**2))
+    return int(np.sum(pivots < ratio**2))
 
 
 def find_redundant_constraints(
     system: System, q: Vector
 ) -> tuple[int, list[tuple[int, list[int]]]]:
-    """Find the equations that repeat others, in a time that is linear in their number.
+    """Find redundant equations, in a time that is linear in their number.
 
-    The pivots of phi_q phi_q^T, of gradients of length one, are the squares of what each adds to
-    those before it.  Where one is rounding, the solution for it is a combination that vanishes, and
-    the equations in that are looked at by themselves.
+    The pivots of phi_q phi_q^T, with gradients of unit length, are the squares of the independent
+    parts.  Where one is of the order of rounding, its solution is a combination that vanishes, and
+    a dense rank analysis of the equations in it follows.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     q : (n_all,) float
         Its coordinates.
 
     Returns
     -------
     int
-        Number of equations that repeat others.
+        Number of redundant equations.
     list of (int, list of int)
-        The first of them, each with those that it is made of, largest part first.
+        The first of them, each with the equations it depends on, largest coefficient first.
     """
     gradients = _unit_gradients(system, q)
     factor = _factored(gradients)
@@ -165,26 +159,26 @@ def find_redundant_constraints(
     involved: set[int] = set()
     found: list[tuple[int, list[int]]] = []
     for suspect in suspects[:MAX_EXAMINED]:
-        parts = np.zeros(gradients.shape[0])
-        parts[suspect] = 1.0
+        combination = np.zeros(gradients.shape[0])
+        combination[suspect] = 1.0
         for _ in range(2):
-            parts = factor.solve(parts)
-            parts /= np.max(np.abs(parts))
-        involved |= set(np.flatnonzero(np.abs(parts) > MIN_COEFFICIENT).tolist())
+            combination = factor.solve(combination)
+            combination /= np.max(np.abs(combination))
+        involved |= set(np.flatnonzero(np.abs(combination) > MIN_COEFFICIENT).tolist())
         if len(involved) > MAX_DENSE_EQUATIONS:
             break
     if involved:
-        # Equations that keep bodies rigid come first, so that joints are found to repeat them.
+        # Equations of rigid bodies come first, so that those of joints are found redundant.
         rows = np.array(sorted(involved))
         is_joint = np.array(system.constraints.mass)[rows] == 0.0
         rows = rows[np.argsort(is_joint, kind="stable")]
         found = _find_dependent_rows(gradients[rows], rows)
-    looked_at_all = len(suspects) <= MAX_EXAMINED and len(involved) <= MAX_DENSE_EQUATIONS
-    return len(found) if looked_at_all else len(suspects), found
+    is_complete = len(suspects) <= MAX_EXAMINED and len(involved) <= MAX_DENSE_EQUATIONS
+    return len(found) if is_complete else len(suspects), found
 
 
 def _unit_gradients(system: System, q: Vector) -> sp.csr_array:
-    """Return the gradients of the constraints by the free coordinates, each of length one."""
+    """Return the unit gradients of the constraints with respect to the free coordinates."""
     import scipy.sparse as sp
 
     phi_q = sp.csr_array(system.constraints.jacobian(q)[:, : system.n_free])
@@ -193,7 +187,7 @@ def _unit_gradients(system: System, q: Vector) -> sp.csr_array:
 
 
 def _factored(gradients: sp.csr_array) -> SparseSeed:
-    """Factor the products of all pairs of gradients."""
+    """Factor the Gram matrix of the gradients."""
     import scipy.sparse as sp
 
     squares = sp.csc_array(gradients @ gradients.T + ROUNDING * sp.eye_array(gradients.shape[0]))
@@ -207,26 +201,26 @@ def _factored(gradients: sp.csr_array) -> SparseSeed:
 def _find_dependent_rows(
     gradients: sp.csr_array, rows: NDArray[np.intp]
 ) -> list[tuple[int, list[int]]]:
-    """Return which rows of a few repeat those before them, and which these are."""
+    """Return the rows that depend on those before them, each with these."""
     used = np.unique(gradients.indices)
     table = gradients[:, used].toarray()
     basis: list[Vector] = []
-    taken: list[int] = []
+    independent: list[int] = []
     found = []
     for k, row in enumerate(table):
-        left = row.copy()
-        for _ in range(2):  # the second time takes away what rounding left
+        remaining = row.copy()
+        for _ in range(2):  # the second projection removes rounding
             if basis:
                 known = np.array(basis)
-                left -= known.T @ (known @ left)
-        rest = float(np.linalg.norm(left))
-        if rest > INDEPENDENT_RATIO:
-            basis.append(left / rest)
-            taken.append(k)
+                remaining -= known.T @ (known @ remaining)
+        norm = float(np.linalg.norm(remaining))
+        if norm > INDEPENDENT_RATIO:
+            basis.append(remaining / norm)
+            independent.append(k)
             continue
-        others = np.array(taken, dtype=int)
-        shares = np.abs(np.linalg.lstsq(table[others].T, row, rcond=None)[0])
-        largest = others[np.argsort(-shares, kind="stable")]
-        count = int(np.sum(shares > MIN_COEFFICIENT))
+        others = np.array(independent, dtype=int)
+        factors = np.abs(np.linalg.lstsq(table[others].T, row, rcond=None)[0])
+        largest = others[np.argsort(-factors, kind="stable")]
+        count = int(np.sum(factors > MIN_COEFFICIENT))
         found.append((int(rows[k]), [int(rows[j]) for j in largest[:count]]))
     return found

@@ -1,4 +1,4 @@
-"""How a run goes on from where another one ended."""
+"""Continue a run from the last state of another one."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 
-# Share of the largest amplitude by which loads may differ from those before: rounding.
-LOAD_TOLERANCE = 1e-9
+LOAD_TOLERANCE = 1e-9  # change of the loads over the largest amplitude: rounding
 
 
 def check_start(start: object, name: str = "start") -> State | None:
-    """Return the state that an argument of this name gives, None for the reference shape.
+    """Return the state that an argument `start` stands for, None for the reference shape.
 
     Raises
     ------
@@ -52,7 +51,7 @@ def save_state(
     t: float,
     dt: float,
 ) -> State:
-    """Return the state that a march has come to, and what its next steps depend on."""
+    """Return the present state of a time loop, with the memory that its next steps need."""
     q, v, a, lam = march.state
     memory = dict(march.memory)
     b = memory.pop("b0", None)
@@ -68,9 +67,9 @@ def save_state(
 def continues_run(
     state: State | None, system: System, integrator: Integrator, dt: float
 ) -> TypeGuard[State]:
-    """Whether a run with these steps goes on from a state without a new beginning.
+    """Return whether a run with these steps can continue from a state.
 
-    It does if the scene, the integrator and the step are those of the run that ended there.
+    Scene, integrator and step must be those of the run that ended there.
     """
     if state is None or state.memory.get("run") != {"integrator": repr(integrator), "dt": dt}:
         return False
@@ -85,7 +84,7 @@ def continues_run(
 
 
 def restore_contributions(state: State | None, system: System) -> bool:
-    """Give contributions what they kept up to a state of the same scene; whether that is any."""
+    """Restore the internal variables of contributions; return whether the state has any."""
     if state is None or not len(state.memory.get("contributions", ())):
         return False
     if difference(state.memory["scene"], system.scene.digest()) is not None:
@@ -97,7 +96,7 @@ def restore_contributions(state: State | None, system: System) -> bool:
 def restore_state(
     state: State, system: System, march: Loop, iteration: NonlinearLoop | None = None
 ) -> None:
-    """Let a march go on with what the run before remembered."""
+    """Restore the memory of a time loop from a state."""
     memory = dict(state.memory)
     if state.b is not None:
         memory["b0"] = state.b

@@ -60,7 +60,7 @@ def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
     def never(_):
         raise AssertionError("counted")
 
-    monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.counted_fill", never)
+    monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.count_factor_entries", never)
     estimate_memory(lattice(6), 1, 0, False, Newton())
 
 
