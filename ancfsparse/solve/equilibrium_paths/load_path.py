@@ -15,7 +15,7 @@ from ancfsparse.results import RunStats
 from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.equilibrium_paths.arc_length import follow
-from ancfsparse.solve.linearization.rigid_body_modes import check_held
+from ancfsparse.solve.linearization.rigid_body_modes import check_restrained
 from ancfsparse.solve.preparation.memory_estimate import (
     check_factor_fits,
     estimate_memory,
@@ -109,7 +109,7 @@ def load_path(
     stats = RunStats(solver="Newton along the arc length")
     with within_memory(needed):
         system = System(scene)
-        check_held(system)
+        check_restrained(system)
         balance = EquilibriumEquations(system, stats, t=t)
         check_factor_fits(needed, balance.seed)
         if not balance.loads:

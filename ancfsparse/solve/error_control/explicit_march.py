@@ -27,7 +27,7 @@ from ancfsparse.solve.linearization.matrices import (
     highest_frequency,
     highest_frequency_of,
     initial_multipliers,
-    needs_saddle,
+    needs_saddle_point_factor,
     saddle_seed,
 )
 from ancfsparse.solve.stepping.explicit_setup import (
@@ -100,7 +100,9 @@ class ExplicitMarch:
         self._length = float(t[-1] - t[0])
         mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
-        self._saddle = saddle_seed(system) if needs_saddle(system, integrator) else None
+        self._saddle = (
+            saddle_seed(system) if needs_saddle_point_factor(system, integrator) else None
+        )
         self._sizes = None if self._saddle is None else constraint_magnitudes(system)
         self._mass: SparseSeed | BlockInverse | None = None
         self.omega = _slowest_fast(system)

@@ -1,4 +1,4 @@
-"""Describe free motions: which parts move, along which direction or about which axis."""
+"""Describe free motions: the moving parts, and direction or axis of the motion."""
 
 from __future__ import annotations
 
@@ -11,26 +11,25 @@ from ancfsparse.system.rigid_motion.rigid_parts import Part
 
 Vector = NDArray[np.float64]
 
-# A free motion names no more of the parts that take part in it.
-NAMED = 3
-# Shares of a motion below this are rounding.
-ROUNDING = 1e-6
-# A column may lead a motion if it is not much smaller than the largest.
-LEADING = 0.1
+MAX_NAMED_PARTS = 3  # parts in the description of a motion
+ROUNDING_RATIO = 1e-6  # components of a motion, relative to the largest, that are rounding
+MIN_PIVOT_RATIO = (
+    0.1  # pivot over the largest entry: an earlier column is preferred down to this ratio
+)
 
 
-def named(dim: int, parts: list[Part], free: Vector) -> list[str]:
-    """Name free motions, reduced until each is led by another mode of a part.
+def name_motions(dim: int, parts: list[Part], free: Vector) -> list[str]:
+    """Name free motions after reduction to row echelon form.
 
-    Rotations lead before translations, because a turn about a distant point is a turn and a
-    translation, and earlier parts before later ones.
+    Rotations are pivots before translations, because a rotation about a distant point is a rotation
+    and a translation; earlier parts before later ones.
 
     Parameters
     ----------
     dim : int
-        Of the scene.
+        Dimension of the scene.
     parts : list of Part
-        What moves.
+        The rigid parts.
     free : (k, n) float
         Independent motions in the modes of all parts.
 
@@ -40,65 +39,71 @@ def named(dim: int, parts: list[Part], free: Vector) -> list[str]:
         Such as ``"translation along x of beam 0"``.
     """
     first = np.concatenate([[0], np.cumsum([dim + len(part.axes) for part in parts])])
-    turns = np.concatenate([np.arange(b + dim, e) for b, e in itertools.pairwise(first)])
-    shifts = np.concatenate([np.arange(b, b + dim) for b in first[:-1]])
-    rows, leads = _reduced(free, (turns, shifts))
+    rotations = np.concatenate([np.arange(b + dim, e) for b, e in itertools.pairwise(first)])
+    translations = np.concatenate([np.arange(b, b + dim) for b in first[:-1]])
+    rows, pivots = _reduce_to_echelon(free, (rotations, translations))
     return [
-        _name(dim, parts, first, row, int(np.searchsorted(first, lead, side="right")) - 1)
-        for row, lead in zip(rows, leads, strict=True)
+        _name_motion(dim, parts, first, row, int(np.searchsorted(first, pivot, side="right")) - 1)
+        for row, pivot in zip(rows, pivots, strict=True)
     ]
 
 
-def _reduced(free: Vector, kinds: tuple[NDArray[np.int64], ...]) -> tuple[Vector, list[int]]:
-    """Return the same motions by Gauss and Jordan, and the mode that leads each."""
+def _reduce_to_echelon(
+    free: Vector, kinds: tuple[NDArray[np.int64], ...]
+) -> tuple[Vector, list[int]]:
+    """Return the motions after Gauss-Jordan elimination, and the pivot column of each."""
     rows = free / np.max(np.abs(free), axis=1, keepdims=True)
-    leads: list[int] = []
+    pivots: list[int] = []
     for columns in kinds:
-        while len(leads) < len(rows):
-            left = np.abs(rows[len(leads) :, columns])
-            if left.max(initial=0.0) <= ROUNDING:
+        while len(pivots) < len(rows):
+            remaining = np.abs(rows[len(pivots) :, columns])
+            if remaining.max(initial=0.0) <= ROUNDING_RATIO:
                 break
-            column = columns[int(np.argmax(left.max(axis=0) >= LEADING * left.max()))]
-            pivot = len(leads)
-            best = pivot + int(np.argmax(np.abs(rows[pivot:, column])))
-            rows[[pivot, best]] = rows[[best, pivot]]
-            rows[pivot] /= rows[pivot, column]
-            others = np.arange(len(rows)) != pivot
-            rows[others] -= np.outer(rows[others, column], rows[pivot])
-            leads.append(int(column))
-    return rows, leads
+            is_large = remaining.max(axis=0) >= MIN_PIVOT_RATIO * remaining.max()
+            column = columns[int(np.argmax(is_large))]
+            k = len(pivots)
+            best = k + int(np.argmax(np.abs(rows[k:, column])))
+            rows[[k, best]] = rows[[best, k]]
+            rows[k] /= rows[k, column]
+            others = np.arange(len(rows)) != k
+            rows[others] -= np.outer(rows[others, column], rows[k])
+            pivots.append(int(column))
+    return rows, pivots
 
 
-def _name(dim: int, parts: list[Part], first: NDArray[np.int64], row: Vector, lead: int) -> str:
-    """Name a motion by what its leading part does."""
-    part = parts[lead]
-    shift, turn = part.motion(row[first[lead] : first[lead + 1]], dim)
-    moving = np.flatnonzero(np.maximum.reduceat(np.abs(row), first[:-1]) > ROUNDING)
-    more = len(moving) - NAMED
-    names = [parts[k].name for k in moving[:NAMED]] + ([f"{more} more"] if more > 0 else [])
-    return f"{_motion(dim, part, shift, turn)} of {' and '.join(names)}"
+def _name_motion(dim: int, parts: list[Part], first: NDArray[np.int64], row: Vector, k: int) -> str:
+    """Name a motion by the displacement of its k-th part."""
+    part = parts[k]
+    shift, turn = part.motion(row[first[k] : first[k + 1]], dim)
+    moving = np.flatnonzero(np.maximum.reduceat(np.abs(row), first[:-1]) > ROUNDING_RATIO)
+    more = len(moving) - MAX_NAMED_PARTS
+    names = [parts[i].name for i in moving[:MAX_NAMED_PARTS]] + (
+        [f"{more} more"] if more > 0 else []
+    )
+    return f"{_describe_motion(dim, part, shift, turn)} of {' and '.join(names)}"
 
 
-def _motion(dim: int, part: Part, shift: Vector, turn: Vector) -> str:
+def _describe_motion(dim: int, part: Part, shift: Vector, turn: Vector) -> str:
     angle = float(np.linalg.norm(turn))
-    if angle * part.size <= ROUNDING * float(np.linalg.norm(shift)):
-        return f"translation along {_direction(shift, dim)}"
+    if angle * part.size <= ROUNDING_RATIO * float(np.linalg.norm(shift)):
+        return f"translation along {_format_direction(shift, dim)}"
     along = shift @ turn / angle
     point = part.start + np.cross(turn, shift) / angle**2
-    name = f"rotation about {_direction(turn, 3)} through {_numbers(point[:dim], part.size)} m"
-    if abs(along) > ROUNDING * angle * part.size:
+    where = _format_vector(point[:dim], part.size)
+    name = f"rotation about {_format_direction(turn, 3)} through {where} m"
+    if abs(along) > ROUNDING_RATIO * angle * part.size:
         name += f" with {abs(along) / angle:.3g} m along it per radian"
     return name
 
 
-def _direction(vector: Vector, dim: int) -> str:
-    """Write a direction: the name of its axis, or its components."""
+def _format_direction(vector: Vector, dim: int) -> str:
+    """Format a direction: the name of its axis, or its components."""
     unit = vector / np.linalg.norm(vector)
     axis = int(np.argmax(np.abs(unit)))
     unit *= np.sign(unit[axis])
-    return "xyz"[axis] if 1.0 - abs(unit[axis]) <= 1e-12 else _numbers(unit[:dim], 1.0)
+    return "xyz"[axis] if 1.0 - abs(unit[axis]) <= 1e-12 else _format_vector(unit[:dim], 1.0)
 
 
-def _numbers(values: Vector, size: float) -> str:
-    """Write a point or direction, (1, 0.5, 0), with what is rounding beside its size as zero."""
+def _format_vector(values: Vector, size: float) -> str:
+    """Format a point or direction as (1, 0.5, 0), with rounding relative to a size as zero."""
     return f"({', '.join(f'{x:.4g}' for x in np.where(np.abs(values) > 1e-9 * size, values, 0.0))})"

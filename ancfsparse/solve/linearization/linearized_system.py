@@ -1,4 +1,4 @@
-"""Small motions about a state: mass, stiffness, damping and constraints, and factors of them."""
+"""Linearized equations about a state: M, C, K, constraint gradients, and their factors."""
 
 from __future__ import annotations
 
@@ -29,11 +29,9 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Flexibility of every constraint relative to that of the coordinates it holds: redundant
-# constraints then give no zero pivot, and frequencies change by less than rounding.
-FLEXIBILITY = 1e-10
-# Stiffness of springs in place of constraints relative to that of the coordinates these hold.
-STIFFER = 1e3
+# With it redundant constraints cause no zero pivot, and frequencies change by less than rounding.
+RELATIVE_FLEXIBILITY = 1e-10  # of a constraint, over that of the coordinates in it
+RELATIVE_PENALTY = 1e3  # stiffness of penalty springs, over that of the coordinates in a constraint
 
 
 class LinearizedSystem:
@@ -42,7 +40,7 @@ class LinearizedSystem:
     Parameters
     ----------
     system : System
-        What moves; its constraint block is not regularized.
+        The system; its constraint block is not regularized.
     state : State
         Its coordinates, and its multipliers, whose forces rotate with the motion.
     amplitudes : (n_amplitudes,) float
@@ -55,11 +53,11 @@ class LinearizedSystem:
     gradients : (m, n_free) sparse
         Phi_q [1, m].
     diagonal : (n_free,) float
-        Diagonal of M, positive also where equations alone give a coordinate its mass [kg, kg m2].
+        Diagonal of M, positive also at coordinates whose only mass is in equations [kg, kg m2].
     seed : SparseSeed
-        The solver of the equations that were factored last.
+        The factor of the last matrix.
     shift : float
-        Of the last factor, if `factor` made it [1/s2].
+        Shift of the last factor by `factor` [1/s2].
     """
 
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
@@ -76,23 +74,23 @@ class LinearizedSystem:
 
     @property
     def size(self) -> float:
-        """Size of the squares of the highest frequencies [1/s2]; 0 where nothing is stiff."""
+        """Order of the squares of the highest frequencies [1/s2]; 0 without stiffness."""
         return float(np.max(np.abs(self.stiffness.diagonal()) / self.diagonal))
 
     @property
     def stiffest(self) -> Vector:
-        """Largest stiffness of each slope along any axis, of its coordinates, (n_free,) [N/m, N m].
+        """Largest stiffness of each slope along any axis, at its coordinates, (n_free,) [N/m, N m].
 
-        The rounding of stress is a share of it; a string, which has no slopes, has that of its
-        positions.  Zero for all other coordinates.
+        The rounding of stress is proportional to it; for strings, which have no slopes, to that of
+        their positions.  Zero at all other coordinates.
         """
         n = self.system.n_free
-        own, largest = np.zeros((2, self.system.n_all))
-        own[:n] = np.abs(self.stiffness.diagonal())
+        diagonal, largest = np.zeros((2, self.system.n_all))
+        diagonal[:n] = np.abs(self.stiffness.diagonal())
         for kind, table in zip(self.system.kinds, self.system.places, strict=True):
             for name in kind.vectors[1:] or kind.vectors:
-                places = table[:, kind.columns(name)]
-                np.maximum.at(largest, places, own[places].max(axis=1, keepdims=True))
+                indices = table[:, kind.columns(name)]
+                np.maximum.at(largest, indices, diagonal[indices].max(axis=1, keepdims=True))
         return largest[:n]
 
     def _matrix(self, mass: float, stiffness: float, damping: float = 0.0) -> Vector:
@@ -110,8 +108,8 @@ class LinearizedSystem:
         Returns
         -------
         int or None
-            How many eigenvalues are below the shift, by Sylvester's law of inertia; None if the
-            matrix is singular.
+            Number of eigenvalues below the shift, by Sylvester's law of inertia; None if the matrix
+            is singular.
         """
         if shift != self.shift:
             self._below = self._factor(-np.sign(shift), 0.0, abs(shift))
@@ -121,34 +119,35 @@ class LinearizedSystem:
     def factor_at_rate(self, rate: float) -> int | None:
         """Factor ``rate^2 M + rate C + K`` under the constraints; count its negative eigenvalues.
 
-        C and K without what forces without a potential make unsymmetric; the rate [1/s] is
-        positive.
+        Unsymmetric parts of C and K, by nonconservative forces, are left out; the rate [1/s] must
+        be positive.
         """
         self.shift = 0.0
         return self._factor(1.0, 1.0 / rate, rate**2)
 
-    def factor_stiffness(self, more: Vector | None = None) -> int | None:
-        """Factor K under the constraints; return how many of its eigenvalues are negative.
+    def factor_stiffness(self, addition: Vector | None = None) -> int | None:
+        """Factor K under the constraints; return the number of its negative eigenvalues.
 
-        `more` is added to its values on the pattern.  Rigid bodies have no stiffness of their own,
-        and what equations alone hold is singular without them, so springs in their place are added,
-        which do nothing where they are met.
+        `addition` is added to its values on the pattern.  The stiffness of rigid bodies is in the
+        constraints alone, so penalty springs are added, whose forces vanish where these hold.
         """
         self.shift = 0.0
         if not self.system.n_multipliers:
-            return self._factor(0.0, 0.0, self.size, more)
+            return self._factor(0.0, 0.0, self.size, addition)
         import scipy.sparse as sp
 
         self._below, self._scale = None, self.size
-        added = 0.0 if more is None else symmetric_from_lower(free_submatrix(self.system, more))
-        # Coordinates with hardly any are as stiff for their masses as all are on average.
+        added = 0.0
+        if addition is not None:
+            added = symmetric_from_lower(free_submatrix(self.system, addition))
+        # Coordinates with hardly any stiffness get the mean ratio of stiffness to mass.
         stiff = np.abs(self.stiffness.diagonal()) / self._scale
         stiff = np.maximum(stiff, self.diagonal * (np.sum(stiff) / np.sum(self.diagonal)))
         flexible, phi_q = self._flexibility(stiff), self.gradients
-        springs = phi_q.T @ sp.diags_array(STIFFER / flexible) @ phi_q
-        held = (self.stiffness + added) / self._scale + springs
-        corner = sp.diags_array(-FLEXIBILITY * flexible)
-        lower = sp.tril(sp.block_array([[held, phi_q.T], [phi_q, corner]]), format="csc")
+        springs = phi_q.T @ sp.diags_array(RELATIVE_PENALTY / flexible) @ phi_q
+        block = (self.stiffness + added) / self._scale + springs
+        corner = sp.diags_array(-RELATIVE_FLEXIBILITY * flexible)
+        lower = sp.tril(sp.block_array([[block, phi_q.T], [phi_q, corner]]), format="csc")
         lower.sort_indices()
         self.seed = SparseSeed(lower.indptr, lower.indices, self.system.n_free)
         self.seed.factor(lower.data)
@@ -156,23 +155,25 @@ class LinearizedSystem:
         return None if negative is None else negative - self.system.n_multipliers
 
     def _flexibility(self, stiff: Vector) -> Vector:
-        """Return that of each constraint, by the stiffness of its coordinates [1/kg]."""
+        """Return the flexibility of the coordinates in each constraint, (m,) [1/kg]."""
         flexible = self.gradients.power(2) @ (1.0 / stiff)
         flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(stiff))
         return np.asarray(flexible)
 
     def _factor(
-        self, mass: float, damping: float, scale: float, more: Vector | None = None
+        self, mass: float, damping: float, scale: float, addition: Vector | None = None
     ) -> int | None:
-        """Factor ``mass M + damping C + (K + more) / scale`` under nearly rigid constraints."""
+        """Factor ``mass M + damping C + (K + addition) / scale`` with nearly rigid constraints."""
         system = self.system
         values = self._matrix(mass, 1.0 / scale, damping)  # [kg]
-        if more is not None:
-            values = values + more / scale
+        if addition is not None:
+            values = values + addition / scale
         n, m = system.n_free, system.n_multipliers
         if m:
             stiff = np.abs(self.stiffness.diagonal()) / scale + abs(mass) * self.diagonal
-            values[system.pattern.indptr[n : n + m]] -= FLEXIBILITY * self._flexibility(stiff)
+            values[system.pattern.indptr[n : n + m]] -= RELATIVE_FLEXIBILITY * self._flexibility(
+                stiff
+            )
         self.seed = self._plain
         self.seed.factor(values)
         self._scale = scale
@@ -180,13 +181,13 @@ class LinearizedSystem:
         return None if negative is None else negative - m
 
     def solve(self, force: Vector) -> Vector:
-        """Solve the equations factored last under the constraints, nearly rigid, (n_free,)."""
+        """Solve with the last factor, whose constraints are slightly flexible, (n_free,)."""
         r = np.zeros(self.seed.n)
         r[: len(self.diagonal)] = np.ravel(force)
         return self.seed.solve(r)[: len(self.diagonal)] / self._scale
 
     def solve_with_multipliers(self, force: Vector) -> tuple[Vector, Vector]:
-        """Solve likewise under rigid constraints, for the multipliers too [N]."""
+        """Solve with rigid constraints, for the multipliers too [N]."""
         n = len(self.diagonal)
         r = np.zeros(self.seed.n)
         r[:n] = force
@@ -196,7 +197,7 @@ class LinearizedSystem:
         return solution[:n] / self._scale, solution[n:]
 
     def solve_all(self, forces: Vector) -> Vector:
-        """Solve for several forces, columns (n_free, k), under rigid constraints."""
+        """Solve for several forces, columns (n_free, k), with rigid constraints."""
         n = len(self.diagonal)
         out = np.stack([self.solve(force) for force in forces.T], axis=1)
         if self.gradients.shape[0]:
@@ -207,18 +208,18 @@ class LinearizedSystem:
         return out
 
 
-def scene_of(of: object, at: object = None) -> Scene:
-    """Return the scene of what modes are asked of, checked.
+def scene_to_linearize(of: object, at: object = None) -> Scene:
+    """Return the scene of an argument of `modes` and similar functions, after checking it.
 
     Raises
     ------
     InputError
-        If it is neither a scene nor an equilibrium, or an equilibrium with another state.
+        If it is neither a scene nor an equilibrium, or an equilibrium is given with a state.
     """
     if not isinstance(of, (Scene, Equilibrium)):
-        advice = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
+        hint = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
         raise InputError(
-            f"modes are those of a scene or an equilibrium, got {format_value(of)}{advice}"
+            f"modes are those of a scene or an equilibrium, got {format_value(of)}{hint}"
         )
     if isinstance(of, Equilibrium) and at is not None:
         raise InputError("an equilibrium is a state already: give its scene with at, or no at")
@@ -228,7 +229,7 @@ def scene_of(of: object, at: object = None) -> Scene:
 
 
 def linearize(of: Scene | Equilibrium, at: State | Equilibrium | None) -> LinearizedSystem:
-    """Linearise the scene about a state."""
+    """Return the linearized equations of a scene about a state."""
     if isinstance(of, Equilibrium):
         assert isinstance(of.system, System)
         time = np.array([of.state.t])
@@ -243,13 +244,13 @@ def linearize(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Linear
                 "equilibrium, solve_static(scene)"
             )
         rest = np.zeros(system.n_all)
-        here = system.state(system.t0, system.q_ref, rest, rest, lam)
-        return LinearizedSystem(system, here, np.zeros(system.loads.n_amplitudes))
+        about = system.state(system.t0, system.q_ref, rest, rest, lam)
+        return LinearizedSystem(system, about, np.zeros(system.loads.n_amplitudes))
     if system.n_multipliers:
         seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
         seed.factor(
             system.assembly.matrix(1.0, 0.0, system.q0, lam, load_amplitudes_at_start(system))
         )
         lam = initial_acceleration(system, seed, system.v0)[1]
-    here = system.state(system.t0, system.q0, system.v0, None, lam)
-    return LinearizedSystem(system, here, load_amplitudes_at_start(system))
+    about = system.state(system.t0, system.q0, system.v0, None, lam)
+    return LinearizedSystem(system, about, load_amplitudes_at_start(system))

@@ -24,17 +24,12 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Up to so many coordinates all frequencies together are found sooner than the highest alone.
-MAX_DENSE_COORDINATES = 100
-# Relative accuracy of the square of the highest frequency; the limit is half as uncertain.
-EIGENVALUE_TOLERANCE = 1e-4
-# Constraints that are held by their accelerations alone at most: each costs a solution for each
-# evaluation of the forces, and all together a small dense matrix.
-MAX_PROJECTED_CONSTRAINTS = 12
-
-# Share of the smallest phi_q M^-1 phi_q^T that makes redundant constraints definite, the error of
-# accelerations across them: ten times what rounds in a factor.
-SADDLE_REGULARIZATION = 1e-13
+MAX_DENSE_COORDINATES = 100  # up to which a dense eigenproblem is faster than Lanczos' method
+EIGENVALUE_TOLERANCE = 1e-4  # relative, of the square of the highest frequency
+# Each takes a solution for each evaluation of the forces, all together a small dense matrix.
+MAX_PROJECTED_CONSTRAINTS = 12  # that are satisfied by their accelerations alone
+# Ten times the rounding of a factor; it is the relative error of accelerations across constraints.
+SADDLE_REGULARIZATION = 1e-13  # over the smallest phi_q M^-1 phi_q^T
 
 
 def mass_matrix(system: System) -> sp.csc_array:
@@ -43,7 +38,7 @@ def mass_matrix(system: System) -> sp.csc_array:
 
 
 def definite_mass(system: System, q: Vector) -> sp.csc_array:
-    """Return `mass_matrix` with the masses of equations, which motions under constraints lack."""
+    """Return `mass_matrix` with the masses of equations, which make it definite."""
     if not any(system.constraints.mass):
         return mass_matrix(system)
     none = np.zeros(max(system.n_multipliers, system.loads.n_amplitudes))
@@ -60,7 +55,7 @@ def mass_seed(system: System) -> SparseSeed:
 
 
 def saddle_seed(system: System) -> SparseSeed:
-    """Return the seed for the matrix of the masses with all constraints, not factored yet."""
+    """Return the seed of the saddle-point matrix of masses and constraints, not factored yet."""
     regularize(system, 0.0, SADDLE_REGULARIZATION)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
     check_factor_fits(NO_MEMORY, seed)
@@ -68,19 +63,19 @@ def saddle_seed(system: System) -> SparseSeed:
 
 
 def constraint_magnitudes(system: System) -> Vector:
-    """Return what the rounding of each constraint is proportional to, (m,) [m].
+    """Return the sizes of the terms of the constraints, to which rounding is relative, (m,) [m].
 
-    Of the reference shape, so that it is the same wherever a motion starts.
+    They are those of the reference shape, so that they do not depend on the start of a motion.
     """
-    q, positions = system.q_ref, np.concatenate([np.ravel(each) for each in system.vectors("r")])
+    q, positions = system.q_ref, np.concatenate([np.ravel(x) for x in system.vectors("r")])
     magnitude = np.full(system.n_all, np.max(np.abs(np.delete(q, positions)), initial=1.0))
-    least = min(body.shortest for body in system.scene.bodies)
-    magnitude[positions] = np.max(np.abs(q[positions]), initial=least)
+    shortest = min(body.shortest for body in system.scene.bodies)
+    magnitude[positions] = np.max(np.abs(q[positions]), initial=shortest)
     return np.asarray(system.constraints.sizes(q) + abs(system.constraints.jacobian(q)) @ magnitude)
 
 
-def needs_saddle(system: System, integrator: Explicit) -> bool:
-    """Whether the constraints are too many, or of a kind, for their accelerations alone to hold."""
+def needs_saddle_point_factor(system: System, integrator: Explicit) -> bool:
+    """Return whether number or kind of the constraints require a saddle-point factor."""
     constraints = system.constraints
     return system.n_multipliers > 0 and (
         not integrator.takes_velocities
@@ -100,21 +95,21 @@ def highest_frequency(
 ) -> float:
     """Return the highest angular frequency of ``K x = omega^2 M x`` at a state [rad/s].
 
-    Or the highest rate of ``C x = omega M x``, if that is more: no vibration, damped or not, has a
-    larger eigenvalue than both.  Constraints only slow vibrations down.
+    Or the highest rate of ``C x = omega M x`` if larger: no vibration, damped or not, has an
+    eigenvalue above both.  Constraints only lower frequencies.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     seed : SparseSeed or BlockInverse
         Inverse of its mass matrix.
     q : (n_all,) float
         Coordinates.
     amplitudes : (n_amplitudes,) float
-        Loads that change, because moments stiffen what they turn.
+        Amplitudes of the loads, because moments have a stiffness.
     lam : (m,) float, optional
-        Multipliers [N]: those of a rigid body make its rotation a vibration; by default zero.
+        Multipliers [N], by which rotation of a rigid body is a vibration; by default zero.
     """
     lam = np.zeros(system.n_multipliers) if lam is None else lam
     if isinstance(seed, SparseSeed) and any(system.constraints.mass):
@@ -131,38 +126,40 @@ def highest_frequency(
 def highest_frequency_of(
     system: System, seed: SparseSeed | BlockInverse, values: Vector, q: Vector | None = None
 ) -> float:
-    """Return the highest angular frequency of a stiffness given by values on the pattern [rad/s].
+    """Return the highest angular frequency for a stiffness on the pattern [rad/s].
 
-    With the masses at q or at the start, of which the seed has the inverse.
+    The seed is the inverse of the masses at q, by default at the start.
     """
     mass = symmetric_from_lower(definite_mass(system, system.q0 if q is None else q))
-    square = _highest(symmetric_from_lower(free_submatrix(system, values)), mass, seed)
+    square = _highest_eigenvalue(symmetric_from_lower(free_submatrix(system, values)), mass, seed)
     return math.sqrt(max(square, np.finfo(float).tiny))
 
 
 def highest_initial_frequency(system: System, mass: SparseSeed, integrator: Explicit) -> float:
-    """Return the highest angular frequency at the start [rad/s], rotations of bodies included."""
+    """Return the highest angular frequency at the start, with rotations of rigid bodies [rad/s]."""
     lam = None
-    if needs_saddle(system, integrator):
+    if needs_saddle_point_factor(system, integrator):
         lam = initial_multipliers(system, saddle_seed(system))
     return highest_frequency(system, mass, system.q0, load_amplitudes_at_start(system), lam)
 
 
 def initial_multipliers(system: System, seed: SparseSeed) -> Vector:
-    """Return the multipliers at the start [N]; `seed` of all constraints is left with a factor."""
+    """Return the multipliers at the start [N]; `seed` of the saddle-point matrix is factored."""
     none = np.zeros(system.n_multipliers)
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, none, load_amplitudes_at_start(system)))
     return initial_acceleration(system, seed, system.v0)[1]
 
 
-def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockInverse) -> float:
-    """Return the highest eigenvalue of a symmetric matrix over that of the masses."""
+def _highest_eigenvalue(
+    matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockInverse
+) -> float:
+    """Return the largest eigenvalue of a symmetric matrix with respect to the masses."""
     from scipy.linalg import eigh
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     n = mass.shape[0]
     if n <= MAX_DENSE_COORDINATES:
-        # All of them: a search for the highest alone fails where many are equal or zero.
+        # A search for the largest alone fails where many are equal or zero.
         found = eigh(matrix.toarray(), mass.toarray(), eigvals_only=True)
     else:
         found = eigsh(
@@ -171,7 +168,7 @@ def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockI
             M=mass,
             Minv=LinearOperator((n, n), matvec=lambda r: seed.solve(np.ravel(r)), dtype=float),
             which="LA",
-            v0=np.random.default_rng(0).standard_normal(n),  # the same in every run
+            v0=np.random.default_rng(0).standard_normal(n),  # reproducible
             tol=EIGENVALUE_TOLERANCE,
             return_eigenvectors=False,
         )
@@ -179,7 +176,7 @@ def _highest(matrix: sp.csr_array, mass: sp.csr_array, seed: SparseSeed | BlockI
 
 
 def free_submatrix(system: System, values: Vector) -> sp.csc_array:
-    """Return the lower triangle over the free coordinates, from values on the pattern."""
+    """Return the lower triangle over the free coordinates of values on the pattern."""
     import scipy.sparse as sp
 
     pattern, n = system.pattern, system.n_free

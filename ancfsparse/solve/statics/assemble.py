@@ -15,7 +15,7 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.linearization.linearized_system import FLEXIBILITY
+from ancfsparse.solve.linearization.linearized_system import RELATIVE_FLEXIBILITY
 from ancfsparse.solve.preparation.memory_estimate import (
     check_factor_fits,
     estimate_memory,
@@ -179,7 +179,7 @@ class _Work:
             diagonal = values[system.pattern.indptr[:n]]
             flexible = phi_q[:, :n].power(2) @ (1.0 / np.abs(diagonal))
             flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(diagonal))
-            values[system.pattern.indptr[n : n + m]] -= FLEXIBILITY * flexible
+            values[system.pattern.indptr[n : n + m]] -= RELATIVE_FLEXIBILITY * flexible
         self.seed.factor(values)
         force, ahead = np.zeros(n), np.zeros(m)
         if far.any():  # what moving drives pull along

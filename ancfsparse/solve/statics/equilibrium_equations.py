@@ -13,7 +13,7 @@ from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
 from ancfsparse.solve.linearization.nonconservative_tangent import (
     NonconservativeTangent,
-    solve_beside,
+    solve_with_correction,
 )
 from ancfsparse.solve.preparation.choose_factorization import make_static_seed
 from ancfsparse.solve.statics.norms import ROUNDING, Norms
@@ -313,7 +313,7 @@ class EquilibriumEquations(Norms):
         if len(state.phi):
             r = r + self._phi_q.T @ (self._springs * state.phi)
         if self._beside is not None and self._beside.nnz:
-            x = solve_beside(self.seed.solve, self._beside, r, np.sqrt(self.mass))
+            x = solve_with_correction(self.seed.solve, self._beside, r, np.sqrt(self.mass))
             if x is not None:
                 return -x
         return -self.seed.solve(r)

@@ -31,7 +31,7 @@ from ancfsparse.solve.linearization.matrices import (
     initial_multipliers,
     mass_matrix,
     mass_seed,
-    needs_saddle,
+    needs_saddle_point_factor,
     saddle_seed,
 )
 from ancfsparse.system import System
@@ -130,7 +130,7 @@ def prepare_explicit(
     """
     check_explicit_scene(system, integrator)
     seed, saddle, lam = mass_seed(system), None, None
-    if needs_saddle(system, integrator):
+    if needs_saddle_point_factor(system, integrator):
         saddle = saddle_seed(system)
         if start is not None and not continues_run(start, system, integrator, dt):
             project_on_constraints(system, saddle)

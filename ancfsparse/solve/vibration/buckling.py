@@ -15,9 +15,9 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.buckling import Buckling
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearize, scene_of
+from ancfsparse.solve.linearization.linearized_system import linearize, scene_to_linearize
 from ancfsparse.solve.linearization.matrices import free_submatrix, symmetric_from_lower
-from ancfsparse.solve.linearization.rigid_body_modes import check_held
+from ancfsparse.solve.linearization.rigid_body_modes import check_restrained
 from ancfsparse.solve.preparation.memory_estimate import (
     NO_MEMORY,
     check_factor_fits,
@@ -83,10 +83,10 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
     factor between two of the multiples counts those below, so that none is missing.
     """
     n = check_count("n", n)
-    scene = scene_of(of)
+    scene = scene_to_linearize(of)
     with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)):
         pencil = linearize(of, None)
-        check_held(pencil.system)
+        check_restrained(pencil.system)
         vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
         check_factor_fits(replace(NO_MEMORY, vectors=vectors), pencil.seed)
         base = float(isinstance(of, Equilibrium))

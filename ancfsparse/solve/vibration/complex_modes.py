@@ -13,7 +13,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.complex_modes import ComplexModes
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearize, scene_of
+from ancfsparse.solve.linearization.linearized_system import linearize, scene_to_linearize
 from ancfsparse.solve.preparation.memory_estimate import (
     NO_MEMORY,
     check_factor_fits,
@@ -78,7 +78,7 @@ def complex_modes(
     digits.  The theory is in docs/theory.md.
     """
     n = check_count("n", n)
-    scene = scene_of(of, at)
+    scene = scene_to_linearize(of, at)
     with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)):
         pencil = linearize(of, at)
         vectors = 8.0 * VECTORS * 8 * (n + BEYOND) * pencil.seed.n

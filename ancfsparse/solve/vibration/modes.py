@@ -15,7 +15,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearize, scene_of
+from ancfsparse.solve.linearization.linearized_system import linearize, scene_to_linearize
 from ancfsparse.solve.preparation.memory_estimate import (
     NO_MEMORY,
     check_factor_fits,
@@ -82,7 +82,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     the eigenvalues below a gap, so that none is missed.  The theory is in docs/theory.md.
     """
     n = check_count("n", n)
-    scene = scene_of(of, at)
+    scene = scene_to_linearize(of, at)
     needed = estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)
     with within_memory(needed):
         pencil = linearize(of, at)

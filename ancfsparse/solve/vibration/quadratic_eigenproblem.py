@@ -10,12 +10,17 @@ from numpy.typing import NDArray
 from ancfsparse.errors import ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
-from ancfsparse.solve.linearization.nonconservative_tangent import ROUNDING as DIFFERENCE
+from ancfsparse.solve.linearization.nonconservative_tangent import ROUNDING_RATIO as DIFFERENCE
 from ancfsparse.solve.linearization.nonconservative_tangent import (
     NonconservativeTangent,
-    solve_beside,
+    solve_with_correction,
 )
-from ancfsparse.solve.vibration.symmetric_eigenproblem import BEYOND, MOTION, ROUNDING, TOLERANCE
+from ancfsparse.solve.vibration.symmetric_eigenproblem import (
+    BEYOND,
+    MOTION,
+    ROUNDING,
+    TOLERANCE,
+)
 
 Vector = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -85,7 +90,7 @@ class Damped:
         def solve(r: Vector) -> Vector:
             return np.asarray(self.pencil.solve_all(r[:, None])[:, 0])
 
-        x = solve_beside(solve, self._beside, force, self.unit)
+        x = solve_with_correction(solve, self._beside, force, self.unit)
         if x is None:
             raise ModesError(
                 "forces without a potential or Coriolis forces are too strong for the factor"
