@@ -42,8 +42,10 @@ def info(file: FileArgument) -> None:
                 typer.echo(f"  {key}: {value}")
     typer.echo(
         f"cost: {stats.steps} steps, {stats.iterations} iterations, {stats.factorizations} "
-        f"factorizations, {stats.march_seconds:.3g} s" + f", {stats.solver}" * bool(stats.solver)
+        f"factorizations, {stats.march_seconds:.3g} s"
     )
+    if stats.solver:
+        typer.echo(f"solver: {stats.solver}")
 
 
 def plot(

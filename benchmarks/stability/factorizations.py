@@ -93,7 +93,7 @@ def _run(name: str, integrator: str, modulus: float, dt: float, factorization: s
         stats, outcome = error.trajectory.stats, "gained energy"
     except StepError as error:
         stats, outcome = error.trajectory.stats, "failed"
-    over = "a complete seed" in stats.solver
+    over = "a complete factorization" in stats.solver
     return Row(
         name,
         integrator,

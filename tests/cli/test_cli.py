@@ -240,7 +240,7 @@ def test_an_option_that_nothing_hears_is_refused(capsys, words, sentence):
 
 def test_a_seed_that_is_asked_for_is_taken(capsys):
     _, out, _ = run(capsys, *SHORT, "--solver", "modified-newton", "--factorization", "incomplete")
-    assert "on an incomplete seed" in json.loads(out)["settings"]["chosen"]
+    assert "with an incomplete factorization" in json.loads(out)["settings"]["chosen"]
 
 
 def test_settings_are_those_that_were_heard(capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -111,7 +112,7 @@ class RunStats:
         implicit run split into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs
         included) and ``"rest"``.
     solver : str
-        What was chosen and why.
+        The method and the reasons for its selection.
     threads : int
         Threads that shared the work at most; 1 for systems so small that more would not pay.
     """
@@ -152,6 +153,11 @@ class RunStats:
         if not isinstance(other, RunStats):
             return NotImplemented
         return _comparable([*vars(self).values()]) == _comparable([*vars(other).values()])
+
+    @property
+    def method(self) -> str:
+        """Name of the method, without the reasons for its selection, which `solver` states."""
+        return re.split("[:;]", self.solver, maxsplit=1)[0]
 
     @property
     def iterations_per_step(self) -> float:

@@ -75,7 +75,7 @@ class Trajectory(Outputs):
                 if stats.steps or len(self.t) == 1
                 else "ended without its counts"
             )
-            + (f", {stats.solver}" if stats.solver else "")
+            + (f", {stats.method}" if stats.solver else "")
         )
 
     @property

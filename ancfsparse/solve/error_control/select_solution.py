@@ -280,13 +280,13 @@ def _reason(
     taken = f"{way.name} in {way.steps} steps"
     other = next((each for each in ways if each is not way), None)
     if other is None:
-        return f"{taken}, the only way for this scene and what was asked for"
+        return f"{taken}: the only applicable method"
     mine, its = (costs[ways.index(each)] for each in (way, other))
     if other.failure is not None:
-        return f"{taken}, as {other.name} failed"
+        return f"{taken}: selected as {other.name} failed"
     if mine == 0.0:
-        return f"{taken}, with steps so long that no other way was tried"
-    return f"{taken}, expected to cost {mine / its:.2g} times as much as {other.name} by counts"
+        return f"{taken}: its steps are so long that no other method was tried"
+    return f"{taken}: expected to cost {mine / its:.2g} times as much as {other.name} by counts"
 
 
 def _failure(

@@ -97,7 +97,7 @@ class ImplicitRun(FixedStepRun):
             why, time = CAUSE_NAMES[outcome], self._clock.at(steps + 1)
             rate = self._iteration.contraction
             self._exact.append(Event(steps + 1, time, "complete seed", CAUSE_NAMES[outcome], rate))
-        self._stats.solver += f"; from step {steps + 1} on a complete seed ({why})"
+        self._stats.solver += f"; from step {steps + 1} with a complete factorization ({why})"
         self._iteration.step = steps
         return Outcome.CONVERGED
 

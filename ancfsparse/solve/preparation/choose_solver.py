@@ -53,9 +53,9 @@ def choose_solver(
     """
     check_solver(requested)
     incomplete = isinstance(seed, IncompleteSeed)
-    article = "an incomplete" if incomplete else "a sparse"
+    factor = f"with {'an incomplete' if incomplete else 'a sparse'} factorization"
     if isinstance(requested, Newton | ModifiedNewton | QuasiNewton):
-        return requested, f"{describe(requested)}{f' on {article} seed' * incomplete}, as asked"
+        return requested, f"{describe(requested)}{f' {factor}' * incomplete}: requested"
     n, solve_flops = seed.n, seed.solve_flops
     method: Method
     counts = (
@@ -67,12 +67,12 @@ def choose_solver(
         method = QuasiNewton("bfgs", memory=LOW_MEMORY_PAIRS, seed_frame=frame)
         return (
             method,
-            f"{describe(method)} where sweeps contract slowly, on {article} seed: {counts}",
+            f"{describe(method)} where sweeps contract slowly, {factor}: {counts}",
         )
     ratio = n * n / solve_flops
     if ratio <= MAX_DENSE_RATIO or (ratio <= MAX_LINKAGE_DENSE_RATIO and is_linkage()):
         method = QuasiNewton("bfgs" if is_linear else "davidon", memory="full")
-        curvature = "no constraint turns" if is_linear else "constraints turn with the motion"
+        curvature = "linear constraints" if is_linear else "nonlinear constraints"
         return method, f"{describe(method)}: {counts}, {curvature}"
     method = ModifiedNewton(seed_frame=frame)
-    return method, f"{describe(method)} on {article} seed: {counts}"
+    return method, f"{describe(method)} {factor}: {counts}"

@@ -153,7 +153,7 @@ def solve_static(
         balance = EquilibriumEquations(system, stats, bar.update, factorization, t)
         check_factor_fits(needed, balance.seed)
         if isinstance(balance.seed, DeflatedSeed):
-            stats.solver += ", on an incomplete seed with coarse modes"
+            stats.solver += " and an incomplete factorization with deflation"
         stats.seconds["set-up"] = time.perf_counter() - begin
 
         def find(equations: EquilibriumEquations) -> StaticResult:
@@ -173,7 +173,7 @@ def solve_static(
                 found = find(exact)
             except EquilibriumError:
                 raise failure from None
-            stats.solver += ", then on a complete seed (which found an equilibrium)"
+            stats.solver += "; then with a complete factorization (which found an equilibrium)"
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = found.negative, found.error
     stats.sweeps, stats.products = balance.seed.inner

@@ -29,4 +29,4 @@ def test_small_ones_keep_a_dense_inverse(make, dt):
 
 def test_long_ones_keep_sparse_seeds():
     run = ancf.simulate(n_four_bar(16).scene, 0.02, 1e-3)
-    assert "modified Newton on a sparse seed" in run.stats.solver
+    assert "modified Newton with a sparse factorization" in run.stats.solver

@@ -11,7 +11,7 @@ from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
-INCOMPLETE = "on an incomplete seed"
+INCOMPLETE = "with an incomplete factorization"
 
 
 def comb(teeth=60):
@@ -145,7 +145,7 @@ def test_the_estimate_is_near_what_an_incomplete_factor_takes():
 
 def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():
     run = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05)
-    assert "from step 6 on a complete seed (which cost less)" in run.stats.solver
+    assert "from step 6 with a complete factorization (which cost less)" in run.stats.solver
     assert run.stats.steps == 25
     incomplete = ancf.simulate(lattice(5, **STEEL).scene, 1.25, 0.05, factorization="incomplete")
     assert run.stats.sweeps < incomplete.stats.sweeps  # none after the change
@@ -155,7 +155,7 @@ def test_long_steps_go_back_to_exact_seeds_where_those_cost_less():
 
 def test_short_steps_stay_on_incomplete_seeds():
     run = ancf.simulate(lattice(6).scene, 0.05, 1e-3)
-    assert "a complete seed" not in run.stats.solver
+    assert "a complete factorization" not in run.stats.solver
 
 
 def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
@@ -165,7 +165,7 @@ def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     run = ancf.simulate(scene, t_end, dt)
     assert run.stats.steps == 5
     (event,) = [event for event in run.stats.events if event.rung == "complete seed"]
-    assert f"from step {event.step} on a complete seed" in run.stats.solver
+    assert f"from step {event.step} with a complete factorization" in run.stats.solver
     # Without room for it the run ends as it would have.
     monkeypatch.setattr(switch_to_direct, "available_memory", lambda: 1e5)
     with pytest.raises(ancf.StepError):
@@ -176,7 +176,7 @@ def test_rough_steps_of_steel_are_solved_on_incomplete_seeds():
     run = ancf.simulate(lattice(8, "rough", **STEEL).scene, 0.03, 3e-3)
     assert run.stats.steps == 10
     assert {event.rung for event in run.stats.events} == {"new seed", "descent"}
-    assert "a complete seed" not in run.stats.solver
+    assert "a complete factorization" not in run.stats.solver
 
 
 def test_runs_repeat_bit_for_bit():

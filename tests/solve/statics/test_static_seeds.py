@@ -15,7 +15,7 @@ from ancfsparse.solve.statics import static_equilibrium as solve_static
 from ancfsparse.system import System
 
 STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
-INCOMPLETE = "on an incomplete seed with coarse modes"
+INCOMPLETE = "an incomplete factorization with deflation"
 
 
 def hung(n, stiff="steel", sideways=0.1, standing=False):
@@ -130,7 +130,9 @@ def test_what_fails_is_solved_on_an_exact_seed_if_it_fits(monkeypatch):
     monkeypatch.setattr(choose_factorization, "MAX_STATIC_FILL", 1.0)
     with pytest.warns(ancf.UnstableEquilibriumWarning):
         solved = ancf.solve_static(scene)
-    assert solved.stats.solver.endswith("then on a complete seed (which found an equilibrium)")
+    assert solved.stats.solver.endswith(
+        "then with a complete factorization (which found an equilibrium)"
+    )
     assert solved.stats.sweeps > 0
 
 

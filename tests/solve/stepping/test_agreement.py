@@ -121,7 +121,7 @@ def test_the_thick_pendulum_with_poissons_ratio():
 
 def test_auto_weighs_a_dense_inverse_against_sweeps_and_says_why():
     _, cable = run("auto", "paper", t_end=0.01)
-    assert "modified Newton on a sparse seed: 42 unknowns" in cable.stats.solver
+    assert "modified Newton with a sparse factorization: 42 unknowns" in cable.stats.solver
     scene, _ = pendulum("thick", 4)
     full = ancf.simulate(scene, 0.01, 5e-4)
     assert "bfgs, full memory" in full.stats.solver
