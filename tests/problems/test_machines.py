@@ -21,6 +21,7 @@ from ancfsparse.problems import (
     spring_antenna,
 )
 from ancfsparse.problems.named import MECHANISMS
+from tests.grids import level_grid
 from tests.problems.rods import G, carried, hung, shot, spatial
 
 
@@ -56,15 +57,7 @@ def test_hanging_net():
     """Newton's method for the energy of a truss, whose bars take half their weight to each end."""
     n, axial, weight = 12, 2e6 * math.pi * 25e-6, 1100.0 * math.pi * 25e-6 * G
     side = 4.0 / n
-    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    bars = np.concatenate(
-        [
-            np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
-            np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
-        ]
-    )
-    x = np.stack([*np.divmod(number.ravel(), n + 1), 0.0 * number.ravel()], axis=1)
-    x = x * [side, side, 1.0]
+    x, bars, number = level_grid(n + 1, 4.0)
     at = x[:, :2] / 4.0
     x[:, 2] = -1.5 * (1.0 - np.max(np.abs(2.0 * at - 1.0), axis=1) ** 2) - 0.5
     corners = number[[0, 0, -1, -1], [0, -1, 0, -1]]

@@ -6,6 +6,7 @@ import pytest
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import Groups, IncompleteSeed
 from ancfsparse.seeds.ordering import unknown_groups as groups_module
+from tests.grids import grid
 from tests.seeds.matrices import lower_csc
 
 ROUNDING = 2.0**-24
@@ -37,12 +38,6 @@ def springs(rng, n, edges, weight):
         factor = rng.normal(size=(3, 3))
         a[np.ix_(ends, ends)] += np.kron([[1.0, -1.0], [-1.0, 1.0]], factor @ factor.T)
     return a, np.arange(3 * n).reshape(n, 3)
-
-
-def grid(side):
-    number = np.arange(side * side).reshape(side, side)
-    along = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
-    return np.concatenate([along, np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], 1)])
 
 
 def tree(rng, n):
@@ -99,7 +94,7 @@ def by_the_book(whole):
 
 @pytest.mark.parametrize("width", [1, 2, 3])
 def test_factor_is_cholesky_without_fill(width, rng):
-    a, groups = coupled(rng, 36, grid(6), width, 3.0)
+    a, groups = coupled(rng, 36, grid(6)[1], width, 3.0)
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     whole, pivots, lower = blocks_of(seed, a)
@@ -126,7 +121,7 @@ def test_nothing_is_dropped_on_trees(kind, width, rng):
 
 
 def test_a_sweep_is_symmetric_and_positive(rng):
-    a, groups = coupled(rng, 25, grid(5))
+    a, groups = coupled(rng, 25, grid(5)[1])
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     h = inverse_of(seed)
@@ -136,7 +131,7 @@ def test_a_sweep_is_symmetric_and_positive(rng):
 
 @pytest.mark.parametrize("unit", [1.0, 1e-25, 1e25])
 def test_solve_is_numpys_whatever_the_units(unit, rng):
-    a, groups = coupled(rng, 49, grid(7))
+    a, groups = coupled(rng, 49, grid(7)[1])
     d = 10.0 ** rng.uniform(-6, 6, len(a))  # each unknown in a unit of its own
     seed, values = seed_of(unit * d[:, None] * a * d, groups)
     assert seed.factor(values) == 0
@@ -148,7 +143,7 @@ def test_solve_is_numpys_whatever_the_units(unit, rng):
 
 @pytest.mark.parametrize("size", [1e-150, 1e-30, 1e30, 1e150])
 def test_residuals_of_any_size_fit_single_precision(size, rng):
-    a, groups = coupled(rng, 400, grid(20))
+    a, groups = coupled(rng, 400, grid(20)[1])
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     r = rng.normal(size=len(a))
@@ -164,7 +159,7 @@ def test_residuals_of_any_size_fit_single_precision(size, rng):
 
 
 def test_unknowns_that_are_held_leave_their_places_free(rng):
-    a, groups = coupled(rng, 16, grid(4))
+    a, groups = coupled(rng, 16, grid(4)[1])
     held = np.array([0, 1, 2, 7, 20, 30, 31])  # a whole group, and some of others
     free = np.setdiff1d(np.arange(len(a)), held)
     number = np.full(len(a), -1)
@@ -179,7 +174,7 @@ def test_unknowns_that_are_held_leave_their_places_free(rng):
 
 
 def test_members_of_a_node_come_one_after_the_other_in_their_order(rng):
-    a, groups = coupled(rng, 36, grid(6))
+    a, groups = coupled(rng, 36, grid(6)[1])
     node = np.repeat(np.arange(12), 3)
     seed, values = seed_of(a, groups, node)
     assert seed.factor(values) == 0
@@ -189,7 +184,7 @@ def test_members_of_a_node_come_one_after_the_other_in_their_order(rng):
 
 
 def test_a_share_is_kept_and_a_first_solve_decides(rng):
-    a, groups = springs(rng, 100, grid(10), 1e-3)
+    a, groups = springs(rng, 100, grid(10)[1], 1e-3)
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     r = rng.normal(size=len(a))
@@ -218,7 +213,7 @@ def test_a_share_is_kept_and_a_first_solve_decides(rng):
 
 
 def test_what_breaks_down_gets_a_larger_diagonal(rng):
-    a, groups = coupled(rng, 36, grid(6), weight=0.5)
+    a, groups = coupled(rng, 36, grid(6)[1], weight=0.5)
     indefinite = a - 1.2 * np.linalg.eigvalsh(a).min() * np.eye(len(a)) - 2.0 * np.eye(len(a))
     assert np.linalg.eigvalsh(indefinite).min() < 0.0
     seed, values = seed_of(indefinite, groups)
@@ -230,7 +225,7 @@ def test_what_breaks_down_gets_a_larger_diagonal(rng):
 
 
 def test_what_is_no_number_is_not_mended(rng):
-    a, groups = coupled(rng, 16, grid(4))
+    a, groups = coupled(rng, 16, grid(4)[1])
     seed, values = seed_of(a, groups)
     values[5] = np.nan
     assert seed.own.factor(values) > 0
@@ -239,7 +234,7 @@ def test_what_is_no_number_is_not_mended(rng):
 
 
 def test_too_many_blocks_are_refused(rng, monkeypatch):
-    a, groups = coupled(rng, 16, grid(4))
+    a, groups = coupled(rng, 16, grid(4)[1])
     monkeypatch.setattr("ancfsparse.seeds.incomplete.incomplete_seed.MOST_BLOCKS", 30)
     with pytest.raises(InputError, match="at most 30 blocks, and this one would have 41"):
         seed_of(a, groups)
@@ -253,7 +248,7 @@ def two_fronts(monkeypatch, least=2):
 
 def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
     two_fronts(monkeypatch)
-    components = [grid(8) + 64 * k for k in range(3)]  # the cut is inside the second
+    components = [grid(8)[1] + 64 * k for k in range(3)]  # the cut is inside the second
     a, groups = coupled(rng, 192, np.concatenate(components), 3, 3.0)
     indptr, indices, _ = lower_csc(a)
     order, first = Groups.of(indptr, indices, groups, np.arange(192)).fronts()
@@ -271,7 +266,7 @@ def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
 @pytest.mark.parametrize("width", [1, 2, 3])
 def test_two_fronts_are_cholesky_without_fill(width, rng, monkeypatch):
     two_fronts(monkeypatch)
-    a, groups = coupled(rng, 49, grid(7), width, 3.0)
+    a, groups = coupled(rng, 49, grid(7)[1], width, 3.0)
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     whole, pivots, lower = blocks_of(seed, a)
@@ -284,7 +279,7 @@ def test_two_fronts_are_cholesky_without_fill(width, rng, monkeypatch):
 
 def test_threads_do_not_change_a_digit(rng, monkeypatch):
     two_fronts(monkeypatch)
-    a, groups = springs(rng, 400, grid(20), 1e-3)
+    a, groups = springs(rng, 400, grid(20)[1], 1e-3)
     indptr, indices, values = lower_csc(a)
     made = Groups.of(indptr, indices, groups, np.arange(400))
     r, found = rng.normal(size=len(a)), []
@@ -299,7 +294,7 @@ def test_threads_do_not_change_a_digit(rng, monkeypatch):
 
 
 def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
-    a, groups = coupled(rng, 36, grid(6))
+    a, groups = coupled(rng, 36, grid(6)[1])
     indptr, indices, _ = lower_csc(a)
     made = Groups.of(indptr, indices, groups, np.arange(36))
     assert made.fronts()[1] == (0, 36, 36, 36)
@@ -317,7 +312,7 @@ def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
 
 
 def test_solves_repeat_bit_for_bit(rng):
-    a, groups = springs(rng, 100, grid(10), 1e-3)
+    a, groups = springs(rng, 100, grid(10)[1], 1e-3)
     r = rng.normal(size=len(a))
     runs = []
     for _ in range(2):

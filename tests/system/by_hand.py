@@ -285,12 +285,3 @@ def state(system, rng, size=0.05):
     q = system.q0 + size * rng.uniform(-1, 1, system.n_all)
     q[system.n_free :] = system.q0[system.n_free :]
     return q, 10 * rng.normal(size=system.n_all), 50 * rng.normal(size=system.n_multipliers)
-
-
-def full(system, values):
-    """Symmetric dense matrix from values on the pattern."""
-    p = system.pattern
-    column = np.repeat(np.arange(p.n), np.diff(p.indptr))
-    out = np.zeros((p.n, p.n))
-    out[p.indices, column] = out[column, p.indices] = values
-    return out

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton
@@ -11,6 +10,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
+from tests.matrices import full
 
 FAMILY = [ancf.Newmark(0.0), ancf.Newmark(0.3), ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5)]
 DT = 2e-3
@@ -28,12 +28,6 @@ def still(damping, force=0.0):
     return System(scene)
 
 
-def dense(system, values):
-    pattern = system.pattern
-    lower = sp.csc_array((values, pattern.indices, pattern.indptr)).toarray()
-    return lower + np.tril(lower, -1).T
-
-
 @pytest.mark.parametrize("integrator", [*FAMILY, ancf.EnergyMomentum()], ids=repr)
 def test_the_matrix_of_a_step_is_the_derivative_of_its_residual(integrator):
     matrices = []
@@ -41,7 +35,7 @@ def test_the_matrix_of_a_step_is_the_derivative_of_its_residual(integrator):
         system = still(damping)
         march, *_ = prepare_implicit(system, DT, integrator, Newton(), "default", np.inf)
         exact = finite_difference(march)
-        found = dense(system, march.matrix())
+        found = full(system, march.matrix())
         assert np.abs(found - exact).max() < 1e-6 * np.abs(exact).max()
         matrices.append(exact)
     assert np.abs(matrices[1] - matrices[0]).max() > 0.5 * np.abs(matrices[1]).max()
@@ -59,10 +53,10 @@ def test_a_start_takes_out_what_a_damped_step_cannot_follow(integrator):
     q1, v1 = DT**2 * integrator.beta * b1, DT * integrator.gamma * b1
     none, q = np.zeros(0), system.q0
     mass, stiffness = (
-        dense(system, system.assembly.matrix(*factors, q, none, none))
+        full(system, system.assembly.matrix(*factors, q, none, none))
         for factors in ((1.0, 0.0), (0.0, 1.0))
     )
-    viscous = dense(system, system.assembly.matrix(0.0, 0.0, q, none, none, damping_factor=1.0))
+    viscous = full(system, system.assembly.matrix(0.0, 0.0, q, none, none, damping_factor=1.0))
     follows = np.linalg.solve(mass + q1 * stiffness + v1 * viscous, mass)
     n = system.n_free
     once = follows @ a[:n]

@@ -9,6 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
+from tests.matrices import full
 from tests.nonlinear.updates.drive import Problem, dense, limited
 
 
@@ -22,13 +23,8 @@ def curvatures(with_rod, steps=150, dt=5e-4):
         system, dt, ancf.Newmark(0.05), ancf.Newton(), 1e-9, math.inf
     )
     none = np.zeros((1, 0))
-    n = system.n_free + system.n_multipliers
-    lower = np.zeros((n, n))
-    pattern = system.pattern
-    column = np.repeat(np.arange(n), np.diff(pattern.indptr))
     march.prepare(none)
-    lower[pattern.indices, column] = march.matrix()
-    h = np.linalg.inv(lower + np.tril(lower, -1).T)
+    h = np.linalg.inv(full(system, march.matrix()))
     out = [np.zeros((2, system.n_all)) for _ in range(3)] + [np.zeros((2, system.n_multipliers))]
     found = []
     for _ in range(steps):

@@ -7,6 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.plans.model_error.neglected_energies import neglected_effects
 from ancfsparse.plans.model_error.quasi_static_error import late
 from ancfsparse.plans.trial_runs.trial_runs import at_rest
+from tests.grids import level_grid
 
 FACTOR = 2.0
 """Within which estimates are right."""
@@ -102,13 +103,7 @@ def test_bending_of_strings_in_a_net():
     found = []
     for stretch in (1e-3, 1e-2):
         scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
-        x = np.linspace(0.0, 1.0, 7)
-        nodes = np.array([(a, b, 0.0) for a in x for b in x])
-        number = np.arange(49).reshape(7, 7)
-        edges = np.concatenate([
-            np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
-            np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
-        ])  # fmt: skip
+        nodes, edges, number = level_grid(7)
         made = ancf.Circle(0.01), ancf.Material(1e8, 500.0)
         net = scene.add_mesh(nodes, edges, "string", *made)
         for k in np.unique(number[[0, -1]].ravel().tolist() + number[:, [0, -1]].ravel().tolist()):

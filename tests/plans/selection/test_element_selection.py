@@ -16,6 +16,7 @@ from ancfsparse.plans.selection.element_hierarchy import (
     needed,
 )
 from ancfsparse.plans.selection.element_selection import _limp
+from tests.grids import level_grid
 
 RUBBER = ancf.Material(1e7, 1000, 0.3)
 
@@ -107,13 +108,7 @@ def test_what_the_scene_refuses_is_no_candidate():
 def net(pull, radius, element="auto", n=2):
     """Four by four meshes of cables, whose rim is pulled apart and which sag by their weight."""
     scene = ancf.Scene((0.0, 0.0, -9.81))
-    x = np.linspace(0.0, 1.0, 5)
-    nodes = np.array([(a, b, 0.0) for a in x for b in x])
-    number = np.arange(25).reshape(5, 5)
-    edges = np.concatenate([
-        np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
-        np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
-    ])  # fmt: skip
+    nodes, edges, number = level_grid(5)
     made = ancf.Circle(radius), ancf.Material(1e8, 1000)
     mesh = scene.add_mesh(nodes, edges, element, *made, n_elements=n)
     for k in np.unique([*number[[0, -1]].ravel(), *number[:, [0, -1]].ravel()]).tolist():

@@ -6,6 +6,7 @@ import pytest
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Circle, Clamp, Material, Rectangle, Scene
 from ancfsparse.solve import simulate
+from tests.grids import grid
 from tests.operations import operations
 
 SQUARE, RUBBER = Rectangle(0.01, 0.01), Material(1e8, 4000.0, 0.3)
@@ -16,18 +17,14 @@ def add(nodes, edges, scene=None, element="thin", **options):
     return (scene or Scene()).add_mesh(nodes, edges, element, SQUARE, RUBBER, **options)
 
 
-def grid(n, m, seed=0):
+def shuffled_grid(n, m, seed=0):
     """Give nodes and shuffled edges, in random directions, of a square net of n x m nodes."""
-    x, y = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
-    number = np.arange(n * m).reshape(n, m)
-    along = np.stack([number[:-1].ravel(), number[1:].ravel()], 1)
-    across = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], 1)
-    edges = np.concatenate([along, across])
+    nodes, edges, _ = grid(n, m)
     rng = np.random.default_rng(seed)
     edges = rng.permutation(edges)
     turned = rng.random(len(edges)) < 0.5
     edges[turned] = edges[turned, ::-1]
-    return np.stack([x.ravel(), y.ravel()], 1).astype(float), edges
+    return nodes, edges
 
 
 def test_a_cross_is_two_lines_that_share_a_position():
@@ -51,7 +48,7 @@ def test_edges_of_a_line_are_turned_the_way_of_its_first():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_shuffled_net_has_a_line_for_each_row_and_column(seed):
-    mesh = add(*grid(4, 6, seed))
+    mesh = add(*shuffled_grid(4, 6, seed))
     assert mesh.n_lines == 4 + 6
     assert len(mesh.row_nodes) == 2 * 24
     directions = mesh.positions[mesh.edges[:, 1]] - mesh.positions[mesh.edges[:, 0]]
@@ -181,7 +178,7 @@ def test_points_that_are_not_there(point, message):
 def test_many_joints_cost_no_more_than_their_number():
     def cost(n):
         scene = Scene()
-        mesh = add(*grid(n, n), scene)
+        mesh = add(*shuffled_grid(n, n), scene)
         return operations(lambda: [scene.pin(mesh.node(k)) for k in range(n * n)])
 
     # Looking through all joints each time took minutes for 14 400 of them.
@@ -190,9 +187,9 @@ def test_many_joints_cost_no_more_than_their_number():
 
 
 def test_a_large_mesh_is_made_without_a_loop_over_elements():
-    _, few, many = (operations(lambda n=n: add(*grid(n, n))) for n in (3, 10, 40))
+    _, few, many = (operations(lambda n=n: add(*shuffled_grid(n, n))) for n in (3, 10, 40))
     assert many < 1.1 * few
-    mesh = add(*grid(300, 300))
+    mesh = add(*shuffled_grid(300, 300))
     assert mesh.n_elements == 2 * 300 * 299
     assert mesh.n_lines == 600
 

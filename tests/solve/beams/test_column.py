@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
 import ancfsparse as ancf
+from tests.matrices import stiffness
 
 YOUNGS, NU, WIDTH, LENGTH = 2.07e11, 0.3, 0.1, 2.0
 CURVATURES = {
@@ -48,12 +48,8 @@ def lowest(name, dim, share):
     euler = np.pi**2 * p["bending_stiffness"] / (4 * LENGTH**2)
     scene.point_force(rod.end, (-share * euler, *z))
     equilibrium = ancf.solve_static(scene)
-    system, none = equilibrium.system, np.zeros(0)
-    values = system.assembly.matrix(0.0, 1.0, equilibrium.q, none, none)
-    pattern = system.pattern
-    lower = sp.csc_array((values, pattern.indices, pattern.indptr), shape=(pattern.n,) * 2)
-    whole = (lower + sp.tril(lower, -1).T).tocsc()
-    return eigsh(whole, 1, sigma=0.0, return_eigenvectors=False)[0], p
+    matrix = stiffness(equilibrium.system, equilibrium.q, amplitudes=np.zeros(0))
+    return eigsh(matrix, 1, sigma=0.0, return_eigenvectors=False)[0], p
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ import tomllib
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.matrices import stiffness
 from tests.paths import REFERENCES
 
 REFERENCES = tomllib.loads((REFERENCES / "curved.toml").read_text(encoding="utf-8"))
@@ -25,11 +25,7 @@ STEEL = ancf.Material(2.06e11, 7850.0, poisson_ratio=0.3)
 
 def tangent(system):
     """Stiffness at the start over the free coordinates."""
-    none = np.zeros(system.n_multipliers), np.zeros(system.loads.n_amplitudes)
-    values = np.asarray(system.assembly.matrix(0.0, 1.0, system.q0, *none))
-    n, p = system.n_free + system.n_multipliers, system.pattern
-    lower = sp.csc_array((values, p.indices, p.indptr), shape=(n, n))
-    return (lower + sp.tril(lower, -1).T).tocsc()
+    return stiffness(system, system.q0)
 
 
 def circle(dim, radius=1.0, angle=2.0 * math.pi):

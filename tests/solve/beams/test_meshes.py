@@ -6,6 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.system import System
+from tests.grids import level_grid
 
 SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(1e8, 4000.0)
 
@@ -48,17 +49,12 @@ def test_a_chain_as_a_mesh_moves_as_the_beam(element, dim, strain):
 
 def net(n, dim, seed=1):
     """Give nodes and shuffled edges of a square net of n x n nodes and 1 m."""
-    x, y = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij")
-    nodes = np.zeros((n * n, dim))
-    nodes[:, 0], nodes[:, 1] = x.ravel(), y.ravel()
-    number = np.arange(n * n).reshape(n, n)
-    along = np.stack([number[:-1].ravel(), number[1:].ravel()], 1)
-    across = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], 1)
+    nodes, edges, _ = level_grid(n)
     rng = np.random.default_rng(seed)
-    edges = rng.permutation(np.concatenate([along, across]))
+    edges = rng.permutation(edges)
     turned = rng.random(len(edges)) < 0.5
     edges[turned] = edges[turned, ::-1]
-    return nodes, edges
+    return nodes[:, :dim], edges
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -6,11 +6,11 @@ import tomllib
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.matrices import full, stiffness
 from tests.paths import REFERENCES
 from tests.solve.beams.continuum import tip
 
@@ -53,10 +53,8 @@ def lowest(equilibrium):
     """Eigenvalue of the tangent next to zero [N/m]."""
     system = equilibrium.system
     amplitudes = system.loads.amplitudes(np.zeros(1))[0]
-    values = system.assembly.matrix(0.0, 1.0, equilibrium.q, np.zeros(0), amplitudes)
-    p = system.pattern
-    lower = sp.csc_array((values, p.indices, p.indptr), shape=(p.n, p.n))
-    return eigsh((lower + sp.tril(lower, -1).T).tocsc(), 1, sigma=0.0, return_eigenvectors=False)[0]
+    matrix = stiffness(system, equilibrium.q, amplitudes=amplitudes)
+    return eigsh(matrix, 1, sigma=0.0, return_eigenvectors=False)[0]
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -132,11 +130,11 @@ def test_vibrations_are_timoshenkos(section_strain):
         scene.pin(rod.start)
         scene.pin(rod.end)
         system, p = System(scene), rod.parameters()
-        stiffness, mass = (
-            dense(system, system.assembly.matrix(m, k, system.q0, np.zeros(0), np.zeros(0)))
+        elastic, mass = (
+            full(system, system.assembly.matrix(m, k, system.q0, np.zeros(0), np.zeros(0)))
             for m, k in ((0.0, 1.0), (1.0, 0.0))
         )
-        found = np.sqrt(np.abs(scipy.linalg.eigh(stiffness, mass, eigvals_only=True)))
+        found = np.sqrt(np.abs(scipy.linalg.eigh(elastic, mass, eigvals_only=True)))
         bending, shear = p["bending_stiffness_z"], p["shear_stiffness_y"]
         heavy, turning = p["mass_per_length"], p["inertia_y"]
         for k in np.pi * np.arange(1, 4) / rod.length:
@@ -147,14 +145,6 @@ def test_vibrations_are_timoshenkos(section_strain):
     errors = np.array(errors).reshape(3, 3)
     assert (np.abs(np.log2(errors[:-1] / errors[1:]) - 2) < 0.1).all()
     assert errors[-1].max() < 2.5e-3
-
-
-def dense(system, values):
-    p = system.pattern
-    column = np.repeat(np.arange(p.n), np.diff(p.indptr))
-    out = np.zeros((p.n, p.n))
-    out[p.indices, column] = out[column, p.indices] = values
-    return out
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -215,5 +205,5 @@ def test_only_the_curvature_of_the_axis_has_a_shortest_element(curvature):
         c, s = np.cos(angle), np.sin(angle)
         q[places[:, :6]] = np.stack([radius * s, radius * (1 - c), c, s, -s, c], axis=1)
         values = system.assembly.matrix(0.0, 1.0, q, np.zeros(0), np.zeros(0))
-        stable = np.linalg.eigvalsh(dense(system, values))[0] > 0
+        stable = np.linalg.eigvalsh(full(system, values))[0] > 0
         assert stable == (curvature == "section" or share > 1)

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 import ancfsparse as ancf
+from tests.grids import grid
 
 # Rubber cord: E A = 785 N, weight 0.77 N over 1 m, strained by 1e-3 under 1 m of it.
 CORD = ancf.Circle(0.01)
@@ -119,17 +120,12 @@ def test_energy_momentum_keeps_the_energy_of_a_line_that_goes_slack_and_taut():
 
 def test_a_net_pushed_together_carries_nothing():
     """A square of strings, one side of which moves in by 2 %: linear ones push back."""
-    x = np.arange(4) / 3.0
-    nodes = np.array([(a, b) for a in x for b in x])
-    number = np.arange(16).reshape(4, 4)
-    across = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
-    along = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
+    nodes, edges, number = grid(4)
+    nodes /= 3.0
     forces = []
     for slack in (None, 1e-5):
         scene = ancf.Scene(gravity=(0.0, 0.0))
-        net = scene.add_mesh(
-            nodes, np.concatenate([across, along]), "string", CORD, RUBBER, slack=slack
-        )
+        net = scene.add_mesh(nodes, edges, "string", CORD, RUBBER, slack=slack)
         for k in number[0]:
             scene.pin(net.node(int(k)))
         for k in number[-1]:

@@ -6,6 +6,7 @@ import pytest
 from scipy.optimize import brentq
 
 import ancfsparse as ancf
+from tests.grids import level_grid
 
 # Rubber cord: E A = 785 N, weight 0.77 N over 1 m.
 CORD = ancf.Circle(0.01)
@@ -133,12 +134,7 @@ def test_results_of_a_string():
 def flat_net(n):
     """A net of strings that nothing holds against weight while it is flat."""
     scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
-    x = np.arange(n + 1) / n
-    nodes = np.array([(a, b, 0.0) for a in x for b in x])
-    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    across = np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1)
-    along = np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1)
-    edges = np.concatenate([across, along])
+    nodes, edges, number = level_grid(n + 1)
     net = scene.add_mesh(nodes, edges, element="string", section=CORD, material=RUBBER)
     corners = [net.node(int(k)) for k in number[[0, 0, -1, -1], [0, -1, 0, -1]]]
     for corner in corners:

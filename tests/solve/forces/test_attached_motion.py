@@ -12,6 +12,7 @@ from scipy.sparse.linalg import eigsh
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.matrices import full, stiffness
 from tests.solve.forces.carriers import NOTHING, carrier, law, oscillator
 
 N, MASS, STIFFNESS, SPACING = 1000, 2.0, 5e4, 0.01
@@ -118,13 +119,7 @@ def test_a_tip_mass_and_a_rotary_inertia_lower_the_frequency_as_by_hand():
     scene.clamp(beam.start)
     scene.add_mass(beam.end, mass, inertia=inertia)
     system = System(scene)
-    values = system.assembly.matrix(0.0, 1.0, system.q0, np.zeros(0), np.zeros(0))
-    n = system.n_free
-    lower = [
-        csc_array((x, system.pattern.indices, system.pattern.indptr), shape=(n, n)).toarray()
-        for x in (values, system.assembly.mass)
-    ]
-    stiff, heavy = (each + np.tril(each, -1).T for each in lower)
+    stiff, heavy = stiffness(system, system.q0).toarray(), full(system, system.assembly.mass)
     across = system.place(beam.end)[[1, 3]]  # of r and of r_x, which here turns by what it moves
     pairs = np.ix_(across, across)
     found = np.sort(scipy.linalg.eigh(stiff[pairs], heavy[pairs], eigvals_only=True))

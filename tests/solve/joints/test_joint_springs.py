@@ -9,6 +9,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.matrices import full
 
 DAMPED = ancf.GeneralizedAlpha(0.9)
 
@@ -116,13 +117,6 @@ def test_a_hinge_of_beams_with_a_spring_rests_where_moments_balance():
     assert 50.0 * angle == pytest.approx(20.0 * 2.0 * math.cos(angle), rel=1e-4)
 
 
-def whole(system, values):
-    p = system.pattern
-    out = np.zeros((p.n, p.n))
-    out[p.indices, np.repeat(np.arange(p.n), np.diff(p.indptr))] = values
-    return out + np.tril(out, -1).T
-
-
 def test_forces_of_joints_are_derivatives_and_so_is_their_matrix():
     scene = ancf.Scene((0.0, 0.0, 0.0))
     one, other = (
@@ -146,7 +140,7 @@ def test_forces_of_joints_are_derivatives_and_so_is_their_matrix():
     def of(which, stiffness, damping):
         assembly = which.assembly
         values = assembly.matrix(0.0, stiffness, q, m, none, damping_factor=damping, v=v)
-        return whole(which, values)[:n, :n]
+        return full(which, values)[:n, :n]
 
     near = (force(q + step * d) - force(q - step * d)) / (2 * step)
     stiff = of(system, 1.0, 0.0) - of(plain, 1.0, 0.0)

@@ -10,6 +10,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.scene.kinematics.track import Offset
 from ancfsparse.system import System
+from tests.matrices import stiffness
 
 G = 9.81
 DAMPED = ancf.GeneralizedAlpha(0.9)
@@ -173,10 +174,7 @@ def test_equations_of_slides_have_their_derivatives(dim):
     ahead, behind = (system.constraints.jacobian(q + s * step * v) @ v for s in (1, -1))
     bent = system.constraints.curvature(q, v)
     np.testing.assert_allclose(bent, (ahead - behind) / (2 * step), rtol=1e-5, atol=1e-5)
-    p, values = system.pattern, system.assembly.matrix(0.0, 1.0, q, lam, np.zeros(1))
-    whole = np.zeros((p.n, p.n))
-    whole[p.indices, np.repeat(np.arange(p.n), np.diff(p.indptr))] = values
-    whole += np.tril(whole, -1).T
+    whole = stiffness(system, q, lam, np.zeros(1)).toarray()
     np.testing.assert_allclose(whole[n:, :n], dense, atol=1e-12)
     near = (residual(q + step * v, lam)[0] - residual(q - step * v, lam)[0])[:n] / (2 * step)
     wrong = allowed @ (whole[:n, :n] @ v[:n] - near)

@@ -3,6 +3,8 @@
 import numpy as np
 
 import ancfsparse as ancf
+from tests.grids import level_grid
+from tests.matrices import stiffness
 
 
 def unbalanced(equilibrium):
@@ -18,15 +20,10 @@ def unbalanced(equilibrium):
 def eigenvalues(equilibrium):
     """Eigenvalues of the stiffness over the motions that the constraints allow."""
     system = equilibrium.system
-    pattern, n = system.pattern, system.n_free
+    n = system.n_free
     amplitudes = system.loads.amplitudes(np.zeros(1))[0]
-    values = system.assembly.matrix(0.0, 1.0, equilibrium.q, equilibrium.lam, amplitudes)
-    whole = np.zeros((pattern.n, pattern.n))
-    column = np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))
-    whole[pattern.indices, column] = whole[column, pattern.indices] = values
-    allowed = (
-        np.linalg.svd(whole[n:, :n])[2][system.n_multipliers :] if pattern.n > n else np.eye(n)
-    )
+    whole = stiffness(system, equilibrium.q, equilibrium.lam, amplitudes).toarray()
+    allowed = np.linalg.svd(whole[n:, :n])[2][len(whole) - n :] if len(whole) > n else np.eye(n)
     return np.linalg.eigvalsh(allowed @ whole[:n, :n] @ allowed.T)
 
 
@@ -43,13 +40,9 @@ def cable(length=1.0, thickness=0.02, n=8, hold="pin", **options):
 
 def square_net(n, side=4.0, youngs_modulus=1e8, diameter=0.02, **options):
     """A flat net whose rim is pinned."""
-    x, y = np.meshgrid(np.linspace(0, side, n), np.linspace(0, side, n), indexing="ij")
-    nodes = np.stack([x.ravel(), y.ravel(), np.zeros(n * n)], axis=1)
-    number = np.arange(n * n).reshape(n, n)
-    along, across = (number[:-1], number[1:]), (number[:, :-1], number[:, 1:])
+    nodes, pairs, number = level_grid(n, side)
     scene = ancf.Scene((0.0, 0.0, -9.81))
     section, material = ancf.Circle(diameter), ancf.Material(youngs_modulus, 1000.0)
-    pairs = np.concatenate([np.reshape(each, (2, -1)).T for each in (along, across)])
     net = scene.add_mesh(nodes, pairs, "thin", section, material, **options)
     for k in np.unique([number[0], number[-1], number[:, 0], number[:, -1]]):
         scene.pin(net.node(int(k)))

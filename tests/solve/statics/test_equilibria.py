@@ -218,7 +218,7 @@ def test_a_scene_that_cannot_fit_is_refused_before_it_is_set_up(monkeypatch):
         "ancfsparse.solve.preparation.memory_estimate.available_memory", lambda: 1e5
     )
     monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.System", never)
-    monkeypatch.setattr("ancfsparse.solve.linearization.matrices.System", never)
+    monkeypatch.setattr("ancfsparse.solve.stepping.stable_step.System", never)
     scene, _ = chain(1000)
     with pytest.raises(ancf.InputError, match=r"would need about .* GB.*fewer elements"):
         ancf.solve_static(scene)
@@ -231,7 +231,7 @@ def test_memory_that_runs_out_is_named(monkeypatch):
         raise MemoryError("Unable to allocate 3 MiB")
 
     monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.System", full)
-    monkeypatch.setattr("ancfsparse.solve.linearization.matrices.System", full)
+    monkeypatch.setattr("ancfsparse.solve.stepping.stable_step.System", full)
     scene, _ = chain(10)
     expected = r"memory ran out \(Unable to allocate 3 MiB\), although about .* GB"
     with pytest.raises(ancf.InputError, match=expected):

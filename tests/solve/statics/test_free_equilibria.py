@@ -10,6 +10,7 @@ import ancfsparse as ancf
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.problems import four_bar, pendulum, spatial_pendulum
 from ancfsparse.problems.mechanism import meeting
+from tests.grids import level_grid
 
 G = 9.81
 SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(2e9, 1500.0)
@@ -113,16 +114,8 @@ def test_a_chain_of_hinged_cables_hangs_as_a_line():
 @pytest.mark.parametrize("factorization", ["complete", "incomplete"])
 def test_a_net_on_two_corners_hangs_in_a_vertical_plane(factorization):
     n = 8
-    number = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    x, y = np.divmod(number.ravel(), n + 1)
-    edges = np.concatenate(
-        [
-            np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
-            np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
-        ]
-    )
+    nodes, edges, number = level_grid(n + 1, 2.0)
     scene = ancf.Scene((0.0, 0.0, -G))
-    nodes = np.stack([x, y, 0 * x], axis=1) * (2.0 / n)
     net = scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.005), ancf.Material(1e8, 1100.0))
     corners = net.node(0), net.node(int(number[0, -1]))
     for corner in corners:

@@ -12,6 +12,7 @@ import ancfsparse as ancf
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.problems import cantilever, elastica, roll_up
 from ancfsparse.system import System
+from tests.matrices import stiffness
 from tests.paths import REFERENCES
 
 REFERENCES = tomllib.loads((REFERENCES / "statics.toml").read_text(encoding="utf-8"))
@@ -248,12 +249,8 @@ def test_torsion_is_exact_with_one_element(options):
     rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 1, section, material, **options)
     scene.clamp(rod.start)
     system = System(scene)
-    values = system.assembly.matrix(0.0, 1.0, system.q0, np.zeros(0), np.zeros(0))
-    p = system.pattern
-    k = np.zeros((p.n, p.n))
-    column = np.repeat(np.arange(p.n), np.diff(p.indptr))
-    k[p.indices, column] = k[column, p.indices] = values
-    f, end = np.zeros(p.n), system.place(rod.end)
+    k = stiffness(system, system.q0).toarray()
+    f, end = np.zeros(len(k)), system.place(rod.end)
     moment = 3.0
     f[end[6 + 2]], f[end[9 + 1]] = moment / 2, -moment / 2  # on r_y along z, on r_z along -y
     u = np.linalg.solve(k, f)

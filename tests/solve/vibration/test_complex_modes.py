@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
+from tests.matrices import full
 
 SOFT = ancf.Material(1e7, 1000.0)
 
@@ -102,13 +102,8 @@ def test_a_gyroscopic_force_without_a_potential_against_a_dense_problem(n):
     assert np.abs(found.growth).max() < 1e-7 * np.abs(found.eigenvalues[0])
     system = found.system
     args, n_free = (found.about.q, np.zeros(0), np.zeros(1)), system.n_free
-    lower = [
-        sp.csc_array(
-            (system.assembly.matrix(*factors, *args), system.pattern.indices, system.pattern.indptr)
-        ).toarray()
-        for factors in ((1.0, 0.0), (0.0, 1.0))
-    ]
-    mass, stiffness = (each + np.tril(each, -1).T for each in lower)
+    matrices = (system.assembly.matrix(*each, *args) for each in ((1.0, 0.0), (0.0, 1.0)))
+    mass, stiffness = (full(system, values) for values in matrices)
     damping = np.zeros((n_free, n_free))
     _, y, z = system.point(rod.end)[0][:, 0]
     damping[y, z], damping[z, y] = -strength, strength

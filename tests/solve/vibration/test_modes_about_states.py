@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 from scipy.linalg import eig, eigh, null_space
 
 import ancfsparse as ancf
@@ -12,6 +11,7 @@ from ancfsparse.errors import ApproximateModesWarning, InputError, RedundantCons
 from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
+from tests.matrices import full
 
 SOFT, STEEL = ancf.Material(1e7, 1000.0), ancf.Material(2e11, 7800.0)
 
@@ -188,11 +188,7 @@ def test_the_ratio_of_a_dashpot_is_of_first_order():
             system.assembly.matrix(*factors, *args, damping_factor=c, v=np.zeros_like(q))
             for *factors, c in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         ]
-        lower = [
-            sp.csc_array((each, system.pattern.indices, system.pattern.indptr)).toarray()
-            for each in small
-        ]
-        m, k, c = (each + np.tril(each, -1).T for each in lower)
+        m, k, c = (full(system, values) for values in small)
         whole = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c]])
         roots = eig(whole, np.kron(np.diag([1.0, 0.0]), np.eye(n)) + np.kron(np.diag([0, 1]), m))[0]
         roots = roots[(roots.imag > 0.0)]

@@ -7,7 +7,9 @@ import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.system import System
 from ancfsparse.system.assembly.sparsity_pattern import build
-from tests.system.by_hand import ZOO, ByHand, full, state
+from tests.grids import grid
+from tests.matrices import full
+from tests.system.by_hand import ZOO, ByHand, state
 
 TIME = 0.37
 
@@ -224,13 +226,8 @@ def test_a_beam_of_another_scene_is_refused():
 def test_rayleigh_damping_is_alpha_m_plus_beta_k_at_rest(rng):
     """On a net whose edges are all of different length, nothing being strained."""
     n = 6
-    nodes = np.stack(np.meshgrid(np.arange(n), np.arange(n)), axis=-1).reshape(-1, 2)
-    number = np.arange(n * n).reshape(n, n)
-    edges = np.concatenate([
-        np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
-        np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
-    ])  # fmt: skip
-    places = np.cumsum(rng.uniform(0.5, 1.5, n))[nodes]
+    nodes, edges, _ = grid(n)
+    places = np.cumsum(rng.uniform(0.5, 1.5, n))[nodes.astype(int)]
     scene = ancf.Scene((0.0, 0.0))
     material = ancf.Material(1e6, 1000.0, rayleigh=(0.3, 0.02))
     scene.add_mesh(places, edges, "l2t2", ancf.Circle(0.1), material)

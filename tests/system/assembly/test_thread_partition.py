@@ -7,19 +7,12 @@ import ancfsparse as ancf
 from ancfsparse.problems import chain, net
 from ancfsparse.system import System
 from ancfsparse.system.assembly.thread_partition import share
+from tests.grids import level_grid
 
 
 def square_mesh(n):
     """A net as one mesh."""
-    x, y = np.meshgrid(np.linspace(0, 4, n), np.linspace(0, 4, n), indexing="ij")
-    nodes = np.stack([x.ravel(), y.ravel(), np.zeros(n * n)], axis=1)
-    number = np.arange(n * n).reshape(n, n)
-    edges = np.concatenate(
-        [
-            np.stack([number[:-1].ravel(), number[1:].ravel()], axis=1),
-            np.stack([number[:, :-1].ravel(), number[:, 1:].ravel()], axis=1),
-        ]
-    )
+    nodes, edges, _ = level_grid(n, 4.0)
     scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
     mesh = scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
     scene.pin(mesh.node(0))

@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.matrices import stiffness
 
 
 def mechanism():
@@ -88,12 +89,7 @@ def test_curvature_is_the_change_of_the_gradients(system, near):
 
 def test_the_matrix_is_the_derivative_of_the_residual(system, near):
     q, v, lam = near
-    n, p = system.n_free, system.pattern
-    values = system.assembly.matrix(0.0, 1.0, q, lam, np.zeros(1))
-    columns = np.repeat(np.arange(p.n), np.diff(p.indptr))
-    lower = np.zeros((p.n, p.n))
-    lower[p.indices, columns] = values
-    whole = lower + np.tril(lower, -1).T
+    n, whole = system.n_free, stiffness(system, q, lam, np.zeros(1)).toarray()
     step = 1e-6
     moved = np.zeros(system.n_all)
     moved[:n] = v[:n]

@@ -6,7 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.scene import Section
 from ancfsparse.system import System
-from tests.system.by_hand import full
+from tests.matrices import full
 
 SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e8, 1000.0)
 START, END = np.array([1.0, 2.0, -1.0]), np.array([2.0, 0.0, 1.0])  # 3 m

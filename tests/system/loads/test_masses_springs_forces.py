@@ -5,7 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.system import System
-from tests.system.by_hand import full
+from tests.matrices import full
 
 
 def scene_of(dim, *, coupled=True, force=True):

@@ -8,6 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system import System
 from ancfsparse.system.rigid_motion.corotated_frames import frame_of
+from tests.matrices import full, stiffness
 
 KINDS = {
     "l2t2": ("l2t2", 2, {}),
@@ -64,28 +65,15 @@ def matrix_of(frame, n):
     return np.column_stack([frame.forward(e) for e in np.eye(n)])
 
 
-def stiffness(system, q):
-    values = system.assembly.matrix(0.0, 1.0, q, np.zeros(system.n_multipliers), np.zeros(0))
-    return symmetric(system, values)
-
-
-def symmetric(system, values):
-    pattern = system.pattern
-    column = np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))
-    full = np.zeros((pattern.n, pattern.n))
-    full[pattern.indices, column] = full[column, pattern.indices] = values
-    return full
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_stiffness_and_force_turn_with_the_body(kind, rng):
     # K(R q) = R K(q) R^T and Q(R q) = R Q(q): without this a turned seed would be of no use.
     system = free_beam(kind)
     q = system.q0 + 0.05 * rng.normal(size=system.n_all)
     big = turned(system, global_rotation(system.dim, rng))
-    k = stiffness(system, q)
+    k = stiffness(system, q).toarray()
     np.testing.assert_allclose(
-        stiffness(system, big @ q), big @ k @ big.T, rtol=0, atol=1e-12 * np.abs(k).max()
+        stiffness(system, big @ q).toarray(), big @ k @ big.T, rtol=0, atol=1e-12 * np.abs(k).max()
     )
     force = system.assembly.force(q)
     np.testing.assert_allclose(
@@ -235,15 +223,15 @@ def test_operations_grow_with_the_vectors():
 @pytest.mark.parametrize("kind", KINDS)
 def test_material_part_is_the_tangent_without_stress_and_never_negative(kind, rng):
     system = free_beam(kind)
-    material = symmetric(system, system.assembly.material(0.0, 1.0, system.q0))
-    k = stiffness(system, system.q0)
+    material = full(system, system.assembly.material(0.0, 1.0, system.q0))
+    k = stiffness(system, system.q0).toarray()
     np.testing.assert_allclose(material, k, rtol=0, atol=1e-11 * np.abs(k).max())
     q = system.q0 + 0.1 * rng.normal(size=system.n_all)
-    bent = symmetric(system, system.assembly.material(0.0, 1.0, q))
+    bent = full(system, system.assembly.material(0.0, 1.0, q))
     assert np.linalg.eigvalsh(bent).min() > -1e-10 * np.abs(bent).max()
     # With the mass beside it, as in a step.
-    both = symmetric(system, system.assembly.material(2.0, 3.0, q))
-    mass = symmetric(system, system.assembly.mass)
+    both = full(system, system.assembly.material(2.0, 3.0, q))
+    mass = full(system, system.assembly.mass)
     np.testing.assert_allclose(both, 2.0 * mass + 3.0 * bent, rtol=1e-12, atol=1e-12)
 
 
@@ -256,7 +244,7 @@ def test_material_part_keeps_the_constraints():
     system = System(scene)
     system.assembly.set_regularization(0.25)
     n = system.n_free
-    found = symmetric(system, system.assembly.material(1.0, 1.0, system.q0))
+    found = full(system, system.assembly.material(1.0, 1.0, system.q0))
     phi_q = system.constraints.jacobian(system.q0).toarray()
     np.testing.assert_allclose(found[n:, :n], phi_q, rtol=0, atol=1e-15)
     np.testing.assert_array_equal(found[n:, n:], [[-0.25]])
