@@ -32,7 +32,6 @@ def test_bad_input_gets_a_sentence():
         plan_scene("line", "much", march=False)
 
 
-@pytest.mark.slow
 def test_the_planned_pendulum_is_as_exact_as_the_paper_refined():
     result = contest("l2t2", 1e-2)
     assert result.planned[1] <= 1e-2

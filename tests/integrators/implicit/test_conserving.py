@@ -342,7 +342,6 @@ def test_an_accuracy_is_refused():
         ancf.simulate(scene, 0.1, accuracy=1e-4, integrator=KEEPS)
 
 
-@pytest.mark.slow
 def test_no_rare_step_is_accepted_with_a_residual_that_does_work():
     # One correction in some ten thousand leads kilometres away and back.
     path = ancf.simulate(pendulum("thin").scene, 74.0, 2e-3, integrator=ancf.EnergyMomentum())

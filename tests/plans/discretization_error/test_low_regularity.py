@@ -59,7 +59,7 @@ def test_peaks_after_a_pulse_have_plans_that_hold(ask, t_end, error):
     assert abs(found - ask(its).value(run))[0, 0] <= plan.predictions[0].asked
 
 
-@pytest.mark.parametrize("error", [1e-9, 1e-300, 5e-324])
+@pytest.mark.parametrize("error", [1e-9, 5e-324])
 def test_errors_far_out_of_reach_are_refused(error):
     scene, beam = struck("auto", "auto")
     with pytest.raises(ancf.PlanError, match=r"section force|moment"):

@@ -63,7 +63,9 @@ def test_what_a_sum_of_modes_leaves_out(made, size, time):
     assert truth / 1.1 <= found <= 10.0 * truth
 
 
-@pytest.mark.parametrize(("made", "size"), [(let_go, 5e-5), (thrown, 5e-3)])
+@pytest.mark.parametrize(
+    ("made", "size"), [pytest.param(let_go, 5e-5, marks=pytest.mark.slow), (thrown, 5e-3)]
+)
 def test_small_motions_are_sums_of_modes(made, size):
     time = 120.0
     scene, point = made(size, "auto", "auto")

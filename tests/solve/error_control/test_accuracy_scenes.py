@@ -46,6 +46,7 @@ def test_waves_that_both_runs_dissipate_are_counted():
     assert distance(positions(run.system, run.q), exact) <= 1e-6
 
 
+@pytest.mark.slow
 def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
     # A run of 41 steps completes, and one of 82 does not: the first is compared with 164 steps.
     # Some solutions of its steps gain energy; which are found is a matter of tolerances.

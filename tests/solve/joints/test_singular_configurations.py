@@ -92,6 +92,7 @@ def test_estimated_errors_hold_past_such_a_place(n, t_end, accuracy):
     assert time == pytest.approx(0.71, abs=0.02)
 
 
+@pytest.mark.slow
 def test_an_error_that_is_not_known_is_refused_with_the_reason():
     """Errors of 1e-7 m were claimed, and were 7.7e-6 m."""
     problem = n_four_bar(2)

@@ -52,7 +52,6 @@ def ends(solver, integrator, *place):
     return True
 
 
-@pytest.mark.slow
 def test_sudden_loads_stop_no_solver_where_newton_finishes():
     places = itertools.product(
         (1e6, 1e8, 1e10), (1e-4, 5e-4, 2e-3), (1.0, 10.0, 100.0, 1000.0), (0.02,), ("thin", "l2t2")

@@ -39,14 +39,6 @@ def test_a_planar_pin_leaves_a_turn(as_constraint):
         assert kinds(System(scene)) == [ROTATIONS[2]]
 
 
-@pytest.mark.parametrize("as_constraint", [False, True])
-def test_two_planar_pins_leave_nothing(as_constraint):
-    scene, rod = beam(2)
-    scene.pin(rod.start, as_constraint=as_constraint)
-    scene.pin(rod.end, as_constraint=as_constraint)
-    assert kinds(System(scene)) == []
-
-
 def test_a_spatial_cable_without_joints():
     # Five: a turn about its own axis moves nothing.
     scene, _ = beam(3)
@@ -75,33 +67,14 @@ def test_a_thick_beam_between_pins_still_turns_about_its_axis():
     assert kinds(System(scene)) == []
 
 
-@pytest.mark.parametrize("stretch", ["free", "fixed"])
-@pytest.mark.parametrize("end", [(1, 0), (0, 1), (1, 2), (1, 0, 0), (0, 0, -1), (1, 2, 3)], ids=str)
-def test_a_clamp_leaves_nothing(end, stretch):
-    scene, rod = beam(len(end), end=end)
+@pytest.mark.parametrize(
+    ("element", "stretch"), [("thin", "free"), ("thin", "fixed"), ("thick", "free")]
+)
+@pytest.mark.parametrize("end", [(1, 2), (0, 0, -1), (1, 2, 3)], ids=str)
+def test_an_oblique_clamp_leaves_nothing(end, element, stretch):
+    scene, rod = beam(len(end), element, end)
     scene.clamp(rod.start, stretch)
     assert kinds(System(scene)) == []
-
-
-@pytest.mark.parametrize("end", [(1, 0), (1, 2, 3)], ids=str)
-def test_a_thick_clamp_leaves_nothing(end):
-    scene, rod = beam(len(end), "thick", end)
-    scene.clamp(rod.start)
-    assert kinds(System(scene)) == []
-
-
-def test_an_oblique_cable_between_pins_is_held():
-    # Its own axis is no coordinate axis: the turn about it is a mixture that moves nothing.
-    scene, rod = beam(3, end=(1, 2, 3))
-    scene.pin(rod.start)
-    scene.pin(rod.end)
-    assert kinds(System(scene)) == []
-
-
-def test_an_oblique_cable_on_a_pin_has_two_turns():
-    scene, rod = beam(3, end=(1, 2, 3))
-    scene.pin(rod.start)
-    assert len(kinds(System(scene))) == 2
 
 
 def test_rods_hold_like_their_directions():
@@ -124,16 +97,6 @@ def test_connected_beams_are_one_body_with_both_names():
     assert found[3] == "rotation about z of beam 1"
 
 
-def test_a_hinge_on_a_clamped_beam_is_a_free_motion():
-    scene, one = beam(2)
-    two = scene.add_beam("thin", (1, 0), (2, 0), 2, SECTION, MATERIAL)
-    scene.clamp(one.start)
-    scene.connect(one.end, two.start)
-    found = kinds(System(scene))
-    assert len(found) == 1
-    assert "rotation about z" in found[0]
-
-
 def test_separate_bodies_are_looked_at_one_by_one():
     scene, one = beam(2)
     scene.add_beam("thin", (0, 1), (1, 1), 2, SECTION, MATERIAL, name="loose")
@@ -143,19 +106,9 @@ def test_separate_bodies_are_looked_at_one_by_one():
     assert all("loose" in each for each in found)
 
 
-def test_an_arch_of_two_beams_between_pins_is_held():
-    scene = ancf.Scene()
-    one = scene.add_beam("thin", (0, 0), (1, 1), 2, SECTION, MATERIAL)
-    two = scene.add_beam("thin", (1, 1), (2, 0), 2, SECTION, MATERIAL)
-    scene.pin(one.start)
-    scene.pin(two.end)
-    scene.connect(one.end, two.start)
-    assert kinds(System(scene)) == []
-
-
 # The verdict does not depend on the unit of length.
 
-SIZES = [1e-9, 1e-6, 1.0, 1e4, 1e9]
+SIZES = [1e-9, 1.0, 1e9]
 HOLDS = {
     "nothing": {(2, "thin"): 3, (2, "thick"): 3, (3, "thin"): 5, (3, "thick"): 6},
     "pin": {(2, "thin"): 1, (2, "thick"): 1, (3, "thin"): 2, (3, "thick"): 3},
@@ -164,9 +117,9 @@ HOLDS = {
 }
 
 
-def sized(dim, element, size, hold, end=None):
+def sized(dim, element, size, hold):
     scene = ancf.Scene((0.0,) * dim)
-    end = np.eye(dim)[0] if end is None else np.asarray(end)
+    end = np.eye(dim)[0]
     section, material = ancf.Circle(0.02 * size), ancf.Material(1e8, 1000.0)
     rod = scene.add_beam(element, (0.0,) * dim, size * end, 3, section, material)
     if hold == "clamp":
