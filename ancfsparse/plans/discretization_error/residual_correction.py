@@ -75,13 +75,13 @@ def _corrected(run: Trajectory, scene: Scene) -> list[Trajectory] | None:
     if len(lam) != system.n_multipliers:
         return None
     stats = RunStats(solver="two corrections")
-    balance = EquilibriumEquations(system, stats, t=t)
-    state = balance.state(system.q0, lam, 1.0)
-    if balance.factor(state, balance.stiffness(state, 1.0), 1.0) != 0:
+    equations = EquilibriumEquations(system, stats, t=t)
+    state = equations.state(system.q0, lam, 1.0)
+    if equations.factor(state, equations.stiffness(state, 1.0), 1.0) != 0:
         return None
     out = []
     for _ in range(2):
-        state = balance.moved(state, *balance.correction(state), 1.0)
+        state = equations.moved(state, *equations.correction(state), 1.0)
         out.append(at_rest(Equilibrium(system, state.q, state.lam, stats, t)))
     return out
 

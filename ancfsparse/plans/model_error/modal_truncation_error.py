@@ -25,12 +25,12 @@ SMALL = 1e-3
 
 def stiff(system: System, about: State) -> EquilibriumEquations | None:
     """Return the forces about a state, their stiffness factored; None if it is not definite."""
-    balance = EquilibriumEquations(system, RunStats(), t=about.t)
-    here = balance.state(about.q, about.lam, 1.0)
-    return balance if balance.factor(here, balance.stiffness(here, 1.0), 1.0) == 0 else None
+    equations = EquilibriumEquations(system, RunStats(), t=about.t)
+    here = equations.state(about.q, about.lam, 1.0)
+    return equations if equations.factor(here, equations.stiffness(here, 1.0), 1.0) == 0 else None
 
 
-def pulled(system: System, about: State, balance: EquilibriumEquations, times: Array) -> Array:
+def pulled(system: System, about: State, equations: EquilibriumEquations, times: Array) -> Array:
     """Return how far the loads at some times move the coordinates, if linear, (k, n_all) [m, 1]."""
     rest = np.zeros(system.n_all)
     out = np.zeros((len(times), system.n_all))
@@ -39,7 +39,7 @@ def pulled(system: System, about: State, balance: EquilibriumEquations, times: A
             about.q, rest, rest, about.lam, system.dead_load, np.asarray(amplitudes)
         )
         own = StaticState(about.q, about.lam, np.asarray(r)[: system.n_free], np.asarray(phi))
-        dx, _ = balance.correction(own)
+        dx, _ = equations.correction(own)
         row[: len(dx)] = dx
     return out
 
@@ -55,10 +55,10 @@ def swing(modes: Modes, system: System, whole: Array) -> Array:
     return np.asarray(2.0 * whole + (fast / np.sqrt(modes.eigenvalues)) @ modes.shapes)
 
 
-def frequency_of(system: System, about: State, balance: EquilibriumEquations, x: Array) -> float:
+def frequency_of(system: System, about: State, equations: EquilibriumEquations, x: Array) -> float:
     """Return the angular frequency of a displacement (n_all,), by Rayleigh's quotient [1/s]."""
-    there = balance.state(about.q + SMALL * x, about.lam, 1.0)
-    back = balance.state(about.q - SMALL * x, about.lam, 1.0)
+    there = equations.state(about.q + SMALL * x, about.lam, 1.0)
+    back = equations.state(about.q - SMALL * x, about.lam, 1.0)
     force = (there.r - back.r) / (2.0 * SMALL)
     mass = float(np.asarray(system.assembly.inertia(x)) @ x)
     work = float(force @ x[: len(force)])
@@ -66,10 +66,10 @@ def frequency_of(system: System, about: State, balance: EquilibriumEquations, x:
 
 
 def bent_off(
-    balance: EquilibriumEquations, system: System, about: State, x: Array, turns: float
+    equations: EquilibriumEquations, system: System, about: State, x: Array, turns: float
 ) -> float:
     """Return how far forces that are not linear move a node where x is how far it is moved [m]."""
-    bent, slowed = _beside(balance, system, about, x)
+    bent, slowed = _beside(equations, system, about, x)
     return size(system, bent + max(1.0, turns) * slowed)
 
 
@@ -117,20 +117,20 @@ def neglected(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[str, fl
     """
     system, about = run.system, modes.about
     assert isinstance(system, System)
-    balance = stiff(system, about)
-    if balance is None:
+    equations = stiff(system, about)
+    if equations is None:
         return {"nonlinearity": np.inf}
     moved = np.asarray(run.q) - about.q
     farthest = int(np.argmax(np.abs(moved[:, system.positions]).max(axis=1)))
     looks = np.unique([*np.linspace(0, len(moved) - 1, LOOKS).astype(int), farthest])
     omega = frequency(run)
     turns = max(1.0, 0.5 * omega * float(run.t[-1] - run.t[0]))
-    bent, slowed = zip(*(_beside(balance, system, about, x) for x in moved[looks]), strict=True)
+    bent, slowed = zip(*(_beside(equations, system, about, x) for x in moved[looks]), strict=True)
     q, v = np.asarray(run.q)[looks], np.asarray(run.v)[looks]
     more = np.stack(bent) + turns * np.stack(slowed)
     rates = omega * (2.0 * np.stack(bent) + turns * np.stack(slowed))
     off = _change(run, quantity, looks, q + more, v + rates)
-    left = 2.0 * left_by(modes, system, pulled(system, about, balance, np.asarray(run.t)[looks]))
+    left = 2.0 * left_by(modes, system, pulled(system, about, equations, np.asarray(run.t)[looks]))
     thrown = left_by(modes, system, about.v[None])[0]
     beyond = float(np.sqrt(abs(modes.eigenvalues[-1])))
     if thrown.any():
@@ -152,26 +152,26 @@ def frequency(run: Trajectory) -> float:
 
 
 def _beside(
-    balance: EquilibriumEquations, system: System, start: State, x: Array
+    equations: EquilibriumEquations, system: System, start: State, x: Array
 ) -> tuple[Array, Array]:
     """Return what even and what odd forces beside the linear ones bend a displacement by."""
     about, lam = start.q, start.lam
-    none = balance.state(about, lam, 1.0)
+    none = equations.state(about, lam, 1.0)
 
     def solved(r: Array, phi: Array) -> Array:
-        dx, _ = balance.correction(StaticState(about, lam, r, phi))
+        dx, _ = equations.correction(StaticState(about, lam, r, phi))
         return np.append(dx, np.zeros(system.n_all - len(dx)))
 
     bent, before = np.zeros_like(x), np.inf
     for _ in range(RELAXED):
-        there, back = (balance.state(about + sign * x + bent, lam, 1.0) for sign in (1.0, -1.0))
+        there, back = (equations.state(about + sign * x + bent, lam, 1.0) for sign in (1.0, -1.0))
         even = 0.5 * (there.r + back.r) - none.r, 0.5 * (there.phi + back.phi) - none.phi
         correction = solved(*even)
         now = size(system, correction)
         if now > before:  # the stiffness of the start is no longer near
             break
         bent, before = bent + correction, now
-    there, back = (balance.state(about + sign * x + bent, lam, 1.0) for sign in (1.0, -1.0))
+    there, back = (equations.state(about + sign * x + bent, lam, 1.0) for sign in (1.0, -1.0))
     odd = solved(0.5 * (there.r - back.r), 0.5 * (there.phi - back.phi))
     return bent, -odd - x
 

@@ -132,20 +132,20 @@ def _pushed(run: Trajectory, quantity: Quantity, values: Array) -> float:
     v = np.gradient(q, t, axis=0)
     a = np.zeros_like(q)
     a[1:-1] = (q[2:] - 2.0 * q[1:-1] + q[:-2]) / (t[1] - t[0]) ** 2
-    balance, rest = EquilibriumEquations(system, RunStats()), np.zeros(system.n_all)
+    equations, rest = EquilibriumEquations(system, RunStats()), np.zeros(system.n_all)
     looks = np.unique(np.linspace(1, len(t) - 2, LOOKS).astype(int))
     moved = q[looks].copy()
     for row, k in zip(moved, looks, strict=True):
-        balance.move_to(float(t[k]))
-        here = balance.state(q[k], run.lam[k], 1.0)
-        if balance.factor(here, balance.stiffness(here, 1.0), 1.0) != 0:
+        equations.move_to(float(t[k]))
+        here = equations.state(q[k], run.lam[k], 1.0)
+        if equations.factor(here, equations.stiffness(here, 1.0), 1.0) != 0:
             return np.inf
         lam, dead = run.lam[k], system.dead_load
         amplitudes = system.loads.amplitudes(t[k : k + 1])[0]
         moving, _ = system.assembly.residual(q[k], v[k], a[k], lam, dead, amplitudes)
         resting, _ = system.assembly.residual(q[k], rest, rest, lam, dead, amplitudes)
         r = (np.asarray(moving) - np.asarray(resting))[: system.n_free]
-        dx, _ = balance.correction(StaticState(here.q, here.lam, r, np.zeros_like(here.phi)))
+        dx, _ = equations.correction(StaticState(here.q, here.lam, r, np.zeros_like(here.phi)))
         row[: len(dx)] += dx
     changed = replace(run, t=t[looks], q=moved, v=run.v[looks], a=run.a[looks], lam=run.lam[looks])
     return _largest(quantity.difference(quantity.history(changed), values[looks]))

@@ -178,11 +178,12 @@ def _is_fast(system: System, t_end: float, rate: float, most: float) -> bool:
     By Rayleigh's quotient the lowest frequency is no higher, unless far displacements stiffen it.
     """
     about = system.state(system.t0, system.q0, system.v0)
-    balance = modal_truncation_error.stiff(system, about)
-    if balance is None:
+    equations = modal_truncation_error.stiff(system, about)
+    if equations is None:
         return False
     x = modal_truncation_error.farthest(
-        system, modal_truncation_error.pulled(system, about, balance, np.linspace(0.0, t_end, FEW))
+        system,
+        modal_truncation_error.pulled(system, about, equations, np.linspace(0.0, t_end, FEW)),
     )
     places = system.q0[system.positions].reshape(-1, system.dim)
     if (
@@ -191,7 +192,7 @@ def _is_fast(system: System, t_end: float, rate: float, most: float) -> bool:
         <= SMALL * float(np.ptp(places, axis=0).max())
     ):
         return False
-    return rate > most * modal_truncation_error.frequency_of(system, about, balance, x) ** 2
+    return rate > most * modal_truncation_error.frequency_of(system, about, equations, x) ** 2
 
 
 def _changing(system: System, t_end: float) -> list[Array]:
@@ -229,18 +230,18 @@ class ModalSum(Way):
         if any(isinstance(each.quantity, Reaction) for each in wanted):
             return None
         about = _state(system.scene, start)
-        balance = modal_truncation_error.stiff(system, about)
-        if balance is None:
+        equations = modal_truncation_error.stiff(system, about)
+        if equations is None:
             return None
         places = about.q[system.positions].reshape(-1, system.dim)
         most = SMALL * float(np.ptp(places, axis=0).max())
         seen = paced(system, t_end, FEWEST)
         times = np.linspace(0.0, t_end, min(max(LOOKS, seen + 1), MOST_LOOKS))
-        moved = modal_truncation_error.pulled(system, about, balance, times)
+        moved = modal_truncation_error.pulled(system, about, equations, times)
         whole = modal_truncation_error.farthest(system, moved)
         if modal_truncation_error.size(system, whole) > most:
             return None
-        args = system, about, balance, t_end
+        args = system, about, equations, t_end
         if not about.v.any() and not cls._pays(*args, 2.0 * whole, wanted):
             return None
         n = FIRST_MODES
@@ -257,7 +258,7 @@ class ModalSum(Way):
                 modal_truncation_error.missing(own, system, moved) <= LEFT_OUT * share * far
                 or len(own) < n
             ):
-                turns = modal_truncation_error.frequency_of(system, about, balance, swing) * t_end
+                turns = modal_truncation_error.frequency_of(system, about, equations, swing) * t_end
                 # A coarse mesh that has no more does not show what those of finer ones leave out.
                 most = 2 * n if len(own) < n else n
                 return cls(most, max(seen, _fewest(turns)), start)
@@ -268,7 +269,7 @@ class ModalSum(Way):
         cls,
         system: System,
         about: State,
-        balance: EquilibriumEquations,
+        equations: EquilibriumEquations,
         t_end: float,
         x: Array,
         wanted: Sequence[Wanted],
@@ -278,8 +279,8 @@ class ModalSum(Way):
         if far == 0.0:
             return False
         share = min(_share(each, far) for each in wanted)
-        turns = modal_truncation_error.frequency_of(system, about, balance, x) * t_end
-        if modal_truncation_error.bent_off(balance, system, about, x, 0.5 * turns) > share * far:
+        turns = modal_truncation_error.frequency_of(system, about, equations, x) * t_end
+        if modal_truncation_error.bent_off(equations, system, about, x, 0.5 * turns) > share * far:
             return False
         steps = PESSIMISTIC * turns * math.sqrt(turns / (12.0 * share))
         marched = steps * STEP * (system.n_free + BESIDE)

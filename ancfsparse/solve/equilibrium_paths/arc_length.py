@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, find
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, solve_newton
 
 Vector = NDArray[np.float64]
 
@@ -77,13 +77,13 @@ class EquilibriumPath:
 
 
 def follow(
-    balance: EquilibriumEquations, to: float, most: int, tolerance: float, side: int = 0
+    equations: EquilibriumEquations, to: float, most: int, tolerance: float, side: int = 0
 ) -> EquilibriumPath:
     """Follow the path of equilibria from the reference shape until the load reaches a share.
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquilibriumEquations
         The equations.
     to : float
         Share of the loads at which the path ends, above zero.
@@ -99,32 +99,32 @@ def follow(
     NotFoundError
         If no further point is found.
     """
-    start = find(balance, balance.start, 0.0, tolerance)
-    path = EquilibriumPath([_point(balance, start.state, 0.0, None)])
+    start = solve_newton(equations, equations.start, 0.0, tolerance)
+    path = EquilibriumPath([_point(equations, start.state, 0.0, None)])
     first = path.all[0]
     step = shortest = FIRST * to / first.dload
     while len(path.all) < most:
         last = path.all[-1]
-        step = min(step, TURN / max(_turn(balance, last.dx), 1e-300))
+        step = min(step, TURN / max(_turn(equations, last.dx), 1e-300))
         try:
-            new, corrections = _next(balance, last, step, to, tolerance)
+            new, corrections = _next(equations, last, step, to, tolerance)
         except NotFoundError:
             step *= SHORTER
             if step < SHORTEST * shortest:
                 raise
             continue
         if new.dload * last.dload < 0.0:
-            turn = _turning(balance, last, new, step, to, tolerance)
+            turn = _turning(equations, last, new, step, to, tolerance)
             if turn is not None:
                 path.turns.append(len(path.all))
                 path.all.append(turn)
         elif side and not path.forks and new.negative > last.negative:
-            fork = _fork(balance, last, new, step, to, tolerance)
+            fork = _fork(equations, last, new, step, to, tolerance)
             path.forks.append(len(path.all))
             path.all.append(fork)
-            new, step = _beside(balance, fork, side, to, tolerance)
+            new, step = _beside(equations, fork, side, to, tolerance)
         if new.load >= to:
-            end = _at(balance, path.all[-1], new, to, tolerance)
+            end = _at(equations, path.all[-1], new, to, tolerance)
             path.all.append(end)
             path.arrived = True
             break
@@ -136,62 +136,64 @@ def follow(
 
 
 def _point(
-    balance: EquilibriumEquations, state: StaticState, load: float, before: Vector | None
+    equations: EquilibriumEquations, state: StaticState, load: float, before: Vector | None
 ) -> PathPoint:
     """Factor at an equilibrium and go on along the path, or begin with a growing load."""
-    values = balance.stiffness(state, load)
-    negative = balance.factor(state, values, load)
+    values = equations.stiffness(state, load)
+    negative = equations.factor(state, values, load)
     if negative is None:
         raise NotFoundError("the stiffness is singular", state, load)
-    dx, dlam = _pull(balance, state, load)
-    size = balance.distance(dx)
-    ahead = before is None or (balance.mass * before) @ dx > 0.0
+    dx, dlam = _pull(equations, state, load)
+    size = equations.distance(dx)
+    ahead = before is None or (equations.mass * before) @ dx > 0.0
     scale = (1.0 if ahead else -1.0) / size
     return PathPoint(
-        state, load, scale * dx, scale * dlam, scale, balance.negative_pivots(negative)
+        state, load, scale * dx, scale * dlam, scale, equations.negative_pivots(negative)
     )
 
 
-def _pull(balance: EquilibriumEquations, state: StaticState, load: float) -> tuple[Vector, Vector]:
+def _pull(
+    equations: EquilibriumEquations, state: StaticState, load: float
+) -> tuple[Vector, Vector]:
     """Return the change of coordinates and multipliers per share of the loads."""
-    small = balance.small_load
-    there = balance.state(state.q, state.lam, load + small)
-    here = balance.state(state.q, state.lam, load)
+    small = equations.small_load
+    there = equations.state(state.q, state.lam, load + small)
+    here = equations.state(state.q, state.lam, load)
     change = StaticState(state.q, state.lam, there.r - here.r, there.phi - here.phi)
-    dx, dlam = balance.correction(change)
+    dx, dlam = equations.correction(change)
     return dx / small, dlam / small
 
 
 def _next(
-    balance: EquilibriumEquations, last: PathPoint, step: float, to: float, tolerance: float
+    equations: EquilibriumEquations, last: PathPoint, step: float, to: float, tolerance: float
 ) -> tuple[PathPoint, int]:
     """Find the equilibrium on the plane across the path at a distance; count the corrections."""
     load = last.load + step * last.dload
-    state = balance.moved(last.state, step * last.dx, step * last.dlam, load)
-    across, target = balance.mass * last.dx, state.q[: len(last.dx)]
+    state = equations.moved(last.state, step * last.dx, step * last.dlam, load)
+    across, target = equations.mass * last.dx, state.q[: len(last.dx)]
     for k in range(1, MOST_CORRECTIONS + 1):
-        if balance.factor(state, balance.stiffness(state, load), load) is None:
+        if equations.factor(state, equations.stiffness(state, load), load) is None:
             raise NotFoundError("the stiffness is singular", state, load)
-        dx, dlam = balance.correction(state)
-        more, mlam = _pull(balance, state, load)
+        dx, dlam = equations.correction(state)
+        more, mlam = _pull(equations, state, load)
         share = -float((across @ (state.q[: len(dx)] + dx - target)) / (across @ more))
         dx, dlam, load = dx + share * more, dlam + share * mlam, load + share
-        size = balance.distance(dx)
-        if not np.isfinite(size) or size > 2.0 * abs(step) or _turn(balance, dx) > 2.0 * TURN:
+        size = equations.distance(dx)
+        if not np.isfinite(size) or size > 2.0 * abs(step) or _turn(equations, dx) > 2.0 * TURN:
             raise NotFoundError("corrections lead away", state, load)
-        state = balance.moved(state, dx, dlam, load)
-        balance.stats.iterations += 1
+        state = equations.moved(state, dx, dlam, load)
+        equations.stats.iterations += 1
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
-        small = size <= tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * balance.span
-        if small and balance.is_balanced(state, to, tolerance):
-            balance.stats.steps += 1
-            return _point(balance, state, load, last.dx), k
+        small = size <= tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * equations.span
+        if small and equations.is_balanced(state, to, tolerance):
+            equations.stats.steps += 1
+            return _point(equations, state, load, last.dx), k
     raise NotFoundError(f"no convergence with {MOST_CORRECTIONS} factors", state, load)
 
 
 def _turning(
-    balance: EquilibriumEquations,
+    equations: EquilibriumEquations,
     last: PathPoint,
     new: PathPoint,
     step: float,
@@ -206,7 +208,7 @@ def _turning(
         at = low + (high - low) * at_low / (at_low - at_high)
         at = min(max(at, low + 0.05 * (high - low)), high - 0.05 * (high - low))
         try:
-            best = _next(balance, last, at, to, tolerance)[0]
+            best = _next(equations, last, at, to, tolerance)[0]
         except NotFoundError:
             return best
         rate = best.dload
@@ -220,7 +222,7 @@ def _turning(
 
 
 def _fork(
-    balance: EquilibriumEquations,
+    equations: EquilibriumEquations,
     last: PathPoint,
     new: PathPoint,
     step: float,
@@ -231,7 +233,7 @@ def _fork(
     low, high, best = 0.0, step, last
     for _ in range(HALVINGS):
         at = 0.5 * (low + high)
-        point = _next(balance, last, at, to, tolerance)[0]
+        point = _next(equations, last, at, to, tolerance)[0]
         if point.negative > last.negative:
             high = at
         else:
@@ -240,27 +242,27 @@ def _fork(
 
 
 def _beside(
-    balance: EquilibriumEquations, fork: PathPoint, side: int, to: float, tolerance: float
+    equations: EquilibriumEquations, fork: PathPoint, side: int, to: float, tolerance: float
 ) -> tuple[PathPoint, float]:
     """Find an equilibrium on the other branch, in the buckling direction, and its distance.
 
     Its distance from the fork along that direction is held, and the load is sought.
     """
     state, load = fork.state, fork.load
-    balance.factor(state, balance.stiffness(state, load), load)
-    x = np.random.default_rng(3).standard_normal(len(balance.mass)) / np.sqrt(balance.mass)
+    equations.factor(state, equations.stiffness(state, load), load)
+    x = np.random.default_rng(3).standard_normal(len(equations.mass)) / np.sqrt(equations.mass)
     none, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
     for _ in range(SOLUTIONS):
-        x, dlam = balance.correction(StaticState(state.q, state.lam, -balance.mass * x, none))
-        size = balance.distance(x)
+        x, dlam = equations.correction(StaticState(state.q, state.lam, -equations.mass * x, none))
+        size = equations.distance(x)
         x, dlam = x / size, dlam / size
-    first = np.argmax(np.abs(x) * np.sqrt(balance.mass))
+    first = np.argmax(np.abs(x) * np.sqrt(equations.mass))
     sign = side * np.sign(x[first])
     away = PathPoint(state, load, sign * x, sign * dlam, 0.0, fork.negative)
-    step = whole = BESIDE / _turn(balance, x)
+    step = whole = BESIDE / _turn(equations, x)
     while True:
         try:
-            return _next(balance, away, step, to, tolerance)[0], step
+            return _next(equations, away, step, to, tolerance)[0], step
         except NotFoundError:
             step *= SHORTER
             if step < LEAST_BESIDE * whole:
@@ -268,16 +270,16 @@ def _beside(
 
 
 def _at(
-    balance: EquilibriumEquations, last: PathPoint, new: PathPoint, to: float, tolerance: float
+    equations: EquilibriumEquations, last: PathPoint, new: PathPoint, to: float, tolerance: float
 ) -> PathPoint:
     """Find the equilibrium under a share of the loads between two points."""
     part = (to - last.load) / (new.load - last.load)
     q = last.state.q + part * (new.state.q - last.state.q)
     lam = last.state.lam + part * (new.state.lam - last.state.lam)
-    found = find(balance, balance.state(q, lam, to), to, tolerance, extrapolate=False)
-    return _point(balance, found.state, to, last.dx)
+    found = solve_newton(equations, equations.state(q, lam, to), to, tolerance, extrapolate=False)
+    return _point(equations, found.state, to, last.dx)
 
 
-def _turn(balance: EquilibriumEquations, dx: Vector) -> float:
+def _turn(equations: EquilibriumEquations, dx: Vector) -> float:
     """Return the largest change of a slope [rad]."""
-    return float(np.max(np.abs(dx[balance.slopes]), initial=0.0))
+    return float(np.max(np.abs(dx[equations.slopes]), initial=0.0))

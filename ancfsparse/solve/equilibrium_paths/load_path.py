@@ -23,7 +23,7 @@ from ancfsparse.solve.preparation.memory_estimate import (
 )
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
-from ancfsparse.solve.statics.static_equilibrium import COARSEST, FINEST, MATRICES
+from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -96,29 +96,24 @@ def load_path(
         )
     t = check_finite("t", t, "s")
     points = check_count("points", points)
-    tolerance = check_positive("tolerance", tolerance)
-    if not FINEST <= tolerance <= COARSEST:
-        raise InputError(
-            f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
-            f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
-        )
+    tolerance = check_static_tolerance(tolerance)
     if isinstance(branch, bool) or not isinstance(branch, int) or branch not in (-1, 0, 1):
         raise InputError(f"branch must be 1, -1 or 0, got {format_value(branch)}")
     begin = time.perf_counter()
-    needed = estimate_memory(scene, points, 0, False, Newton(), matrices=MATRICES)
+    needed = estimate_memory(scene, points, 0, False, Newton(), matrices=N_MATRICES)
     stats = RunStats(solver="Newton along the arc length")
     with within_memory(needed):
         system = System(scene)
         check_restrained(system)
-        balance = EquilibriumEquations(system, stats, t=t)
-        check_factor_fits(needed, balance.seed)
-        if not balance.loads:
+        equations = EquilibriumEquations(system, stats, t=t)
+        check_factor_fits(needed, equations.seed)
+        if not equations.loads:
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin
         try:
-            found = follow(balance, to, points, tolerance, int(branch))
+            found = follow(equations, to, points, tolerance, int(branch))
         except NotFoundError as lost:
-            r = balance.state(lost.state.q, lost.state.lam, lost.load).r
+            r = equations.state(lost.state.q, lost.state.lam, lost.load).r
             worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
             raise EquilibriumError(
                 f"the path cannot be followed any further, {lost.reason}",

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_choice, check_flag, check_positive
 from ancfsparse.errors import (
     AncfError,
-    InputError,
     MessageTemplate,
     Parameter,
     UnstableEquilibriumWarning,
@@ -31,10 +30,10 @@ from ancfsparse.solve.preparation.memory_estimate import (
 )
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
-from ancfsparse.solve.statics.free_equilibria import find_hanging, out_of_balance
-from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, find, settle
-from ancfsparse.solve.statics.static_equilibrium import COARSEST, FINEST, MATRICES
+from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium, perturb_unstable
+from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, relax, solve_newton
+from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
 from ancfsparse.system import State, System
 from ancfsparse.system_memory import check_memory
 
@@ -118,25 +117,20 @@ def quasi_static(
     check_scene(scene)
     begins = check_start(start)
     clock, n = _steps(0.0 if begins is None else begins.t, t_end, dt)
-    tolerance = check_positive("tolerance", tolerance)
-    if not FINEST <= tolerance <= COARSEST:
-        raise InputError(
-            f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
-            f"{COARSEST:g}, got {tolerance:g}"
-        )
+    tolerance = check_static_tolerance(tolerance)
     check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
     begin = time.perf_counter()
-    needed = estimate_memory(scene, n + 1, 0, False, Newton(), matrices=MATRICES)
+    needed = estimate_memory(scene, n + 1, 0, False, Newton(), matrices=N_MATRICES)
     stats = RunStats(solver="equilibria, Newton with extrapolated stress")
     with within_memory(needed), progress_bar("step", progress, n) as bar:
         system = System(scene, begins)
         wider = MessageTemplate("a larger {dt}", dt=Parameter("dt"))
         check_memory("the equilibria", KEPT * (n + 1) * system.n_all, wider)
-        balance = EquilibriumEquations(system, stats, kind=factorization, t=clock.begin)
-        check_factor_fits(needed, balance.seed)
+        equations = EquilibriumEquations(system, stats, kind=factorization, t=clock.begin)
+        check_factor_fits(needed, equations.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin
-        march = _March(balance, tolerance, free_motions(system))
+        march = _March(equations, tolerance, free_motions(system))
         times, found = [clock.begin], [march.first(begins is not None)]
         settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": clock.dt}
         for k in range(1, n + 1):
@@ -152,7 +146,7 @@ def quasi_static(
     stats.steps = n
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     worst = max(each.negative for each in found)
-    if worst and balance.conservative:
+    if worst and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(worst), stacklevel=2)
     return _path(system, times, found, stats, settings)
 
@@ -191,7 +185,7 @@ class _March:
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquilibriumEquations
         The equations of rest.
     tolerance : float
         Unbalanced share of the loads that is allowed.
@@ -206,20 +200,20 @@ class _March:
 
     here: StaticResult
 
-    def __init__(self, balance: EquilibriumEquations, tolerance: float, free: list[str]) -> None:
-        self._balance, self._tolerance, self._free = balance, tolerance, free
-        self._t = balance.system.t0
+    def __init__(self, equations: EquilibriumEquations, tolerance: float, free: list[str]) -> None:
+        self._equations, self._tolerance, self._free = equations, tolerance, free
+        self._t = equations.system.t0
         self._before: list[tuple[float, StaticResult]] = []
 
     def first(self, from_start: bool) -> StaticResult:
         """Find the equilibrium at the start."""
-        q = self._balance.system.q0
+        q = self._equations.system.q0
         if self._free:
             self.here = self._hanging(q)
         elif from_start:
-            self.here = find_from(self._balance, q, 1, self._tolerance)
+            self.here = find_equilibrium_near(self._equations, q, 1, self._tolerance)
         else:
-            self.here = find_equilibrium(self._balance, 1, self._tolerance)
+            self.here = find_equilibrium(self._equations, 1, self._tolerance)
         return self.here
 
     def go_to(self, t: float) -> None:
@@ -227,7 +221,7 @@ class _March:
         whole = step = t - self._t
         while self._t < t:
             to = t if self._t + 1.5 * step > t else self._t + step
-            self._balance.move_to(to)
+            self._equations.move_to(to)
             try:
                 found = self._near(to)
             except NotFoundError:
@@ -243,32 +237,32 @@ class _March:
 
     def _near(self, to: float) -> StaticResult | None:
         """Return the equilibrium next to the extrapolated one, None if it is unstable."""
-        balance = self._balance
+        equations = self._equations
         known = [*self._before[-KNOWN:], (self._t, self.here)]
         weights = _extrapolation([t for t, _ in known], to)
         q = np.sum([w * each.state.q for w, (_, each) in zip(weights, known, strict=True)], axis=0)
         lam = sum(w * each.state.lam for w, (_, each) in zip(weights, known, strict=True))
         # Corrections leave these alone, so that extrapolation would let their rounding grow.
-        q[balance.system.n_free :] = balance.places
+        q[equations.system.n_free :] = equations.places
         if self._free:
             return self._hanging(q)
-        state = balance.state(q, np.asarray(lam), 1.0)
-        found = find(balance, state, 1.0, self._tolerance)
-        return found if found.negative == 0 or not balance.conservative else None
+        state = equations.state(q, np.asarray(lam), 1.0)
+        found = solve_newton(equations, state, 1.0, self._tolerance)
+        return found if found.negative == 0 or not equations.conservative else None
 
     def _another(self) -> StaticResult:
         """Return an equilibrium that is not next to the last one, stable if one is found."""
-        balance = self._balance
-        balance.stats.recoveries += 1
+        equations = self._equations
+        equations.stats.recoveries += 1
         if self._free:
             return self._hanging(self.here.state.q)
-        found = find_from(balance, self.here.state.q, 1, self._tolerance)
-        if found.negative == 0 or not balance.conservative:
+        found = find_equilibrium_near(equations, self.here.state.q, 1, self._tolerance)
+        if found.negative == 0 or not equations.conservative:
             return found
         try:
-            return settle(balance, out_of_balance(balance, found.state), 1.0, self._tolerance)
+            return relax(equations, perturb_unstable(equations, found.state), 1.0, self._tolerance)
         except NotFoundError:
             return found
 
     def _hanging(self, q: Vector) -> StaticResult:
-        return find_hanging(self._balance, q, self._tolerance, self._free)
+        return find_free_equilibrium(self._equations, q, self._tolerance, self._free)

@@ -1,4 +1,4 @@
-"""Assembly: put a scene where its joints and drives hold, with as little motion as that takes."""
+"""Assembly: move a scene to satisfy its joints and prescribed motions, as little as possible."""
 
 from __future__ import annotations
 
@@ -28,67 +28,63 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Arrays of values on the pattern.
-MATRICES = 8
-# Mass beside stiffness: so little that bodies deform only where rigid motions do not suffice, and
-# well above the rounding of the stiffness.
-LIGHT = 1e-8
-# Largest change of a slope in a correction [rad], the most corrections, and those after which they
-# must have become smaller.
-LARGEST_TURN, MOST, PATIENCE = 0.1, 300, 60
-# Displacement of a drive over which forces are differentiated, as a share of its way.
-SMALL = 1e-6
-# Rounding of an equation in units of eps.
-ROUNDING = 256.0
+N_MATRICES = 8  # arrays on the pattern
+# Bodies then deform only where rigid motions do not suffice; it is well above rounding.
+MASS_RATIO = 1e-8  # mass over stiffness in the norm of a motion
+MAX_ROTATION = 0.1  # change of a slope in a correction [rad]
+MAX_CORRECTIONS = 300  # corrections
+MIN_CORRECTIONS = 60  # corrections after which they must have decreased
+DIFFERENCE_RATIO = 1e-6  # prescribed displacement over which forces are differentiated, relative
+ROUNDING_UNITS = 256.0  # of a constraint, in units of eps
 
 
 def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
-    """Move a scene to where its joints hold and its drives are, without regard to loads.
+    """Move a scene to satisfy its joints and prescribed motions, regardless of loads.
 
-    The bodies move as little as possible, measured by their masses, and deform only where they
-    must.  ``simulate(scene, ..., start=assemble(scene))`` starts there, and ``solve_static(scene,
-    start=assemble(scene))`` finds the equilibrium next to it.
+    The motion is minimal in the norm of the masses, and bodies deform only where they must.
+    ``simulate(scene, ..., start=assemble(scene))`` starts there, and ``solve_static(scene,
+    start=assemble(scene))`` finds the equilibrium near it.
 
     Parameters
     ----------
     scene : Scene
-        Bodies and joints; the joints may be violated in the reference shape, as by drives that
-        begin somewhere else or by ``connect(..., apart=True)``.
+        Bodies and joints; the reference shape may violate the joints, as by prescribed motions that
+        begin elsewhere or by ``connect(..., apart=True)``.
     t : float, optional
-        Time at which drives are evaluated [s].
+        Time of the prescribed motions [s].
 
     Returns
     -------
     Assembly
-        The state, how much was violated, and how far which node has moved.
+        The state, the violation before, and the displacements of the nodes.
 
     Raises
     ------
     InputError
         If an argument is invalid, or the factor cannot fit in memory.
     AssemblyError
-        If the joints cannot be satisfied together from here; the worst is named.
+        If the joints cannot be satisfied together from here; the most violated is named.
 
     Notes
     -----
-    Gauss-Newton corrections, each the least motion that satisfies the linearised equations: by
-    strain energy, and where that does not decide by mass.  Bodies that deform are not in
-    equilibrium yet.
+    Gauss-Newton corrections, each the minimal motion that satisfies the linearized equations, in
+    the norm of the strain energy and, where that is zero, of the mass.  Deformed bodies are not in
+    equilibrium.
     """
     check_scene(scene)
     t = check_finite("t", t, "s")
-    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)) as _:
+    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)) as _:
         system = System(scene)
-        return _Work(system, t).run()
+        return _AssemblyEquations(system, t).run()
 
 
-class _Work:
+class _AssemblyEquations:
     """The equations of an assembly.
 
     Parameters
     ----------
     system : System
-        What is assembled.
+        The assembled system.
     t : float
         The time [s].
     """
@@ -103,7 +99,7 @@ class _Work:
         slopes = np.ones(system.n_all, dtype=bool)
         slopes[self.positions] = False
         self.slopes = np.flatnonzero(slopes[:n])
-        # Springs, loads and functions of the motion do nothing here.
+        # Springs, loads and functions of the motion have no effect here.
         self.idle = np.zeros(system.loads.n_amplitudes)
         self.none, self.lam = np.zeros(system.n_all), np.zeros(m)
         self.now = system.prescribed.at(t) if system.prescribed else None
@@ -113,14 +109,14 @@ class _Work:
             system.n_all,
             system.loads.n_amplitudes,
             system.pattern.indptr,
-            [part for each, part in pairs if not each.pushes],
+            [part for term, part in pairs if not term.pushes],
         )
         diagonal = self.assembly.material(0.0, 1.0, system.q_ref)[system.pattern.indptr[:n]]
         size = float(np.max(np.abs(diagonal) / self.mass))
-        self.shift = LIGHT * size or 1.0
+        self.shift = MASS_RATIO * size or 1.0
 
     def violations(self, q: Vector) -> Vector:
-        """Return by how much the equations are violated, (m,) [m]."""
+        """Return the violations of the constraints, (m,) [m]."""
         args = self.none, self.none, self.lam, self.none, self.idle
         phi = np.array(self.assembly.residual(q, *args)[1])
         if self.now is not None and len(self.now.s):
@@ -128,50 +124,51 @@ class _Work:
         return phi[: len(self.lam)]
 
     def allowed(self, q: Vector) -> Vector:
-        """Return the rounding of the equations (m,) [m]."""
+        """Return the rounding of the constraints (m,) [m]."""
         span = np.max(np.abs(q[self.positions]), initial=0.0)
-        return np.asarray(ROUNDING * EPSILON * (span + self.system.constraints.sizes(q)))
+        return np.asarray(ROUNDING_UNITS * EPSILON * (span + self.system.constraints.sizes(q)))
 
     def run(self) -> Assembly:
-        """Correct until the equations hold and drives are where they should be."""
+        """Correct until constraints and prescribed coordinates are satisfied."""
         system, n = self.system, self.system.n_free
         q = system.q_ref.copy()
-        far, phi = self.to_drives(q), self.violations(q)
-        before = float(max(np.max(np.abs(far)), np.max(np.abs(phi), initial=0.0)))
+        gap, phi = self.prescribed_gap(q), self.violations(q)
+        before = float(max(np.max(np.abs(gap)), np.max(np.abs(phi), initial=0.0)))
         sizes: list[float] = []
-        while len(sizes) < MOST:
-            if not far.any() and np.all(np.abs(phi) <= self.allowed(q)):
+        while len(sizes) < MAX_CORRECTIONS:
+            if not gap.any() and np.all(np.abs(phi) <= self.allowed(q)):
                 worst = self.worst(self.violations(system.q_ref))
                 return Assembly(system, q, self.t, before, worst, self.lam)
-            dq = far.copy()
-            dq[:n] = self._correction(q, far, phi)
-            turn = float(np.max(np.abs(dq[self.slopes]), initial=0.0))
-            share = LARGEST_TURN / max(LARGEST_TURN, turn)
-            q = q + share * dq
-            far = (1.0 - share) * far if share < 1.0 else self.none
+            dq = gap.copy()
+            dq[:n] = self._correction(q, gap, phi)
+            rotation = float(np.max(np.abs(dq[self.slopes]), initial=0.0))
+            length = MAX_ROTATION / max(MAX_ROTATION, rotation)
+            q = q + length * dq
+            gap = (1.0 - length) * gap if length < 1.0 else self.none
             phi = self.violations(q)
             sizes.append(float(np.sqrt(self.mass @ dq[:n] ** 2 / self.mass.sum())))
-            few = len(sizes) <= PATIENCE or sizes[-1] <= 0.9 * min(sizes[: -PATIENCE // 2])
-            if not (np.isfinite(sizes[-1]) and few):
+            recent = sizes[: -MIN_CORRECTIONS // 2]
+            decreases = len(sizes) <= MIN_CORRECTIONS or sizes[-1] <= 0.9 * min(recent)
+            if not (np.isfinite(sizes[-1]) and decreases):
                 break
         raise AssemblyError(self.worst(phi) or "drive", float(np.max(np.abs(phi))), before)
 
-    def to_drives(self, q: Vector) -> Vector:
-        """Return how far driven coordinates are from where they should be, (n_all,) [m, 1]."""
-        far = np.zeros_like(q)
+    def prescribed_gap(self, q: Vector) -> Vector:
+        """Return the missing displacements of prescribed coordinates, (n_all,) [m, 1]."""
+        gap = np.zeros_like(q)
         if self.now is not None and len(self.now.q):
             first = len(q) - len(self.now.q)
-            far[first:] = self.now.q - q[first:]
-        return far
+            gap[first:] = self.now.q - q[first:]
+        return gap
 
     def worst(self, phi: Vector) -> str:
-        """Return the name of the equation that is violated most, if any."""
+        """Return the name of the most violated constraint, if any."""
         if not len(phi) or not phi.any():
             return ""
         return self.system.constraints.labels[int(np.argmax(np.abs(phi)))]
 
-    def _correction(self, q: Vector, far: Vector, phi: Vector) -> Vector:
-        """Return the least motion that satisfies the linearised equations, (n_free,) [m, 1]."""
+    def _correction(self, q: Vector, gap: Vector, phi: Vector) -> Vector:
+        """Return the minimal motion that satisfies the linearized equations, (n_free,) [m, 1]."""
         system, n, m = self.system, self.system.n_free, self.system.n_multipliers
         values = np.array(self.assembly.material(1.0, 1.0 / self.shift, q))
         phi_q = system.constraints.jacobian(q)
@@ -181,15 +178,15 @@ class _Work:
             flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(diagonal))
             values[system.pattern.indptr[n : n + m]] -= RELATIVE_FLEXIBILITY * flexible
         self.seed.factor(values)
-        force, ahead = np.zeros(n), np.zeros(m)
-        if far.any():  # what moving drives pull along
-            small = SMALL / float(np.max(np.abs(far)))
-            change = self.assembly.force(q + small * far) - self.assembly.force(q - small * far)
-            force, ahead = change[:n] / (2.0 * small), phi_q @ far
-        target = -phi - ahead
+        force, change = np.zeros(n), np.zeros(m)
+        if gap.any():  # forces and violations by prescribed displacements
+            h = DIFFERENCE_RATIO / float(np.max(np.abs(gap)))
+            difference = self.assembly.force(q + h * gap) - self.assembly.force(q - h * gap)
+            force, change = difference[:n] / (2.0 * h), phi_q @ gap
+        target = -phi - change
         r = np.concatenate([-force / self.shift, target])
         x = np.array(self.seed.solve(r))
-        if m:  # what the flexibility has left
+        if m:  # the remaining violation by the flexibility
             r[:n], r[n:] = 0.0, target - phi_q[:, :n] @ x[:n]
             x += self.seed.solve(r)
         return x[:n]

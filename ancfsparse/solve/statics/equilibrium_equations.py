@@ -1,4 +1,4 @@
-"""Forces at rest, their derivative and its factor: what statics solves."""
+"""Equilibrium equations: residual, tangent stiffness and its factor."""
 
 from __future__ import annotations
 
@@ -16,18 +16,17 @@ from ancfsparse.solve.linearization.nonconservative_tangent import (
     solve_with_correction,
 )
 from ancfsparse.solve.preparation.choose_factorization import make_static_seed
-from ancfsparse.solve.statics.norms import ROUNDING, Norms
+from ancfsparse.solve.statics.norms import ROUNDING_UNITS, Norms
 from ancfsparse.solve.statics.penalties import Penalties
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Share of the loads over which the motion of drives is taken as linear.
-SMALL_LOAD = 1e-6
+LINEAR_LOAD_FACTOR = 1e-6  # load factor over which prescribed motions are taken as linear
 
 
 class StaticState(NamedTuple):
-    """Coordinates and multipliers with what is unbalanced there.
+    """Coordinates, multipliers and residuals of a state.
 
     Attributes
     ----------
@@ -36,7 +35,7 @@ class StaticState(NamedTuple):
     lam : (m,) float
         Multipliers [N].
     r : (n_free,) float
-        Unbalanced forces [N, N m].
+        Residual forces [N, N m].
     phi : (m,) float
         Violation of the constraints [m].
     """
@@ -48,44 +47,44 @@ class StaticState(NamedTuple):
 
 
 class EquilibriumEquations(Norms):
-    """The equations of rest of a scene, on the free coordinates alone.
+    """Static residual and tangent of a scene over the free coordinates.
 
-    Constraints are held by springs and by multipliers that learn what the springs take (augmented
-    Lagrangian), so the matrix is definite where the equilibrium is stable, and its negative pivots
-    count the directions in which it is not.
+    Constraints are imposed by penalty springs and by multipliers (augmented Lagrangian), so the
+    matrix is positive definite at a stable equilibrium, and its negative pivots count the unstable
+    directions.
 
     Parameters
     ----------
     system : System
-        What is at rest.
+        The system at rest.
     stats : RunStats
         Counts residuals, factors and solves.
     on_factor : callable, optional
         Called at every factorisation.
     kind : str, optional
-        One of `solve.preparation.choose_factorization.SEEDS`.
+        One of `solve.preparation.choose_factorization.FACTORIZATIONS`.
     t : float, optional
         Time of the loads and drives [s].
 
     Attributes
     ----------
     seed : SparseSeed or DeflatedSeed
-        Ordered for the matrix.
+        Seed on the pattern of the matrix.
     strings : tuple of (n, 2, dim) int and (n,) float arrays, or None
-        Places of both ends of all elements without slopes, and their lengths [m].
+        Indices of both ends of all elements without slopes, and their lengths [m].
     plain : bool
         Whether the stiffness comes from the elements alone.
-    conservative : bool
+        Whether all forces have a potential; moments in space have none.
         Whether all forces have a potential, as moments in space have none.
     span : float
         Largest coordinate of the reference shape [m].
     forces_first : bool
-        Whether drives only move when all forces are there, and not with them: a cable that sags is
-        slackened more easily than a straight one.
-    start : State
+        Whether prescribed motions begin only at full forces: a cable that sags is slackened more
+        easily than a straight one.
+    start : StaticState
         The reference shape without loads.
     loads : float
-        Size of all loads, see `size_of_forces`.
+        Norm of all loads, see `force_norm`.
     acceleration : float
         Root mean square of the acceleration by `pushes` [m/s2].
     """
@@ -113,63 +112,63 @@ class EquilibriumEquations(Norms):
         self._make_pattern()
         self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
         self._ready: tuple[StaticState, Vector] | None = None
-        self.strings = _strings(system)
-        self._unsymmetric = None if self.conservative else NonconservativeTangent(system)
-        self._beside: Any = None
+        self.strings = _string_elements(system)
+        self._nonconservative = None if self.conservative else NonconservativeTangent(system)
+        self._unfactored: Any = None  # part of the tangent that the factor does not contain
         self._phi_q: Any = None
         self._springs = np.zeros(system.n_multipliers)
         self._rounded: tuple[Vector, Vector] | None = None  # coordinates, and the rounding there
         self.start = self.state(system.q_ref, np.zeros(system.n_multipliers), 0.0)
-        pushed = self.state(self.start.q, self.start.lam, 1.0)
+        loaded = self.state(self.start.q, self.start.lam, 1.0)
         if system.n_multipliers:
-            self._penalties = Penalties(system, self._gradients, pushed.r)
-        self.loads = self.size_of_forces(pushed.r - self.start.r)
-        self._stress_at_start = self.size_of_forces(self.start.r)
-        self.acceleration = self.pushes * (system.dim / self.whole_mass) ** 0.5
+            self._penalties = Penalties(system, self._gradients, loaded.r)
+        self.loads = self.force_norm(loaded.r - self.start.r)
+        self._stress_at_start = self.force_norm(self.start.r)
+        self.acceleration = self.pushes * (system.dim / self.total_mass) ** 0.5
         self.span = float(np.max(np.abs(system.q_ref)))
         largest = np.full(system.n_free, self.span)
         largest[self.slopes] = 1.0
         largest *= self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
-        # Far above the rounding of forces, which only then need be looked at one by one.
-        self._most_rounding = 64.0 * ROUNDING * EPSILON * self.size_of_forces(largest)
+        # Far above the rounding of forces, which is evaluated only below it.
+        self._max_rounding = 64.0 * ROUNDING_UNITS * EPSILON * self.force_norm(largest)
 
     def move_to(self, t: float) -> None:
-        """Take loads and drives at another time [s]; the loads count by their largest size."""
+        """Set loads and prescribed motions of another time [s]; `loads` keeps its maximum."""
         self._amplitudes = self.system.loads.amplitudes(np.array([t]))[0]
         self._set_drives(t)
         self._ready = None
-        pushed = self.state(self.start.q, self.start.lam, 1.0)
-        self.loads = max(self.loads, self.size_of_forces(pushed.r - self.start.r))
-        self.acceleration = self.pushes * (self.system.dim / self.whole_mass) ** 0.5
+        loaded = self.state(self.start.q, self.start.lam, 1.0)
+        self.loads = max(self.loads, self.force_norm(loaded.r - self.start.r))
+        self.acceleration = self.pushes * (self.system.dim / self.total_mass) ** 0.5
 
     @property
     def pushes(self) -> float:
-        """Size of all loads, or without any of the forces that stress the reference shape."""
+        """Norm of all loads, or without any of the forces by stress in the reference shape."""
         return self.loads or self._stress_at_start
 
     def _set_drives(self, t: float) -> None:
-        """Let drives begin in the reference shape; with the loads they come to where they are."""
+        """Set prescribed motions from the reference shape to their values at a time [s]."""
         system, prescribed = self.system, self.system.prescribed
-        first, led = system.n_all - prescribed.n, system.n_multipliers - prescribed.n_equations
-        self._still, self._held = system.q_ref[first:], np.zeros(0)
-        self._driven, self._followed = np.zeros(prescribed.n), np.zeros(0)
+        first, end = system.n_all - prescribed.n, system.n_multipliers - prescribed.n_equations
+        self._q_start, self._s_start = system.q_ref[first:], np.zeros(0)
+        self._q_change, self._s_change = np.zeros(prescribed.n), np.zeros(0)
         if not prescribed:
             return
         now = prescribed.at(t)
         none, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
         args = (none, none, lam, self._dead, self._amplitudes)
-        self._held = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[led:]
-        self._driven, self._followed = now.q - self._still, now.s - self._held
+        self._s_start = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[end:]
+        self._q_change, self._s_change = now.q - self._q_start, now.s - self._s_start
 
     @property
     def places(self) -> Vector:
-        """Where joints hold coordinates, and where drives have led them under all loads."""
+        """Fixed coordinates, and prescribed ones under all loads."""
         system = self.system
-        fixed = system.q_ref[system.n_free : system.n_all - len(self._driven)]
-        return np.append(fixed, self._still + self._driven)
+        fixed = system.q_ref[system.n_free : system.n_all - len(self._q_change)]
+        return np.append(fixed, self._q_start + self._q_change)
 
     def _make_pattern(self) -> None:
-        """Take the coordinates out of the pattern of the system, and add what springs couple."""
+        """Restrict the pattern to the coordinates, and add the coupling by springs."""
         pattern, n = self.system.pattern, self.system.n_free
         end = int(pattern.indptr[n])
         self._keep: NDArray[np.int64] | slice = slice(0, end)
@@ -181,14 +180,14 @@ class EquilibriumEquations(Norms):
 
         self._keep = np.flatnonzero(self._indices < n)
         columns = np.repeat(np.arange(n), np.diff(self._indptr))[self._keep]
-        own = columns * n + self._indices[self._keep]
-        # Which entries there may be, also where those of this state cancel.
+        entries = columns * n + self._indices[self._keep]
+        # All entries that gradients may have, including those that are zero in this state.
         self._gradients = phi_q = self._jacobian(self.system.q_ref)
         phi_q.data[:] = 1.0
         reach = self.system.constraints.reach(self.system.q_ref)[:, :n]
         springs = sp.coo_array(sp.tril(reach.T @ reach))
-        self._keys = np.unique(np.concatenate([own, springs.coords[1] * n + springs.coords[0]]))
-        self._own = np.searchsorted(self._keys, own)
+        self._keys = np.unique(np.concatenate([entries, springs.coords[1] * n + springs.coords[0]]))
+        self._own = np.searchsorted(self._keys, entries)
         self._indices = (self._keys % n).astype(np.int32)
         self._indptr = np.searchsorted(self._keys, n * np.arange(n + 1)).astype(np.int64)
 
@@ -196,38 +195,39 @@ class EquilibriumEquations(Norms):
         return self.system.constraints.jacobian(q)[:, : self.system.n_free]
 
     def state(self, q: Vector, lam: Vector, load: float) -> StaticState:
-        """Return a state with what is unbalanced under a share of the loads."""
+        """Return a state with its residuals under a load factor."""
         self.stats.residual_evaluations += 1
-        if self._driven.any():
+        motion = self._motion_factor(load)
+        if self._q_change.any():
             q = np.array(q)
-            q[len(q) - len(self._driven) :] = self._still + self._way(load) * self._driven
-        forces = self._share(load) * self._dead, self._amplitudes_at(load)
+            q[len(q) - len(self._q_change) :] = self._q_start + motion * self._q_change
+        forces = self._force_factor(load) * self._dead, self._amplitudes_at(load)
         r, phi = self.system.assembly.residual(q, self._rest, self._rest, lam, *forces)
-        followed = self._held + self._way(load) * self._followed
-        phi[len(phi) - len(followed) :] -= followed
+        values = self._s_start + motion * self._s_change
+        phi[len(phi) - len(values) :] -= values
         return StaticState(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
 
-    def _share(self, load: float) -> float:
-        """Return the share of the forces where the load has come so far."""
+    def _force_factor(self, load: float) -> float:
+        """Return the factor of the forces at a load factor."""
         return min(1.0, 2.0 * load) if self.forces_first else load
 
-    def _way(self, load: float) -> float:
-        """Return the share of their way that drives have gone by then."""
+    def _motion_factor(self, load: float) -> float:
+        """Return the factor of the prescribed motions at a load factor."""
         return max(0.0, 2.0 * load - 1.0) if self.forces_first else load
 
     def _amplitudes_at(self, load: float) -> Vector:
-        """Return the amplitudes under a share of the loads."""
-        return np.asarray(np.where(self._grows, self._share(load), 1.0) * self._amplitudes)
+        """Return the amplitudes of the loads at a load factor."""
+        return np.asarray(np.where(self._grows, self._force_factor(load), 1.0) * self._amplitudes)
 
     @property
-    def driven(self) -> bool:
-        """Whether anything is moved by drives."""
-        return bool(self._driven.any() or self._followed.any())
+    def is_driven(self) -> bool:
+        """Whether any motion is prescribed."""
+        return bool(self._q_change.any() or self._s_change.any())
 
     @property
     def small_load(self) -> float:
-        """A share of the loads in which unbalanced forces are linear: any without drives."""
-        return SMALL_LOAD if self.driven else 1.0
+        """Load factor below which the residual is linear in it; 1 without prescribed motions."""
+        return LINEAR_LOAD_FACTOR if self.is_driven else 1.0
 
     def moved(self, state: StaticState, dx: Vector, dlam: Vector, load: float) -> StaticState:
         """Return the state after a correction."""
@@ -236,13 +236,13 @@ class EquilibriumEquations(Norms):
         return self.state(q, state.lam + dlam, load)
 
     def stiffness(self, state: StaticState, load: float, out: Vector | None = None) -> Vector:
-        """Return the values of the tangent stiffness, without springs [N/m, N, N m]."""
+        """Return the values of the tangent stiffness, without penalty springs [N/m, N, N m]."""
         lam, amplitudes = state.lam, self._amplitudes_at(load)
         assembly = self.system.assembly
         return np.asarray(assembly.matrix(0.0, 1.0, state.q, lam, amplitudes, out=out))
 
     def stress_stiffness(self, q: Vector, out: Vector, work: Vector) -> Vector:
-        """Return the part of the stiffness that the stress of the elements makes."""
+        """Return the geometric stiffness by the stress of the elements."""
         assembly = self.system.assembly
         rest = np.zeros(self.system.n_multipliers), self._amplitudes_at(0.0)
         values = np.asarray(assembly.matrix(0.0, 1.0, q, *rest, out=out))
@@ -250,7 +250,7 @@ class EquilibriumEquations(Norms):
         return values
 
     def _material(self, state: StaticState) -> Vector | None:
-        """Return the diagonal of the stiffness without stress and multipliers, for rigid bodies."""
+        """Return the diagonal of the material stiffness if there are rigid bodies."""
         if not self._penalties.rigid:
             return None
         values = self.system.assembly.material(0.0, 1.0, state.q)
@@ -259,45 +259,47 @@ class EquilibriumEquations(Norms):
     def factor(
         self, state: StaticState, values: Vector, load: float, shift: float = 0.0
     ) -> int | None:
-        """Factor a stiffness with springs and, on the diagonal, `shift` [1/s2] times the mass.
+        """Factor a stiffness with penalty springs and `shift` [1/s2] times the mass.
 
         Returns
         -------
         int or None
-            Number of negative pivots, of a seed that is incomplete at least so many; None if it is
-            singular.
+            Number of negative pivots, a lower bound if the seed is incomplete; None if the matrix
+            is singular.
         """
-        kept = values[self._keep]
+        entries = values[self._keep]
         if self._keys is not None:
             import scipy.sparse as sp
 
-            own, kept = kept, np.zeros(len(self._keys))
-            kept[self._own] = own
+            all_entries = np.zeros(len(self._keys))
+            all_entries[self._own] = entries
+            entries = all_entries
             self._phi_q = phi_q = self._jacobian(state.q)
-            diagonal = kept[self._indptr[:-1]]
+            diagonal = entries[self._indptr[:-1]]
             self._springs = self._penalties.springs(phi_q, diagonal, self._material(state))
             added = sp.coo_array(sp.tril(phi_q.T @ sp.diags_array(self._springs) @ phi_q))
             keys = added.coords[1].astype(np.int64) * len(diagonal) + added.coords[0]
-            np.add.at(kept, np.searchsorted(self._keys, keys), added.data)
+            np.add.at(entries, np.searchsorted(self._keys, keys), added.data)
         if shift > 0.0:
-            kept = kept.copy()
-            kept[self._indptr[:-1]] += shift * self.mass
+            entries = entries.copy()
+            entries[self._indptr[:-1]] += shift * self.mass
         self.stats.factorizations += 1
         self._on_factor()
-        if self._unsymmetric is not None:
-            self._beside = self._unsymmetric.stiffness(state.q, self._amplitudes_at(load))
+        if self._nonconservative is not None:
+            amplitudes = self._amplitudes_at(load)
+            self._unfactored = self._nonconservative.stiffness(state.q, amplitudes)
         if isinstance(self.seed, DeflatedSeed):
             assert self._modes is not None
-            self.seed.factor(kept, self._modes.at(state.q))
-            # Only a solution finds out whether the matrix is definite.
+            self.seed.factor(entries, self._modes.at(state.q))
+            # Only a solution shows whether the matrix is definite.
             self._ready = state, self._solution(state)
-        elif self.seed.factor(kept) == 0:
+        elif self.seed.factor(entries) == 0:
             return 0
         self.stats.indefinite += self.seed.negative_pivots != 0
         return self.seed.negative_pivots
 
     def correction(self, state: StaticState) -> tuple[Vector, Vector]:
-        """Return what the last factor takes for the error of coordinates and multipliers."""
+        """Return the corrections of coordinates and multipliers by the last factor."""
         if self._ready is not None and self._ready[0] is state:
             dx = self._ready[1]
         else:
@@ -307,35 +309,35 @@ class EquilibriumEquations(Norms):
         return dx, self._springs * (state.phi + self._phi_q @ dx)
 
     def _solution(self, state: StaticState) -> Vector:
-        """Return what the last factor takes for the error of the coordinates."""
+        """Return the correction of the coordinates by the last factor."""
         self.stats.solves += 1
         r = state.r
         if len(state.phi):
             r = r + self._phi_q.T @ (self._springs * state.phi)
-        if self._beside is not None and self._beside.nnz:
-            x = solve_with_correction(self.seed.solve, self._beside, r, np.sqrt(self.mass))
+        if self._unfactored is not None and self._unfactored.nnz:
+            x = solve_with_correction(self.seed.solve, self._unfactored, r, np.sqrt(self.mass))
             if x is not None:
                 return -x
         return -self.seed.solve(r)
 
     def rounding(self, state: StaticState, load: float) -> Vector:
-        """Return the rounding of every unbalanced force [N, N m]."""
+        """Return the rounding of every residual force [N, N m]."""
         if self._rounded is None or self._rounded[0] is not state.q:
             values = self.stiffness(state, load)
             self._rounded = state.q, self.rounding_of(values, state.q, state.lam)
         return self._rounded[1]
 
-    def lost_in_rounding(self) -> bool:
-        """Whether forces may round by more than the loads, however the scene is turned."""
+    def is_lost_in_rounding(self) -> bool:
+        """Return whether the rounding of forces exceeds the loads, at any orientation."""
         q = np.full(self.system.n_all, self.span)
         q[self.slopes] = 1.0
-        rounding = self.size_of_forces(self.rounding_of(self.stiffness(self.start, 0.0), q))
+        rounding = self.force_norm(self.rounding_of(self.stiffness(self.start, 0.0), q))
         return rounding > self.loads + self._stress_at_start
 
     def negative_pivots(self, counted: int) -> int:
-        """Return the number of negative pivots that were counted, of the last matrix.
+        """Return the number of negative pivots of the last matrix, given those counted so far.
 
-        One that is not factored exactly is tried with a random force beside, which has a share of
+        A matrix without a complete factor is tested with a random force, which has a component in
         every direction.
         """
         if isinstance(self.seed, DeflatedSeed) and counted == 0:
@@ -346,34 +348,34 @@ class EquilibriumEquations(Norms):
         return counted
 
     def noise(self, state: StaticState, load: float) -> Vector:
-        """Return how far rounding of the forces moves the bodies, by the last factor [m]."""
+        """Return the displacements of the bodies by rounding of the forces [m], (n_bodies,)."""
         rounding = self.rounding(state, load)
         sign = np.random.default_rng(0).choice([-1.0, 1.0], len(rounding))
         self.stats.solves += 1
         return self.distances(self.seed.solve(sign * rounding))
 
     def _is_met(self, state: StaticState) -> bool:
-        """Whether rounding is all that violates the constraints."""
+        """Return whether the constraints are satisfied up to rounding."""
         if not len(state.phi):
             return True
         span = np.max(np.abs(state.q[self._positions]))
         sizes = span + self.system.constraints.sizes(state.q)
-        return bool(np.all(np.abs(state.phi) <= ROUNDING * EPSILON * sizes))
+        return bool(np.all(np.abs(state.phi) <= ROUNDING_UNITS * EPSILON * sizes))
 
     def is_balanced(self, state: StaticState, load: float, tolerance: float) -> bool:
-        """Whether what is unbalanced is a small share of the loads, or rounding."""
+        """Return whether the residual is below the tolerance relative to the loads, or rounding."""
         if not self._is_met(state):
             return False
-        allowed = tolerance * (self._share(load) * self.loads + self._stress_at_start)
-        left = self.size_of_forces(state.r)
-        if left <= allowed or left > self._most_rounding:
-            return left <= allowed
+        allowed = tolerance * (self._force_factor(load) * self.loads + self._stress_at_start)
+        norm = self.force_norm(state.r)
+        if norm <= allowed or norm > self._max_rounding:
+            return norm <= allowed
         excess = np.maximum(np.abs(state.r) - self.rounding(state, load), 0.0)
-        return self.size_of_forces(excess) <= allowed
+        return self.force_norm(excess) <= allowed
 
 
-def _strings(system: System) -> tuple[NDArray[np.int32], Vector] | None:
-    """Return the places of both ends of all elements without slopes, and their lengths [m]."""
+def _string_elements(system: System) -> tuple[NDArray[np.int32], Vector] | None:
+    """Return the indices of both ends of all elements without slopes, and their lengths [m]."""
     bodies = [body for body in system.scene.beams if body.kind.is_string]
     if not bodies:
         return None

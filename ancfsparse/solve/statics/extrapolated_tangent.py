@@ -1,4 +1,4 @@
-"""The stiffness of slender bodies on their way to equilibrium."""
+"""Tangent stiffness of slender bodies with extrapolated stress."""
 
 from __future__ import annotations
 
@@ -10,43 +10,43 @@ from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations,
 Vector = NDArray[np.float64]
 
 
-class Tangent:
-    """The stiffness of one state after another, with the stress that corrections should have made.
+class ExtrapolatedTangent:
+    """Tangent stiffness of successive states, with the stress that corrections should have caused.
 
     A slender body hardly stretches, but along the straight line of a large correction it does, by
-    the square of the turn, and a tangent with that stress misleads the next correction.  So the
+    the square of the rotation, and a tangent with that stress misleads the next correction.  So the
     stress is extrapolated from the last state without that square (Magisano, Leonetti and Garcea
-    2017).  Strains are squares of coordinates, nearly: what is linear in a correction follows from
-    its two ends and its middle.
+    2017).  Strains are nearly quadratic in the coordinates, so the part that is linear in a
+    correction follows from its ends and its midpoint.
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquilibriumEquations
         The equations.
     """
 
-    def __init__(self, balance: EquilibriumEquations) -> None:
-        self._balance = balance
-        # Large arrays that are made again cost more than what is written into them.
-        n = balance.system.pattern.n_values + 1
+    def __init__(self, equations: EquilibriumEquations) -> None:
+        self._equations = equations
+        # Allocating large arrays again would cost more than writing to them.
+        n = equations.system.pattern.n_values + 1
         self._values, self._work, self._middle, self._stress, self._last = np.empty((5, n))
         self._q: Vector | None = None
 
     def exact(self, state: StaticState, load: float) -> Vector:
         """Return the values of the tangent stiffness."""
-        return self._balance.stiffness(state, load, self._values)
+        return self._equations.stiffness(state, load, self._values)
 
     def extrapolated(self, state: StaticState, load: float) -> Vector:
-        """Return those with the stress extrapolated from the last state that was asked for."""
-        balance, work = self._balance, self._work
-        stress = balance.stress_stiffness(state.q, self._stress, work)
-        if balance.plain:  # `work` holds the rest of it
+        """Return those values with stress extrapolated from the state of the last call."""
+        equations, work = self._equations, self._work
+        stress = equations.stress_stiffness(state.q, self._stress, work)
+        if equations.plain:  # `work` is the material stiffness
             values = self._values[: len(stress)]
             np.add(stress, work[: len(stress)], out=values)
         else:
             values = self.exact(state, load)
         if self._q is not None:
-            middle = balance.stress_stiffness(0.5 * (self._q + state.q), self._middle, work)
+            middle = equations.stress_stiffness(0.5 * (self._q + state.q), self._middle, work)
             middle *= 4.0
             values += middle
             last = self._last[: len(stress)]

@@ -1,4 +1,4 @@
-"""Equilibria of scenes that joints and loads hold together: pendulums, ropes, carriages."""
+"""Equilibria of scenes with free rigid motions: pendulums, ropes, carriages."""
 
 from __future__ import annotations
 
@@ -7,74 +7,73 @@ from numpy.typing import NDArray
 
 from ancfsparse.solve.linearization.rigid_body_modes import describe_free_motions
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, settle
+from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, relax
 from ancfsparse.system.rigid_motion.rigid_parts import parts_of
 
 Vector = NDArray[np.float64]
 
-# Share of the size of the scene by which steps move it at most, and by which it is moved out of an
-# unstable balance.
-LARGEST_MOVE, OUT_OF_BALANCE = 0.1, 1e-3
-# Unbalanced share of the loads below which a scene that does not come to rest is in such a balance.
-IN_BALANCE = 1e-2
-# Solutions that leave of a random motion what is resisted least.
-FILTERS = 4
+MAX_STEP_RATIO = 0.1  # displacement in a step over the size of the scene
+PERTURBATION_RATIO = 1e-3  # perturbation of an unstable equilibrium over the size of the scene
+BALANCED_RATIO = 1e-2  # residual over the loads below which a scene is near an unstable equilibrium
+N_FILTERS = 4  # inverse iterations for the motion with the least stiffness
 
 
-def find_hanging(
-    balance: EquilibriumEquations, q: Vector, tolerance: float, free: list[str]
+def find_free_equilibrium(
+    equations: EquilibriumEquations, q: Vector, tolerance: float, free: list[str]
 ) -> StaticResult:
-    """Let a scene come to rest that its joints alone do not hold.
+    """Relax a scene with free rigid motions to its equilibrium.
 
-    Under no load its stiffness is singular, so the load cannot grow from zero: the scene creeps
-    downhill under all of it, see `relax.settle`.
+    The stiffness without loads is singular, so the load cannot grow from zero: the scene relaxes
+    under the full load, see `newton_and_relaxation.relax`.
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquilibriumEquations
         The equations.
     q : (n_all,) float
-        Where to begin.
+        Initial coordinates.
     tolerance : float
-        Unbalanced share of the loads that is allowed [-].
+        Largest residual over the loads [-].
     free : list of str
-        The motions that joints leave free.
+        The free motions.
 
     Raises
     ------
     SingularSceneError
         If the loads do not restrain them either.
     """
-    if not balance.pushes > 0.0:
+    if not equations.pushes > 0.0:
         raise describe_free_motions(free, "no load restrains them")
-    if not balance.conservative:
+    if not equations.conservative:
         raise describe_free_motions(free, "some loads have no potential that could restrain them")
-    state = balance.state(q, balance.start.lam, 1.0)
-    if _falls(balance, state):
+    state = equations.state(q, equations.start.lam, 1.0)
+    if _has_unopposed_force(equations, state):
         raise describe_free_motions(free, "loads move the scene as a whole")
-    balance.stats.steps += 1
-    farthest = LARGEST_MOVE * _size(balance, q)
+    equations.stats.steps += 1
+    farthest = MAX_STEP_RATIO * _scene_size(equations, q)
     try:
-        return settle(balance, state, 1.0, tolerance, farthest=farthest)
+        return relax(equations, state, 1.0, tolerance, farthest=farthest)
     except NotFoundError as lost:
-        last = balance.state(lost.state.q, lost.state.lam, 1.0)
+        last = equations.state(lost.state.q, lost.state.lam, 1.0)
     try:
-        if balance.size_of_forces(last.r) < IN_BALANCE * balance.pushes:
-            return settle(balance, out_of_balance(balance, last), 1.0, tolerance, farthest=farthest)
+        if equations.force_norm(last.r) < BALANCED_RATIO * equations.pushes:
+            return relax(
+                equations, perturb_unstable(equations, last), 1.0, tolerance, farthest=farthest
+            )
     except NotFoundError:
         pass
     raise describe_free_motions(free, "the scene does not come to rest under its loads")
 
 
-def _falls(balance: EquilibriumEquations, state: StaticState) -> bool:
-    """Whether nothing opposes a force on the whole scene, along one of the axes."""
-    system = balance.system
+def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) -> bool:
+    """Return whether the force on the whole scene along one of the axes has no reaction."""
+    system = equations.system
     for column in np.concatenate(system.vectors("r")).T:
         x = np.zeros(system.n_all)
         x[column] = 1.0
-        held = [each.holds(state.q) for each in system.contributions]
-        rows = [system.constraints.jacobian(state.q), *(each for each in held if each is not None)]
-        if x[system.n_free :].any() or any((each @ x).any() for each in rows):
+        terms = [term.holds(state.q) for term in system.contributions]
+        rows = [system.constraints.jacobian(state.q), *(row for row in terms if row is not None)]
+        if x[system.n_free :].any() or any((row @ x).any() for row in rows):
             continue
         force = x[: system.n_free] @ state.r
         if abs(force) > 1e-6 * np.abs(x[: system.n_free] * state.r).sum():
@@ -82,21 +81,21 @@ def _falls(balance: EquilibriumEquations, state: StaticState) -> bool:
     return False
 
 
-def _size(balance: EquilibriumEquations, q: Vector) -> float:
+def _scene_size(equations: EquilibriumEquations, q: Vector) -> float:
     """Return the size of the scene [m]."""
-    places = np.concatenate([q[each] for each in balance.system.vectors("r")])
-    sizes = [part.size for part in parts_of(balance.system)]
-    return max(float(np.ptp(places, axis=0).max()), *sizes)
+    positions = np.concatenate([q[indices] for indices in equations.system.vectors("r")])
+    sizes = [part.size for part in parts_of(equations.system)]
+    return max(float(np.ptp(positions, axis=0).max()), *sizes)
 
 
-def out_of_balance(balance: EquilibriumEquations, state: StaticState) -> StaticState:
-    """Return a state beside an unstable one, along the motions that its stiffness resists least.
+def perturb_unstable(equations: EquilibriumEquations, state: StaticState) -> StaticState:
+    """Return a state near an unstable one, displaced in the directions of least stiffness.
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquilibriumEquations
         The equations.
-    state : State
+    state : StaticState
         An equilibrium, or nearly one.
 
     Raises
@@ -104,14 +103,14 @@ def out_of_balance(balance: EquilibriumEquations, state: StaticState) -> StaticS
     NotFoundError
         If no mass on the diagonal makes the stiffness definite.
     """
-    way = OUT_OF_BALANCE * _size(balance, state.q)
-    values, shift = balance.stiffness(state, 1.0), balance.acceleration / way
-    while balance.factor(state, values, 1.0, shift) != 0:
+    distance = PERTURBATION_RATIO * _scene_size(equations, state.q)
+    values, shift = equations.stiffness(state, 1.0), equations.acceleration / distance
+    while equations.factor(state, values, 1.0, shift) != 0:
         shift *= 4.0
         if not np.isfinite(shift):
             raise NotFoundError("the stiffness is singular", state, 1.0)
-    x = np.random.default_rng(2).standard_normal(len(balance.mass)) / np.sqrt(balance.mass)
-    for _ in range(FILTERS):
-        x = balance.seed.solve(balance.mass * x)
-        x *= way / balance.distance(x)
-    return balance.moved(state, x, 0.0 * state.lam, 1.0)
+    x = np.random.default_rng(2).standard_normal(len(equations.mass)) / np.sqrt(equations.mass)
+    for _ in range(N_FILTERS):
+        x = equations.seed.solve(equations.mass * x)
+        x *= distance / equations.distance(x)
+    return equations.moved(state, x, 0.0 * state.lam, 1.0)

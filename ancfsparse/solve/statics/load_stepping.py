@@ -1,4 +1,4 @@
-"""The path to an equilibrium: load steps, and descent of the potential energy."""
+"""Load stepping, with relaxation where it fails."""
 
 from __future__ import annotations
 
@@ -7,120 +7,131 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import EquilibriumError
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, find, settle
+from ancfsparse.solve.statics.newton_and_relaxation import (
+    NotFoundError,
+    StaticResult,
+    relax,
+    solve_newton,
+)
 
 Vector = NDArray[np.float64]
 
-# Unbalanced share of the loads that is allowed in intermediate load steps.
-ON_THE_WAY = 1e-3
-# Number of load steps where the full load fails or ends in an unstable equilibrium, and how far
-# they may be shortened.
-CAREFUL, SHORTEST, SHORTEST_STABLE = 10, 1.0 / 4096.0, 1.0 / 640.0
-# Factors of an easy load step, after which a shortened one is doubled.
-EASY = 6
-FEWER = (
+INTERMEDIATE_TOLERANCE = 1e-3  # residual over the loads in intermediate load steps
+MIN_CAREFUL_STEPS = (
+    10  # load steps after the full load has failed or led to an unstable equilibrium
+)
+MIN_STEP = 1.0 / 4096.0  # such a step, of the load
+MIN_STABLE_STEP = 1.0 / 640.0  # the same while equilibria are stable
+MAX_EASY_FACTORS = 6  # factors of a load step after which the next one is doubled
+ROUNDING_HINT = (
     "Take fewer elements: their forces round by as much as the loads, because elements that are "
     "short compared with the scene are stiff."
 )
 
 
 def find_equilibrium(
-    balance: EquilibriumEquations, load_steps: int, tolerance: float
+    equations: EquilibriumEquations, load_steps: int, tolerance: float
 ) -> StaticResult:
-    """Find an equilibrium by large load steps, then by descent, then by short load steps.
+    """Find an equilibrium by large load steps, by relaxation, or by short load steps.
 
     An unstable equilibrium found by large steps is returned if there is no other.
 
     Parameters
     ----------
-    balance : Balance
-        The equations of the equilibrium, and their seed.
+    equations : EquilibriumEquations
+        The equations with their seed.
     load_steps : int
         Number of large steps.
     tolerance : float
-        Unbalanced share of the loads that is allowed [-].
+        Largest residual over the loads [-].
 
     Raises
     ------
     EquilibriumError
-        With the largest unbalanced force.
+        With the largest residual force.
     """
-    start, stats = balance.start, balance.stats
-    kept: StaticResult | None = None
+    start, stats = equations.start, equations.stats
+    unstable: StaticResult | None = None
     try:
-        kept = _follow(balance, start, load_steps, tolerance)
-        if kept.negative == 0 or not balance.conservative:
-            return kept
+        unstable = _follow_load(equations, start, load_steps, tolerance)
+        if unstable.negative == 0 or not equations.conservative:
+            return unstable
     except NotFoundError as lost:
-        if balance.lost_in_rounding():
-            raise _failure(balance, lost, lost.reason, FEWER) from None
-        if balance.conservative:
+        if equations.is_lost_in_rounding():
+            raise _equilibrium_error(equations, lost, lost.reason, ROUNDING_HINT) from None
+        if equations.conservative:
             try:
-                return _settled(balance, balance.state(start.q, start.lam, 1.0), tolerance)
+                return _relax_fully_loaded(
+                    equations, equations.state(start.q, start.lam, 1.0), tolerance
+                )
             except NotFoundError:
                 pass
-    taken, load_steps = stats.steps, max(CAREFUL, load_steps)
+    steps, load_steps = stats.steps, max(MIN_CAREFUL_STEPS, load_steps)
     last, reached = NotFoundError("", start, 1.0), 0.0
-    for forces_first in (False, True)[: 1 + balance.driven]:
-        stats.steps, balance.forces_first = 0, forces_first
+    for forces_first in (False, True)[: 1 + equations.is_driven]:
+        stats.steps, equations.forces_first = 0, forces_first
         try:
-            return _follow(balance, start, load_steps, tolerance, patient=True)
+            return _follow_load(equations, start, load_steps, tolerance, patient=True)
         except NotFoundError as failed:
             state, reached = failed.state, failed.reached
         try:
-            return _settled(balance, balance.state(state.q, state.lam, 1.0), tolerance)
+            return _relax_fully_loaded(
+                equations, equations.state(state.q, state.lam, 1.0), tolerance
+            )
         except NotFoundError as failed:
             last = failed
-    if kept is None:
+    if unstable is None:
         reason = f"{last.reason}; load steps reached {100 * reached:.3g} %"
-        raise _failure(balance, last, reason)
-    stats.steps = taken
-    return kept
+        raise _equilibrium_error(equations, last, reason)
+    stats.steps = steps
+    return unstable
 
 
-def find_from(
-    balance: EquilibriumEquations, q: Vector, load_steps: int, tolerance: float
+def find_equilibrium_near(
+    equations: EquilibriumEquations, q: Vector, load_steps: int, tolerance: float
 ) -> StaticResult:
     """Find the equilibrium under the full load next to given coordinates, stable if possible.
 
-    Where there is none, the load grows from the reference shape as in `find_equilibrium`.
+    If there is none, the load grows from the reference shape as in `find_equilibrium`.
 
     Parameters
     ----------
-    balance : Balance
-        The equations of the equilibrium, and their seed.
+    equations : EquilibriumEquations
+        The equations with their seed.
     q : (n_all,) float
-        Where to begin.
+        Initial coordinates.
     load_steps : int
         Number of large steps from the reference shape.
     tolerance : float
-        Unbalanced share of the loads that is allowed [-].
+        Largest residual over the loads [-].
 
     Raises
     ------
     EquilibriumError
-        With the largest unbalanced force.
+        With the largest residual force.
     """
-    state = balance.state(q, balance.start.lam, 1.0)
+    state = equations.state(q, equations.start.lam, 1.0)
     try:
-        found = find(balance, state, 1.0, tolerance)
-        balance.stats.steps += 1
-        if found.negative == 0 or not balance.conservative:
+        found = solve_newton(equations, state, 1.0, tolerance)
+        equations.stats.steps += 1
+        if found.negative == 0 or not equations.conservative:
             return found
-        return _settled(balance, state, tolerance)
+        return _relax_fully_loaded(equations, state, tolerance)
     except NotFoundError:
-        return find_equilibrium(balance, load_steps, tolerance)
+        return find_equilibrium(equations, load_steps, tolerance)
 
 
-def _settled(balance: EquilibriumEquations, state: StaticState, tolerance: float) -> StaticResult:
-    """Solve under the full load, which counts as one more load step."""
-    found = settle(balance, state, 1.0, tolerance)
-    balance.stats.steps += 1
+def _relax_fully_loaded(
+    equations: EquilibriumEquations, state: StaticState, tolerance: float
+) -> StaticResult:
+    """Relax under the full load, which counts as one more load step."""
+    found = relax(equations, state, 1.0, tolerance)
+    equations.stats.steps += 1
     return found
 
 
-def _follow(
-    balance: EquilibriumEquations,
+def _follow_load(
+    equations: EquilibriumEquations,
     state: StaticState,
     load_steps: int,
     tolerance: float,
@@ -129,39 +140,41 @@ def _follow(
 ) -> StaticResult:
     """Apply the load in steps.
 
-    With `patient`, a step that fails or leaves stable equilibria is halved until it is very
-    short, and doubled again where it is easy.
+    With `patient`, a step that fails or leads to an unstable equilibrium is halved until it is very
+    short, and doubled again after an easy one.
     """
-    done, step, stable = 0.0, 1.0 / load_steps, patient and balance.conservative
+    done, step, stable = 0.0, 1.0 / load_steps, patient and equations.conservative
     found = StaticResult(state, 0, 0.0)
     while done < 1.0:
         target = min(1.0, done + step)
         if 1.0 - target < 1e-9:
             target = 1.0
-        start = balance.state(found.state.q, found.state.lam, target)
-        factors = balance.stats.factorizations
-        definite = stable and step > SHORTEST_STABLE
-        share = tolerance if target == 1.0 else max(tolerance, ON_THE_WAY)
+        start = equations.state(found.state.q, found.state.lam, target)
+        factors = equations.stats.factorizations
+        definite = stable and step > MIN_STABLE_STEP
+        bound = tolerance if target == 1.0 else max(tolerance, INTERMEDIATE_TOLERANCE)
         try:
-            new = find(balance, start, target, share, extrapolate=not patient, definite=definite)
+            new = solve_newton(
+                equations, start, target, bound, extrapolate=not patient, definite=definite
+            )
         except NotFoundError as lost:
-            if patient and step > SHORTEST:
+            if patient and step > MIN_STEP:
                 step *= 0.5
                 continue
             raise NotFoundError(lost.reason, found.state, target, done) from None
         found, done, stable = new, target, stable and new.negative == 0
-        balance.stats.steps += 1
-        if balance.stats.factorizations - factors <= EASY:
+        equations.stats.steps += 1
+        if equations.stats.factorizations - factors <= MAX_EASY_FACTORS:
             step = min(2.0 * step, 1.0 / load_steps)
     return found
 
 
-def _failure(
-    balance: EquilibriumEquations, last: NotFoundError, reason: str, *advice: str
+def _equilibrium_error(
+    equations: EquilibriumEquations, last: NotFoundError, reason: str, *advice: str
 ) -> EquilibriumError:
-    """Name the largest unbalanced force of the last state."""
-    system = balance.system
-    r = balance.state(last.state.q, last.state.lam, last.load).r
+    """Return the error with the largest residual force of the last state."""
+    system = equations.system
+    r = equations.state(last.state.q, last.state.lam, last.load).r
     worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
     where, unit = system.describe(worst), system.unit(worst)
     return EquilibriumError(reason, last.load, abs(float(r[worst])), where, unit, *advice)

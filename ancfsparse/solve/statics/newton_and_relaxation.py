@@ -1,4 +1,4 @@
-"""Newton's method for equilibria of slender bodies, and its fallback: motion without inertia."""
+"""Newton's method for equilibria of slender bodies, with relaxation as its fallback."""
 
 from __future__ import annotations
 
@@ -11,38 +11,39 @@ from numpy.typing import NDArray
 
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-from ancfsparse.solve.statics.extrapolated_tangent import Tangent
+from ancfsparse.solve.statics.extrapolated_tangent import ExtrapolatedTangent
 
 Vector = NDArray[np.float64]
 
-# Most factors for one equilibrium, and those after which corrections must have become smaller.
-MOST_FACTORS, PATIENCE = 40, 12
-# Largest change of a slope in a correction: beyond half a radian a tangent is of little use.
-LARGEST_TURN = 0.5
-# Corrections by an old factor must shrink by this, and forces by more, or they have stretched what
-# is slender; they are tried where Newton's shrink too.  Most of them.
-CONTRACTION, FORCE_CONTRACTION, MOST_CHORDS = 0.25, 0.03, 12
-# Factors of a settling, and the share of the shift below which Newton takes over.
-MOST_SETTLING, SMALL_TURN, SHIFT_SHARE = 60, 0.05, 0.1
-# Factors where rigid motions are free, which go farther.
-MOST_MOVING = 240
-# Share of the first shift that stays on the diagonal there, for motions that take no force.
-NEUTRAL = 1e-5
+MAX_FACTORS = 40  # for one equilibrium
+MIN_FACTORS = 12  # factors after which corrections must have decreased
+MAX_ROTATION = 0.5  # change of a slope in a correction [rad]: larger ones exceed the linear range
+MAX_CONTRACTION = 0.25  # of corrections, below which the last factor is used again
+# The forces must decrease by more, or corrections have stretched slender bodies.
+MAX_FORCE_CONTRACTION = 0.03
+MAX_BROYDEN_STEPS = 12  # corrections by the last factor
+MAX_RELAXATION_FACTORS = 60  # factors of a relaxation
+NEWTON_ROTATION = 0.05  # rotation in a step below which Newton's method is tried [rad]
+NEWTON_SHIFT_RATIO = 0.1  # force by the shift over the residual, below which it is tried
+MAX_FREE_FACTORS = 240  # factors of a relaxation with free rigid motions, which goes farther
+NEUTRAL_SHIFT_RATIO = (
+    1e-5  # part of the first shift that remains there, for motions without stiffness
+)
 
 
 class NotFoundError(Exception):
-    """No equilibrium from here.
+    """No equilibrium was found from a state.
 
     Parameters
     ----------
     reason : str
-        Why.
-    state : State
-        The last one.
+        Description of the failure.
+    state : StaticState
+        The last state.
     load : float
-        Share of the loads.
+        Its load factor.
     reached : float, optional
-        Share under which load steps have found one.
+        Largest load factor with an equilibrium.
     """
 
     def __init__(self, reason: str, state: StaticState, load: float, reached: float = 0.0) -> None:
@@ -55,12 +56,12 @@ class StaticResult(NamedTuple):
 
     Attributes
     ----------
-    state : State
-        Where.
+    state : StaticState
+        The state.
     negative : int
         Negative pivots of its stiffness: none if it is stable.
     error : float
-        The last correction of a body, or how far rounding may move it if that is more [m].
+        The last correction of a body, or the displacement by rounding if larger [m].
     """
 
     state: StaticState
@@ -68,8 +69,8 @@ class StaticResult(NamedTuple):
     error: float
 
 
-def find(
-    balance: EquilibriumEquations,
+def solve_newton(
+    equations: EquilibriumEquations,
     state: StaticState,
     load: float,
     tolerance: float,
@@ -78,176 +79,181 @@ def find(
     definite: bool = False,
     shift: float = 0.0,
 ) -> StaticResult:
-    """Solve for the equilibrium near a state.
+    """Solve for the equilibrium near a state by Newton's method.
 
-    Newton's, with tangents that extrapolate the stress and corrections that turn no slope too far.
-    Between factors, where corrections shrink well, the last one is used again with Broyden's
-    update.  The last factor is that of the equilibrium.
+    Tangents extrapolate the stress, and the rotation in a correction is bounded.  Where corrections
+    contract well, the last factor is used again with Broyden's update.  The last factor is that of
+    the equilibrium.
 
     Parameters
     ----------
-    balance : Balance
+    equations : EquilibriumEquations
         The equations.
-    state : State
-        Where to begin.
+    state : StaticState
+        Initial state.
     load : float
-        Share of the loads.
+        Load factor.
     tolerance : float
-        Share of the loads that may stay unbalanced.
+        Largest residual over the loads [-].
     extrapolate : bool, optional
-        Whether to extrapolate the stress; without it the tangent is exact.
+        Whether to extrapolate the stress; otherwise the tangent is exact.
     definite : bool, optional
-        Whether to give up where the stiffness is not definite.
+        Whether to fail if the stiffness is not positive definite.
     shift : float, optional
-        Added to it times the mass [1/s2], where some motion may take no force.
+        Factor of the mass that is added to the stiffness [1/s2], for motions without stiffness.
 
     Raises
     ------
     NotFoundError
-        If corrections do not become small.
+        If corrections do not converge.
     """
-    tangent, closing = Tangent(balance), False
+    tangent, closing = ExtrapolatedTangent(equations), False
     sizes: list[float] = []
-    for k in range(MOST_FACTORS):
+    for k in range(MAX_FACTORS):
         exact = closing or not extrapolate
         values = (tangent.exact if exact else tangent.extrapolated)(state, load)
-        negative = balance.factor(state, values, load, shift)
-        dx, dlam = balance.correction(state)
-        size = balance.distance(dx)
+        negative = equations.factor(state, values, load, shift)
+        dx, dlam = equations.correction(state)
+        size = equations.distance(dx)
         if negative is None or not math.isfinite(size):
             raise NotFoundError("the stiffness is singular", state, load)
         if definite and negative:
             raise NotFoundError("the stiffness is not definite", state, load)
-        share = _share(balance, dx)
-        arrived = (exact or k == 0) and share == 1.0 and _is_small(balance, state, dx, tolerance)
-        error = balance.distances(dx)
-        # Coordinates cannot take any less.
-        least = share == 1.0 and bool(np.all(error <= EPSILON * balance.span))
-        if closing and not arrived:
-            noise = balance.noise(state, load)
-            arrived, error = bool(np.all(error <= noise)), noise
-        state = balance.moved(state, share * dx, share * dlam, load)
-        balance.stats.iterations += 1
+        length = _step_length(equations, dx)
+        is_last = (exact or k == 0) and length == 1.0 and _is_small(equations, state, dx, tolerance)
+        error = equations.distances(dx)
+        # Coordinates cannot change by less.
+        is_rounding = length == 1.0 and bool(np.all(error <= EPSILON * equations.span))
+        if closing and not is_last:
+            noise = equations.noise(state, load)
+            is_last, error = bool(np.all(error <= noise)), noise
+        state = equations.moved(state, length * dx, length * dlam, load)
+        equations.stats.iterations += 1
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
-        if arrived and (least or balance.is_balanced(state, load, tolerance)):
-            return StaticResult(state, balance.negative_pivots(negative), float(error.max()))
+        if is_last and (is_rounding or equations.is_balanced(state, load, tolerance)):
+            return StaticResult(state, equations.negative_pivots(negative), float(error.max()))
         sizes.append(size)
-        if len(sizes) > PATIENCE and size > 0.9 * min(sizes[: -PATIENCE // 2]):
+        if len(sizes) > MIN_FACTORS and size > 0.9 * min(sizes[: -MIN_FACTORS // 2]):
             raise NotFoundError("corrections do not become smaller", state, load)
-        if share == 1.0 and (len(sizes) == 1 or size < CONTRACTION * sizes[-2]):
-            state = _chords(balance, state, dx, load, tolerance)
-        closing = least or balance.is_balanced(state, load, tolerance)
-    raise NotFoundError(f"no convergence with {MOST_FACTORS} factors", state, load)
+        if length == 1.0 and (len(sizes) == 1 or size < MAX_CONTRACTION * sizes[-2]):
+            state = _broyden_corrections(equations, state, dx, load, tolerance)
+        closing = is_rounding or equations.is_balanced(state, load, tolerance)
+    raise NotFoundError(f"no convergence with {MAX_FACTORS} factors", state, load)
 
 
-def _share(balance: EquilibriumEquations, dx: Vector) -> float:
-    """Return the share of a correction that turns no slope too far."""
-    return LARGEST_TURN / max(LARGEST_TURN, _turn(balance, dx))
+def _step_length(equations: EquilibriumEquations, dx: Vector) -> float:
+    """Return the step length, at most 1, with which no slope rotates too far."""
+    return MAX_ROTATION / max(MAX_ROTATION, _largest_rotation(equations, dx))
 
 
-def _turn(balance: EquilibriumEquations, dx: Vector) -> float:
+def _largest_rotation(equations: EquilibriumEquations, dx: Vector) -> float:
     """Return the largest change of a slope, or of the direction of a string [rad]."""
-    turn = float(np.max(np.abs(dx[balance.slopes]), initial=0.0))
-    if balance.strings is None:
+    turn = float(np.max(np.abs(dx[equations.slopes]), initial=0.0))
+    if equations.strings is None:
         return turn
-    ends, lengths = balance.strings
-    moved = np.append(dx, np.zeros(balance.system.n_all - len(dx)))[ends]
+    ends, lengths = equations.strings
+    moved = np.append(dx, np.zeros(equations.system.n_all - len(dx)))[ends]
     return max(turn, float(np.max(np.abs(moved[:, 1] - moved[:, 0]) / lengths[:, None])))
 
 
 def _is_small(
-    balance: EquilibriumEquations, state: StaticState, dx: Vector, tolerance: float
+    equations: EquilibriumEquations, state: StaticState, dx: Vector, tolerance: float
 ) -> bool:
-    """Whether a correction is small beside what each body has moved: its square is left."""
-    system = balance.system
-    moved = balance.distances(state.q[: system.n_free] - system.q_ref[: system.n_free])
-    rounding = 64.0 * EPSILON * balance.span
-    return bool(np.all(balance.distances(dx) <= tolerance ** (2.0 / 3.0) * moved + rounding))
+    """Return whether the square of a correction over the displacement is below the tolerance."""
+    system = equations.system
+    moved = equations.distances(state.q[: system.n_free] - system.q_ref[: system.n_free])
+    rounding = 64.0 * EPSILON * equations.span
+    return bool(np.all(equations.distances(dx) <= tolerance ** (2.0 / 3.0) * moved + rounding))
 
 
-def _chords(
-    balance: EquilibriumEquations, state: StaticState, dx: Vector, load: float, tolerance: float
+def _broyden_corrections(
+    equations: EquilibriumEquations, state: StaticState, dx: Vector, load: float, tolerance: float
 ) -> StaticState:
-    """Correct by the last factor with Broyden's update, for as long as that converges well."""
-    steps, last = [dx], balance.distance(dx)
-    for _ in range(MOST_CHORDS):
-        if balance.is_balanced(state, load, tolerance):
+    """Correct by the last factor with Broyden's updates while that converges well."""
+    steps, last = [dx], equations.distance(dx)
+    for _ in range(MAX_BROYDEN_STEPS):
+        if equations.is_balanced(state, load, tolerance):
             break
-        s, dlam = balance.correction(state)
+        s, dlam = equations.correction(state)
         for one, following in itertools.pairwise(steps):
-            s = s + (balance.mass * one) @ s / ((balance.mass * one) @ one) * following
-        latest = balance.mass * steps[-1]
-        changed = 1.0 - latest @ s / (latest @ steps[-1])
-        if changed == 0.0:  # the residual did not change, which the update would divide by
+            s = s + (equations.mass * one) @ s / ((equations.mass * one) @ one) * following
+        latest = equations.mass * steps[-1]
+        factor = 1.0 - latest @ s / (latest @ steps[-1])
+        if factor == 0.0:  # the residual did not change, and the update is singular
             break
-        s = s / changed
-        size = balance.distance(s)
-        if not size <= CONTRACTION * last:
+        s = s / factor
+        size = equations.distance(s)
+        if not size <= MAX_CONTRACTION * last:
             break
-        new = balance.moved(state, s, dlam, load)
-        balance.stats.iterations += 1
-        if not balance.size_of_forces(new.r) <= FORCE_CONTRACTION * balance.size_of_forces(state.r):
+        new = equations.moved(state, s, dlam, load)
+        equations.stats.iterations += 1
+        if not equations.force_norm(new.r) <= MAX_FORCE_CONTRACTION * equations.force_norm(state.r):
             break
         state, last = new, size
         steps.append(s)
     return state
 
 
-def settle(
-    balance: EquilibriumEquations,
+def relax(
+    equations: EquilibriumEquations,
     state: StaticState,
     load: float,
     tolerance: float,
     *,
     farthest: float = math.inf,
 ) -> StaticResult:
-    """Let the scene creep downhill until it comes to rest, and find the equilibrium there.
+    """Relax a scene to a state of rest, and find the equilibrium there.
 
-    Implicit steps of ``M dq/dt = -r`` without inertia, each solved by one correction with mass
-    over the step on the diagonal: as much as the stiffness needs to be definite.
+    Implicit steps of ``M dq/dt = -r`` without inertia, each by one correction with the mass over
+    the step on the diagonal, as much as makes the stiffness definite.
 
     Parameters
     ----------
-    balance, state, load, tolerance
-        As in `find`.
+    equations, state, load, tolerance
+        As in `solve_newton`.
     farthest : float, optional
-        Displacement that no step goes far beyond, where rigid motions are free [m].
+        Approximate bound of the displacement in a step if rigid motions are free [m].
 
     Raises
     ------
     NotFoundError
         If it does not come to rest.
     """
-    tangent = Tangent(balance)
+    tangent = ExtrapolatedTangent(equations)
     moves = math.isfinite(farthest)
-    factors = balance.stats.factorizations + (MOST_MOVING if moves else MOST_SETTLING)
-    shift = balance.acceleration / farthest
-    least = NEUTRAL * shift
+    factors = equations.stats.factorizations + (
+        MAX_FREE_FACTORS if moves else MAX_RELAXATION_FACTORS
+    )
+    shift = equations.acceleration / farthest
+    neutral = NEUTRAL_SHIFT_RATIO * shift
     before: Vector | None = None
-    while balance.stats.factorizations < factors:
+    while equations.stats.factorizations < factors:
         values = tangent.extrapolated(state, load)
-        push = balance.distance(state.r / balance.mass)  # an acceleration [m/s2]
+        norm = equations.distance(state.r / equations.mass)  # an acceleration [m/s2]
         while True:
-            definite = balance.factor(state, values, load, shift) == 0
-            dx, dlam = balance.correction(state) if definite else (state.r, state.phi)
-            share = _share(balance, dx)
-            if definite and share > 0.25 and balance.distance(dx) <= 2.0 * farthest:
+            definite = equations.factor(state, values, load, shift) == 0
+            dx, dlam = equations.correction(state) if definite else (state.r, state.phi)
+            length = _step_length(equations, dx)
+            if definite and length > 0.25 and equations.distance(dx) <= 2.0 * farthest:
                 break
-            shift = 4.0 * shift if shift > 0.0 else 1e-3 * push / balance.span
-            if balance.stats.factorizations >= factors or not math.isfinite(shift):
+            shift = 4.0 * shift if shift > 0.0 else 1e-3 * norm / equations.span
+            if equations.stats.factorizations >= factors or not math.isfinite(shift):
                 raise NotFoundError("the scene does not come to rest", state, load)
-        state = balance.moved(state, share * dx, share * dlam, load)
-        balance.system.assembly.accept(state.q)
-        balance.stats.iterations += 1
-        turn = _turn(balance, dx)
-        if turn <= SMALL_TURN and shift * balance.distance(dx) <= SHIFT_SHARE * push:
+        state = equations.moved(state, length * dx, length * dlam, load)
+        equations.system.assembly.accept(state.q)
+        equations.stats.iterations += 1
+        rotation = _largest_rotation(equations, dx)
+        if (
+            rotation <= NEWTON_ROTATION
+            and shift * equations.distance(dx) <= NEWTON_SHIFT_RATIO * norm
+        ):
             try:
-                return find(balance, state, load, tolerance, definite=True, shift=least)
+                return solve_newton(equations, state, load, tolerance, definite=True, shift=neutral)
             except NotFoundError:
                 pass
-        # Steps to and fro are too long for how constraints curve.
-        back = before is not None and (balance.mass * dx) @ before < 0.0
-        shift *= 4.0 if back else 0.5 if turn > 0.2 * LARGEST_TURN else 0.25
+        # Steps that reverse are too long for the curvature of constraints.
+        reverses = before is not None and (equations.mass * dx) @ before < 0.0
+        shift *= 4.0 if reverses else 0.5 if rotation > 0.2 * MAX_ROTATION else 0.25
         before = dx if moves else None
     raise NotFoundError("the scene does not come to rest", state, load)

@@ -10,63 +10,62 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Rounding of a force, in units of eps |K| |q|.
-ROUNDING = 32.0
+ROUNDING_UNITS = 32.0  # of a force, in units of eps |K| |q|
 
 
 class Norms:
-    """Norms weighted by the masses of a scene, the same however fine its mesh.
+    """Norms weighted by the masses of a scene, independent of the mesh.
 
     Parameters
     ----------
     system : System
-        What is at rest.
+        The system at rest.
 
     Attributes
     ----------
     mass : (n_free,) float
-        Diagonal of the mass matrix, which measures corrections and forces [kg, kg m2].
+        Diagonal of the mass matrix, the weight of corrections and forces [kg, kg m2].
     whole_mass : float
-        Of all coordinates, moments of inertia over the squares of sizes [kg].
+        Sum over all coordinates, moments of inertia over the squares of sizes [kg].
     slopes : (k,) int
-        Places of coordinates that are no positions.
+        Indices of coordinates that are not positions.
     """
 
     def __init__(self, system: System) -> None:
         self.system = system
         self.mass = system.mass_diagonal
         self._body, self.slopes = self._bodies()
-        # Masses of slopes are moments of inertia, so they count by the size of their body.
-        sizes = np.array([each.size for each in system.scene.bodies])
+        # Masses of slopes are moments of inertia, which are divided by the size of their body.
+        sizes = np.array([body.size for body in system.scene.bodies])
         masses = np.array(self.mass)
         masses[self.slopes] /= sizes[self._body[self.slopes]] ** 2
-        self.whole_mass = float(masses.sum())
+        self.total_mass = float(masses.sum())
         body_mass = np.bincount(self._body, masses, minlength=len(system.scene.bodies))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
 
     def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-        """Return the body of every free coordinate, of shared ones the last, and the slopes."""
+        """Return the body of every free coordinate, the last of shared ones, and the slopes."""
         system = self.system
         body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
-        for k, places in enumerate(system.places):
-            body[places] = k
+        for k, indices in enumerate(system.places):
+            body[indices] = k
         self._positions = system.positions
         slope[self._positions] = False
         return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
 
     def distance(self, dx: Vector) -> float:
         """Return the size of a correction: the root mean square of the displacement [m]."""
-        return float(np.sqrt(self.mass @ dx**2 / self.whole_mass * self.system.dim))
+        return float(np.sqrt(self.mass @ dx**2 / self.total_mass * self.system.dim))
 
     def distances(self, dx: Vector) -> Vector:
         """Return the root mean squares of the displacements of the bodies [m], (n_bodies,)."""
         squares = np.bincount(self._body, self.mass * dx**2, minlength=len(self._body_mass))
         return np.asarray(np.sqrt(squares / self._body_mass * self.system.dim))
 
-    def size_of_forces(self, r: Vector) -> float:
-        """Return the size of generalized forces, each over the root of its mass [N / kg^(1/2)].
+    def force_norm(self, r: Vector) -> float:
+        """Return the norm of generalized forces, each over the root of its mass [N / kg^(1/2)].
 
-        That is one measure for positions and slopes, of forces per length however fine the mesh.
+        It measures forces at positions and slopes alike, and forces per length on any mesh.
         """
         return float(np.sqrt(np.sum(r**2 / self.mass)))
 
@@ -78,8 +77,9 @@ class Norms:
         end = int(self.system.pattern.indptr[n])
         indices, indptr = self.system.pattern.indices[:end], self.system.pattern.indptr[: n + 1]
         lower = sp.csc_array((np.abs(values[:end]), indices, indptr), shape=(size, n))
-        whole = np.zeros(size)
-        whole[:n] = np.abs(q[:n])
+        magnitude = np.zeros(size)
+        magnitude[:n] = np.abs(q[:n])
         if lam is not None:
-            whole[n:] = np.abs(lam)
-        return np.asarray(ROUNDING * EPSILON * (lower.T @ whole + (lower @ whole[:n])[:n]))
+            magnitude[n:] = np.abs(lam)
+        products = lower.T @ magnitude + (lower @ magnitude[:n])[:n]
+        return np.asarray(ROUNDING_UNITS * EPSILON * products)

@@ -1,4 +1,4 @@
-"""Static equilibrium: under the whole load at once, or in steps where that does not do."""
+"""Static equilibrium under the full load, or by load steps if that fails."""
 
 from __future__ import annotations
 
@@ -36,20 +36,18 @@ from ancfsparse.solve.preparation.memory_estimate import (
 )
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
-from ancfsparse.solve.statics.free_equilibria import find_hanging
-from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_from
+from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium
+from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
 from ancfsparse.system import State, System
 
 if TYPE_CHECKING:
     from ancfsparse.results.solutions.assembly import Assembly
-    from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
     from ancfsparse.solve.statics.newton_and_relaxation import StaticResult
 
-# Shares of the loads that may be asked for.
-FINEST, COARSEST = 1e-14, 1e-3
-MOST_STEPS = 100_000
-# Arrays of values on the pattern: stiffness, its parts at three states, work and room to spare.
-MATRICES = 8
+MIN_TOLERANCE = 1e-14  # tolerance over the loads
+MAX_TOLERANCE = 1e-3  # tolerance over the loads
+MAX_LOAD_STEPS = 100_000  # load steps
+N_MATRICES = 8  # arrays on the pattern: stiffness, parts of it at three states, work arrays
 
 
 def solve_static(
@@ -62,35 +60,34 @@ def solve_static(
     factorization: str = "auto",
     progress: bool = False,
 ) -> Equilibrium:
-    """Find the static equilibrium under gravity, with loads and drives as they are at a time.
+    """Find the static equilibrium under gravity, loads and prescribed motions of a time.
 
-    The whole load is applied at once, or in ``load_steps``.  Where that fails, or leads to an
-    unstable equilibrium, the load grows from zero in shorter steps, so that the equilibrium is
-    followed; where its path ends, as in snap-through, the scene settles without inertia.
+    The full load is applied at once, or in ``load_steps``.  If that fails, or leads to an unstable
+    equilibrium, the load grows from zero in shorter steps and the equilibrium is followed; if its
+    path ends, as in snap-through, the scene relaxes without inertia.
 
     Parameters
     ----------
     scene : Scene
-        Beams, joints and loads.  Rigid motions that no joint prevents must be restrained by loads
-        that have a potential, as those of a pendulum by its weight.
+        Beams, joints and loads.  Loads with a potential must restrain all rigid motions that joints
+        leave free, as the weight of a pendulum does.
     t : float, optional
         Time at which functions of time are evaluated [s]: by default that of `start`, or 0.
-        Drives move from the reference shape to where they are then.
+        Prescribed motions go from the reference shape to their values at that time.
     start : State, Equilibrium or Assembly, optional
-        Where to begin, under the whole load at once, in place of the reference shape: the
-        equilibrium next to ``assemble(scene)``, to ``run.last``, or to that of another scene of the
-        same bodies.  If no stable one is found from there, the reference shape is tried too.
+        Initial state under the full load in place of the reference shape, to find the equilibrium
+        near ``assemble(scene)``, ``run.last``, or an equilibrium of another scene of the same
+        bodies.  If no stable one is found from there, the reference shape is tried too.
     load_steps : int, optional
-        Equal load steps to begin with, up to 100000.  More follow the path of the load more closely
-        where there are several equilibria.
+        Number of equal load steps at first, up to 100000.  More steps follow the equilibrium path
+        more closely if there are several equilibria.
     tolerance : float, optional
-        Unbalanced forces that may be left, as a share of all loads, from 1e-14 to 1e-3 [-].  What
-        is below the rounding of forces counts as balanced.  One more correction follows, so the
-        error of the positions is smaller yet.
+        Largest residual over all loads, from 1e-14 to 1e-3 [-].  Residuals below the rounding of
+        forces are accepted.  One more correction follows, so positions are more accurate.
     factorization : {"auto", "complete", "incomplete"}, optional
-        What corrections are solved with: the factor of the stiffness, or conjugate gradients on one
-        without fill and on coarse modes, whose memory is linear in the mesh.  ``"auto"`` counts how
-        much the factor would fill in.
+        Solver of corrections: the factor of the stiffness, or conjugate gradients with an
+        incomplete factor and deflation modes, whose memory is linear in the mesh.  ``"auto"``
+        selects by the fill-in of the factor.
     progress : bool, optional
         Whether to draw a progress bar.
 
@@ -111,24 +108,19 @@ def solve_static(
     Warns
     -----
     UnstableEquilibriumWarning
-        If the one that is found is unstable: a straight column stays straight beyond its buckling
-        load.  ``stats.negative_pivots`` counts the directions in which it would leave.
+        If the equilibrium is unstable: a straight column stays straight beyond its buckling load.
+        ``stats.negative_pivots`` counts the unstable directions.
 
     Notes
     -----
-    A scene that can swing settles without inertia under the whole load; ``load_steps`` does nothing
-    then.  In motions that take no force, such as the spin of a hanging rod about its axis, it stays
-    as it was.  The theory is in docs/theory.md.
+    A scene with free rigid motions relaxes without inertia under the full load, without
+    ``load_steps``.  Motions without stiffness, such as the rotation of a hanging rod about its
+    axis, do not change.  The theory is in docs/theory.md.
     """
     check_scene(scene)
-    if check_count("load_steps", load_steps) > MOST_STEPS:
-        raise InputError(f"load_steps must be at most {MOST_STEPS}, got {load_steps}")
-    tolerance = check_positive("tolerance", tolerance)
-    if not FINEST <= tolerance <= COARSEST:
-        raise InputError(
-            f"tolerance is the share of the loads that may stay unbalanced, from {FINEST:g} to "
-            f"{COARSEST:g}, got {tolerance:g}: leave it out, or take 1e-12 for more digits"
-        )
+    if check_count("load_steps", load_steps) > MAX_LOAD_STEPS:
+        raise InputError(f"load_steps must be at most {MAX_LOAD_STEPS}, got {load_steps}")
+    tolerance = check_static_tolerance(tolerance)
     begins = check_start(start)
     if t is None:
         t = 0.0 if begins is None else begins.t
@@ -142,7 +134,7 @@ def solve_static(
         0,
         False,
         Newton(),
-        matrices=MATRICES,
+        matrices=N_MATRICES,
         incomplete=factorization != "complete",
         incomplete_entry=DEFLATED_ENTRY_BYTES,
     )
@@ -150,51 +142,62 @@ def solve_static(
     with within_memory(needed), progress_bar("factor", progress) as bar:
         system = System(scene, begins)
         free = free_motions(system)
-        balance = EquilibriumEquations(system, stats, bar.update, factorization, t)
-        check_factor_fits(needed, balance.seed)
-        if isinstance(balance.seed, DeflatedSeed):
+        equations = EquilibriumEquations(system, stats, bar.update, factorization, t)
+        check_factor_fits(needed, equations.seed)
+        if isinstance(equations.seed, DeflatedSeed):
             stats.solver += " and an incomplete factorization with deflation"
         stats.seconds["set-up"] = time.perf_counter() - begin
 
         def find(equations: EquilibriumEquations) -> StaticResult:
             if free:
-                return find_hanging(equations, system.q0, tolerance, free)
+                return find_free_equilibrium(equations, system.q0, tolerance, free)
             if begins is not None:
-                return find_from(equations, system.q0, load_steps, tolerance)
+                return find_equilibrium_near(equations, system.q0, load_steps, tolerance)
             return find_equilibrium(equations, load_steps, tolerance)
 
         try:
-            found = find(balance)
+            found = find(equations)
         except EquilibriumError as failure:
-            exact = _exact_instead(balance, needed, factorization, bar.update, t)
-            if exact is None:
+            complete = _complete_equations(equations, needed, factorization, bar.update, t)
+            if complete is None:
                 raise
             try:
-                found = find(exact)
+                found = find(complete)
             except EquilibriumError:
                 raise failure from None
             stats.solver += "; then with a complete factorization (which found an equilibrium)"
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = found.negative, found.error
-    stats.sweeps, stats.products = balance.seed.inner
-    if found.negative and balance.conservative:
+    stats.sweeps, stats.products = equations.seed.inner
+    if found.negative and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(found.negative), stacklevel=2)
     return Equilibrium(system, found.state.q, found.state.lam, stats, t)
 
 
-def _exact_instead(
-    balance: EquilibriumEquations,
+def check_static_tolerance(tolerance: object) -> float:
+    """Return a tolerance over the loads after checking it."""
+    number = check_positive("tolerance", tolerance)
+    if not MIN_TOLERANCE <= number <= MAX_TOLERANCE:
+        raise InputError(
+            f"tolerance is the largest residual over the loads, from {MIN_TOLERANCE:g} to "
+            f"{MAX_TOLERANCE:g}, got {number:g}: leave it out, or take 1e-12 for more digits"
+        )
+    return number
+
+
+def _complete_equations(
+    equations: EquilibriumEquations,
     needed: MemoryEstimate,
     kind: str,
     on_factor: Callable[[], object],
     t: float,
 ) -> EquilibriumEquations | None:
-    """Return the same equations on a complete seed, where one was not asked against and it fits."""
-    if kind != "auto" or isinstance(balance.seed, SparseSeed):
+    """Return the equations on a complete seed if "auto" had selected another and it fits."""
+    if kind != "auto" or isinstance(equations.seed, SparseSeed):
         return None
-    exact = EquilibriumEquations(balance.system, balance.stats, on_factor, t=t)
+    complete = EquilibriumEquations(equations.system, equations.stats, on_factor, t=t)
     try:
-        check_factor_fits(replace(needed, factor=0.0, complete=0.0), exact.seed)
+        check_factor_fits(replace(needed, factor=0.0, complete=0.0), complete.seed)
     except InputError:
         return None
-    return exact
+    return complete

@@ -157,9 +157,9 @@ def _second_order(system: System, modes: Modes, q: Vector, stats: RunStats) -> f
     beam that turns stretch it, and forces of second order take that back.
     """
     about = modes.about
-    balance = EquilibriumEquations(system, stats, t=about.t)
-    here = balance.state(about.q, about.lam, 1.0)
-    negative = balance.factor(here, balance.stiffness(here, 1.0), 1.0)
+    equations = EquilibriumEquations(system, stats, t=about.t)
+    here = equations.state(about.q, about.lam, 1.0)
+    negative = equations.factor(here, equations.stiffness(here, 1.0), 1.0)
     if negative is None:
         return math.nan
     moved = q - about.q
@@ -167,12 +167,12 @@ def _second_order(system: System, modes: Modes, q: Vector, stats: RunStats) -> f
     looks = np.linspace(0, len(q) - 1, LOOKS).astype(int)
     worst = 0.0
     for x in moved[np.unique([*looks, farthest])]:
-        there, back = (balance.state(about.q + sign * x, about.lam, 1.0) for sign in (1.0, -1.0))
+        there, back = (equations.state(about.q + sign * x, about.lam, 1.0) for sign in (1.0, -1.0))
         r, phi = (
             0.5 * (one + other) - none
             for one, other, none in ((there.r, back.r, here.r), (there.phi, back.phi, here.phi))
         )
-        dx, _ = balance.correction(StaticState(about.q, about.lam, r, phi))
+        dx, _ = equations.correction(StaticState(about.q, about.lam, r, phi))
         whole = np.append(dx, np.zeros(system.n_all - len(dx)))
         places = whole[system.positions].reshape(-1, system.dim)
         worst = max(worst, float(np.linalg.norm(places, axis=1).max()))

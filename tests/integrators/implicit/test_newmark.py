@@ -150,7 +150,7 @@ def test_a_start_that_breaks_a_rod_is_refused():
     )  # fmt: skip
     scene.rod(rod.node(5), (1.0, -1.0))
     # The rod to the middle would be stretched by the spin.
-    with pytest.raises(ancf.InputError, match=r"initial velocities break the rod"):
+    with pytest.raises(ancf.InputError, match=r"initial velocities violate the rod"):
         ancf.simulate(scene, 1e-3, 1e-3)
 
 

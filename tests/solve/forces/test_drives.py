@@ -188,7 +188,7 @@ def test_differences_at_the_start_are_believed_as_far_as_they_are_exact(path, dt
     expected = [[path(t), 2.15 + path(t)] for t in run.t]
     np.testing.assert_allclose(run.position(rod.start), expected, atol=1e-10)
     scene, _ = pendulum(lambda t: (1e-5 * t, 0.0), as_constraint=True)
-    with pytest.raises(ancf.InputError, match=r"velocities break the drive .* by 1e-05 m/s"):
+    with pytest.raises(ancf.InputError, match=r"velocities violate the drive .* by 1e-05 m/s"):
         ancf.simulate(scene, 0.05, dt)
 
 

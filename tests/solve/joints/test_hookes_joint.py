@@ -45,5 +45,5 @@ def test_speeds_are_those_of_hookes_joint():
 def test_a_bearing_that_holds_what_is_held_is_refused_with_what_to_take():
     scene, driven = shafts()
     scene.cylindrical(driven.at((1.0, 0.0, 0.0)), axis=SHAFT)
-    with pytest.raises(ancf.AncfError, match="or take a joint that holds less, such as pin"):
+    with pytest.raises(ancf.AncfError, match="or use a joint with more freedom, such as pin"):
         ancf.simulate(scene, 0.1, 1e-3)

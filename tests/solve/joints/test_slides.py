@@ -189,7 +189,7 @@ def test_bad_arguments_of_slides():
         scene.slide(body.origin, body)
     off = scene.add_body(mass=0.1, inertia=1e-4, position=(0.5, 0.2))
     scene.slide(off.origin, rope)
-    with pytest.raises(ancf.InputError, match=r"break the slide of .* by 0\.2 m: move the start"):
+    with pytest.raises(ancf.InputError, match=r"violate the slide of .* by 0\.2 m: move the start"):
         ancf.simulate(scene, 0.1, 0.01)
     with pytest.raises(ancf.InputError, match="lateral of a slide must be across"):
         cable_car(lateral=(1.0, 0.0, -0.1))

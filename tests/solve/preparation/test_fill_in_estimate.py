@@ -11,7 +11,7 @@ from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
 from ancfsparse.solve.preparation.memory_estimate import estimate_memory
-from ancfsparse.solve.statics.static_equilibrium import MATRICES
+from ancfsparse.solve.statics.static_equilibrium import N_MATRICES
 from ancfsparse.system import System
 
 
@@ -71,7 +71,7 @@ def test_the_estimate_for_statics_is_near_the_truth(kind):
         scene.pin(rod.end)
     else:
         scene = net(40).scene
-    estimated = estimate_memory(scene, 1, 0, False, Newton(), matrices=MATRICES).total
+    estimated = estimate_memory(scene, 1, 0, False, Newton(), matrices=N_MATRICES).total
     tracemalloc.start()
     ancf.solve_static(scene)
     _, peak = tracemalloc.get_traced_memory()

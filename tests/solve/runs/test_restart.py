@@ -263,7 +263,7 @@ def test_bad_starts_are_refused():
     assert "from where a joint of this scene holds it" in refusal(pinned, last)
     rodded, rod = swing()
     rodded.rod(rod.end, (4.0, 0.0))
-    assert "the initial positions break the rod" in refusal(rodded, last)
+    assert "the initial positions violate the rod" in refusal(rodded, last)
 
 
 def two():

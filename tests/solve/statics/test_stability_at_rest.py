@@ -95,11 +95,11 @@ def test_moments_in_space_have_no_potential_and_no_warning():
 
 
 def test_an_unstable_equilibrium_serves_where_no_other_is_found(monkeypatch):
-    def lost(_balance, state, load, _tolerance):
+    def lost(_equations, state, load, _tolerance):
         raise NotFoundError("it does not come to rest", state, load)
 
-    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.settle", lost)
-    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.SHORTEST", 1.0)
+    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.relax", lost)
+    monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.MIN_STEP", 1.0)
     scene, _ = column(1.5, 1e-3)
     with pytest.warns(ancf.UnstableEquilibriumWarning):
         equilibrium = ancf.solve_static(scene)

@@ -139,8 +139,8 @@ def test_what_fails_is_solved_on_an_exact_seed_if_it_fits(monkeypatch):
 def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
     kinds = []
 
-    def failing(balance, *_):
-        kinds.append(type(balance.seed).__name__)
+    def failing(equations, *_):
+        kinds.append(type(equations.seed).__name__)
         raise ancf.EquilibriumError("a reason", 1.0, 2.0, "somewhere", "N")
 
     monkeypatch.setattr("ancfsparse.solve.statics.static_equilibrium.find_equilibrium", failing)
@@ -151,7 +151,7 @@ def test_what_fails_and_does_not_fit_exactly_fails(monkeypatch):
     vectors = memory_estimate.estimate_memory(hung(4), 1, 0, False, ancf.Newton()).vectors
     monkeypatch.setattr(memory_estimate, "available_memory", lambda: vectors + 1e4)
     monkeypatch.setattr(memory_estimate, "MIN_CHECKED", 0.0)
-    monkeypatch.setattr(solve_static, "memory_for", lambda _: contextlib.nullcontext())
+    monkeypatch.setattr(solve_static, "within_memory", lambda _: contextlib.nullcontext())
     monkeypatch.setattr(DeflatedSeed, "nbytes", 0.0)
     with pytest.raises(ancf.EquilibriumError, match="a reason"):
         ancf.solve_static(hung(4))

@@ -299,8 +299,8 @@ def test_an_oblique_spatial_cable_on_a_clamp_is_held():
 
 
 def test_no_equilibrium_is_named_with_its_place(monkeypatch):
-    monkeypatch.setattr("ancfsparse.solve.statics.newton_and_relaxation.MOST_FACTORS", 1)
-    monkeypatch.setattr("ancfsparse.solve.statics.newton_and_relaxation.MOST_SETTLING", 1)
+    monkeypatch.setattr("ancfsparse.solve.statics.newton_and_relaxation.MAX_FACTORS", 1)
+    monkeypatch.setattr("ancfsparse.solve.statics.newton_and_relaxation.MAX_RELAXATION_FACTORS", 1)
     scene, rod = cantilever("thin", 2)
     with pytest.raises(ancf.EquilibriumError) as caught:
         ancf.solve_static(scene)

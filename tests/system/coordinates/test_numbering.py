@@ -293,7 +293,7 @@ def test_a_clamp_takes_a_velocity_field_that_is_smooth_there(length, speed, n, t
         if least == 0.0:
             assert ancf.simulate(scene, time, time).stats.steps == 1
             continue
-        told = "initial velocity moves 1 held coord|initial velocities break the clamp at beam 0 "
+        told = "initial velocity moves 1 held coord|initial velocities violate the clamp at beam 0 "
         with pytest.raises(ancf.InputError, match=told):
             ancf.simulate(scene, time, time)
 

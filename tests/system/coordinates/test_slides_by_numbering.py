@@ -76,5 +76,5 @@ def test_a_slide_of_what_is_pinned_is_refused():
     scene.pin(one.origin)
     scene.pin(other.origin)
     scene.prismatic(one.origin, axis=(1, 0))
-    with pytest.raises(SingularSceneError, match="across 1 holds nothing that can move"):
+    with pytest.raises(SingularSceneError, match="across 1 constrains no free coordinate"):
         ancf.simulate(scene, 0.1, 0.01)
