@@ -193,7 +193,7 @@ if [ $sets = all ]; then
 else
   begin "build ancfsparse for this machine" "two or three minutes the first time, then what has changed"
 fi
-find ancfsparse codegen -name __pycache__ -prune -exec rm -rf {} +
+find ancfsparse codegen -name __pycache__ -prune -exec rm -rf {} + || true # another process may write there
 if [ $mode = develop ]; then
   rm -f $linked
   NINJA=$PWD/tools/ninja_in_turn.sh pip install "${options[@]}" -e ".[$extras]"

@@ -33,7 +33,8 @@ case $which in
   *) echo "usage: tools/test_versions.sh newest|oldest [pytest options]" >&2; exit 2 ;;
 esac
 shift
-python=${PYTHON:-$(interpreters | grep "$wanted" | tail -n 1 | cut -d ' ' -f 2)}
+if [ $# = 0 ]; then set -- -m 'not slow'; fi
+python=${PYTHON:-$(interpreters | { grep "$wanted" || true; } | tail -n 1 | cut -d ' ' -f 2)}
 if [ -z "$python" ]; then
   say "no interpreter here that fits (with its C headers and venv). Install one, or name it: make test-$which PYTHON=/path/to/python"
   exit $no_interpreter
@@ -51,4 +52,4 @@ PYTHON=$python "$project/tools/setup.sh"
 cd "$project"
 versions='import importlib.metadata as m; print(*(f"{n} {m.version(n)}" for n in ("numpy", "scipy", "cython", "h5py", "matplotlib")), sep=", ")'
 say "$(.venv/bin/python -c "$versions")"
-.venv/bin/python -m pytest "${@:--m not slow}"
+.venv/bin/python -m pytest "$@"
