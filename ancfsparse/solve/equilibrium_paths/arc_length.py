@@ -1,4 +1,4 @@
-"""Equilibria along a path by its arc length, also where the load falls."""
+"""Equilibrium paths by arc-length continuation, past limit points and bifurcations."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, solve_
 
 Vector = NDArray[np.float64]
 
-# Corrections of a point: as many as are aimed at, and the most.
-WANTED, MOST_CORRECTIONS = 5, 14
-# Largest turn of a slope from point to point [rad], and the share of the loads of the first step.
-TURN, FIRST = 0.12, 0.02
-# By how much steps may change at a time, and the shortest beside the first.
-SHORTER, LONGER, SHORTEST = 0.5, 1.5, 1e-7
-# Steps that place a point where the load turns, and the relative accuracy of its load.
-MOST_SEARCHES, TURNED = 12, 1e-8
-# Share of the last load, against it, at which a path ends that leads away from it.
-REVERSED = 10.0
-# Halvings that place a point where the path branches, and solutions for the buckling shape.
-HALVINGS, SOLUTIONS = 14, 4
-# Largest turn of a slope of the first point beside it [rad], and the smallest share of that.
-BESIDE, LEAST_BESIDE = 0.05, 1.0 / 64.0
+TARGET_CORRECTIONS = 5  # corrections of a point that the step length aims at
+MAX_CORRECTIONS = 14  # corrections of a point
+MAX_ROTATION = 0.12  # change of a slope from point to point [rad]
+FIRST_LOAD_STEP = 0.02  # of the final load
+MIN_STEP_RATIO = 0.5  # of the last step
+MAX_STEP_RATIO = 1.5  # of the last step
+MIN_STEP = 1e-7  # of the first step
+MAX_SECANT_STEPS = 12  # secant steps for a limit point
+LIMIT_TOLERANCE = 1e-8  # relative error of its load
+MAX_REVERSE_LOAD = 10.0  # opposite load over the final one at which a path ends
+N_BISECTIONS = 14  # for a bifurcation point
+N_INVERSE_ITERATIONS = 4  # for the buckling shape
+BRANCH_ROTATION = 0.05  # change of a slope to the first point of another branch [rad]
+MIN_BRANCH_RATIO = 1.0 / 64.0  # part of it that is tried
 
 
 class PathPoint(NamedTuple):
-    """An equilibrium on the path, and how the path goes on.
+    """An equilibrium on the path, with the tangent of the path.
 
     Attributes
     ----------
-    state : State
-        Where.
+    state : StaticState
+        The state.
     load : float
-        Share of the loads.
+        Load factor.
     dx, dlam : (n_free,), (m,) float
         Change of coordinates and multipliers per unit of arc length.
     dload : float
-        Change of the share of the loads likewise [1/m].
+        Change of the load factor per unit of arc length [1/m].
     negative : int
         Negative pivots of the stiffness.
     """
@@ -56,43 +56,43 @@ class PathPoint(NamedTuple):
 
 @dataclass
 class EquilibriumPath:
-    """What has been found so far.
+    """The points of a path.
 
     Attributes
     ----------
-    all : list of PathPoint
+    points : list of PathPoint
         In order.
-    turns : list of int
-        Those where the load turns.
-    forks : list of int
-        Those from which another branch was followed.
-    arrived : bool
-        Whether the last one is under the whole load.
+    limit_points : list of int
+        Indices of limit points.
+    bifurcations : list of int
+        Indices of points at which another branch was followed.
+    is_complete : bool
+        Whether the last point is under the final load.
     """
 
-    all: list[PathPoint] = field(default_factory=list)
-    turns: list[int] = field(default_factory=list)
-    forks: list[int] = field(default_factory=list)
-    arrived: bool = False
+    points: list[PathPoint] = field(default_factory=list)
+    limit_points: list[int] = field(default_factory=list)
+    bifurcations: list[int] = field(default_factory=list)
+    is_complete: bool = False
 
 
-def follow(
-    equations: EquilibriumEquations, to: float, most: int, tolerance: float, side: int = 0
+def follow_path(
+    equations: EquilibriumEquations, to: float, max_points: int, tolerance: float, side: int = 0
 ) -> EquilibriumPath:
-    """Follow the path of equilibria from the reference shape until the load reaches a share.
+    """Follow the equilibrium path from the reference shape to a load factor.
 
     Parameters
     ----------
     equations : EquilibriumEquations
         The equations.
     to : float
-        Share of the loads at which the path ends, above zero.
-    most : int
-        Most points.
+        Final load factor, positive.
+    max_points : int
+        Largest number of points.
     tolerance : float
-        Unbalanced share of the loads.
+        Largest residual over the loads [-].
     side : int, optional
-        1 or -1: leave the path where it first branches, to that side; 0: go straight on.
+        1 or -1: follow the other branch to that side from the first bifurcation; 0: go straight on.
 
     Raises
     ------
@@ -100,99 +100,102 @@ def follow(
         If no further point is found.
     """
     start = solve_newton(equations, equations.start, 0.0, tolerance)
-    path = EquilibriumPath([_point(equations, start.state, 0.0, None)])
-    first = path.all[0]
-    step = shortest = FIRST * to / first.dload
-    while len(path.all) < most:
-        last = path.all[-1]
-        step = min(step, TURN / max(_turn(equations, last.dx), 1e-300))
+    path = EquilibriumPath([_path_point(equations, start.state, 0.0, None)])
+    first = path.points[0]
+    step = first_step = FIRST_LOAD_STEP * to / first.dload
+    while len(path.points) < max_points:
+        last = path.points[-1]
+        step = min(step, MAX_ROTATION / max(_largest_rotation(equations, last.dx), 1e-300))
         try:
-            new, corrections = _next(equations, last, step, to, tolerance)
+            new, corrections = _next_point(equations, last, step, to, tolerance)
         except NotFoundError:
-            step *= SHORTER
-            if step < SHORTEST * shortest:
+            step *= MIN_STEP_RATIO
+            if step < MIN_STEP * first_step:
                 raise
             continue
         if new.dload * last.dload < 0.0:
-            turn = _turning(equations, last, new, step, to, tolerance)
-            if turn is not None:
-                path.turns.append(len(path.all))
-                path.all.append(turn)
-        elif side and not path.forks and new.negative > last.negative:
-            fork = _fork(equations, last, new, step, to, tolerance)
-            path.forks.append(len(path.all))
-            path.all.append(fork)
-            new, step = _beside(equations, fork, side, to, tolerance)
+            limit = _limit_point(equations, last, new, step, to, tolerance)
+            if limit is not None:
+                path.limit_points.append(len(path.points))
+                path.points.append(limit)
+        elif side and not path.bifurcations and new.negative > last.negative:
+            bifurcation = _bifurcation_point(equations, last, new, step, to, tolerance)
+            path.bifurcations.append(len(path.points))
+            path.points.append(bifurcation)
+            new, step = _branch_point(equations, bifurcation, side, to, tolerance)
         if new.load >= to:
-            end = _at(equations, path.all[-1], new, to, tolerance)
-            path.all.append(end)
-            path.arrived = True
+            path.points.append(_point_at_load(equations, path.points[-1], new, to, tolerance))
+            path.is_complete = True
             break
-        path.all.append(new)
-        if new.load <= -REVERSED * to:
+        path.points.append(new)
+        if new.load <= -MAX_REVERSE_LOAD * to:
             break
-        step *= min(LONGER, max(SHORTER, (WANTED / corrections) ** 0.5))
+        step *= min(MAX_STEP_RATIO, max(MIN_STEP_RATIO, (TARGET_CORRECTIONS / corrections) ** 0.5))
     return path
 
 
-def _point(
+def _path_point(
     equations: EquilibriumEquations, state: StaticState, load: float, before: Vector | None
 ) -> PathPoint:
-    """Factor at an equilibrium and go on along the path, or begin with a growing load."""
+    """Return a point with its tangent, in the direction `before` or of growing load."""
     values = equations.stiffness(state, load)
     negative = equations.factor(state, values, load)
     if negative is None:
         raise NotFoundError("the stiffness is singular", state, load)
-    dx, dlam = _pull(equations, state, load)
+    dx, dlam = _tangent_direction(equations, state, load)
     size = equations.distance(dx)
-    ahead = before is None or (equations.mass * before) @ dx > 0.0
-    scale = (1.0 if ahead else -1.0) / size
+    is_ahead = before is None or (equations.mass * before) @ dx > 0.0
+    scale = (1.0 if is_ahead else -1.0) / size
     return PathPoint(
         state, load, scale * dx, scale * dlam, scale, equations.negative_pivots(negative)
     )
 
 
-def _pull(
+def _tangent_direction(
     equations: EquilibriumEquations, state: StaticState, load: float
 ) -> tuple[Vector, Vector]:
-    """Return the change of coordinates and multipliers per share of the loads."""
+    """Return the change of coordinates and multipliers per unit of the load factor."""
     small = equations.small_load
-    there = equations.state(state.q, state.lam, load + small)
-    here = equations.state(state.q, state.lam, load)
-    change = StaticState(state.q, state.lam, there.r - here.r, there.phi - here.phi)
+    loaded = equations.state(state.q, state.lam, load + small)
+    now = equations.state(state.q, state.lam, load)
+    change = StaticState(state.q, state.lam, loaded.r - now.r, loaded.phi - now.phi)
     dx, dlam = equations.correction(change)
     return dx / small, dlam / small
 
 
-def _next(
+def _next_point(
     equations: EquilibriumEquations, last: PathPoint, step: float, to: float, tolerance: float
 ) -> tuple[PathPoint, int]:
     """Find the equilibrium on the plane across the path at a distance; count the corrections."""
     load = last.load + step * last.dload
     state = equations.moved(last.state, step * last.dx, step * last.dlam, load)
     across, target = equations.mass * last.dx, state.q[: len(last.dx)]
-    for k in range(1, MOST_CORRECTIONS + 1):
+    for k in range(1, MAX_CORRECTIONS + 1):
         if equations.factor(state, equations.stiffness(state, load), load) is None:
             raise NotFoundError("the stiffness is singular", state, load)
         dx, dlam = equations.correction(state)
-        more, mlam = _pull(equations, state, load)
-        share = -float((across @ (state.q[: len(dx)] + dx - target)) / (across @ more))
-        dx, dlam, load = dx + share * more, dlam + share * mlam, load + share
+        pulled, pulled_lam = _tangent_direction(equations, state, load)
+        dload = -float((across @ (state.q[: len(dx)] + dx - target)) / (across @ pulled))
+        dx, dlam, load = dx + dload * pulled, dlam + dload * pulled_lam, load + dload
         size = equations.distance(dx)
-        if not np.isfinite(size) or size > 2.0 * abs(step) or _turn(equations, dx) > 2.0 * TURN:
-            raise NotFoundError("corrections lead away", state, load)
+        if (
+            not np.isfinite(size)
+            or size > 2.0 * abs(step)
+            or _largest_rotation(equations, dx) > 2.0 * MAX_ROTATION
+        ):
+            raise NotFoundError("corrections diverge from the path", state, load)
         state = equations.moved(state, dx, dlam, load)
         equations.stats.iterations += 1
         if not np.isfinite(state.r).all():
             raise NotFoundError("a correction left the range of numbers", state, load)
-        small = size <= tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * equations.span
-        if small and equations.is_balanced(state, to, tolerance):
+        is_small = size <= tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * equations.span
+        if is_small and equations.is_balanced(state, to, tolerance):
             equations.stats.steps += 1
-            return _point(equations, state, load, last.dx), k
-    raise NotFoundError(f"no convergence with {MOST_CORRECTIONS} factors", state, load)
+            return _path_point(equations, state, load, last.dx), k
+    raise NotFoundError(f"no convergence with {MAX_CORRECTIONS} factors", state, load)
 
 
-def _turning(
+def _limit_point(
     equations: EquilibriumEquations,
     last: PathPoint,
     new: PathPoint,
@@ -200,28 +203,28 @@ def _turning(
     to: float,
     tolerance: float,
 ) -> PathPoint | None:
-    """Find the point between two where the load turns, by the secant method kept between them."""
+    """Find the limit point between two points by a bracketed secant method."""
     low, high = 0.0, step
-    at_low, at_high = last.dload, new.dload
+    low_rate, high_rate = last.dload, new.dload
     best: PathPoint | None = None
-    for _ in range(MOST_SEARCHES):
-        at = low + (high - low) * at_low / (at_low - at_high)
+    for _ in range(MAX_SECANT_STEPS):
+        at = low + (high - low) * low_rate / (low_rate - high_rate)
         at = min(max(at, low + 0.05 * (high - low)), high - 0.05 * (high - low))
         try:
-            best = _next(equations, last, at, to, tolerance)[0]
+            best = _next_point(equations, last, at, to, tolerance)[0]
         except NotFoundError:
             return best
         rate = best.dload
-        if abs(rate * (high - low)) <= TURNED * abs(to):
+        if abs(rate * (high - low)) <= LIMIT_TOLERANCE * abs(to):
             break
-        if rate * at_low > 0.0:
-            low, at_low = at, rate
+        if rate * low_rate > 0.0:
+            low, low_rate = at, rate
         else:
-            high, at_high = at, rate
+            high, high_rate = at, rate
     return best
 
 
-def _fork(
+def _bifurcation_point(
     equations: EquilibriumEquations,
     last: PathPoint,
     new: PathPoint,
@@ -229,11 +232,11 @@ def _fork(
     to: float,
     tolerance: float,
 ) -> PathPoint:
-    """Find the point between two where the path loses its stability: the last one before."""
+    """Return the last stable point before a bifurcation between two points, by bisection."""
     low, high, best = 0.0, step, last
-    for _ in range(HALVINGS):
+    for _ in range(N_BISECTIONS):
         at = 0.5 * (low + high)
-        point = _next(equations, last, at, to, tolerance)[0]
+        point = _next_point(equations, last, at, to, tolerance)[0]
         if point.negative > last.negative:
             high = at
         else:
@@ -241,45 +244,45 @@ def _fork(
     return best
 
 
-def _beside(
-    equations: EquilibriumEquations, fork: PathPoint, side: int, to: float, tolerance: float
+def _branch_point(
+    equations: EquilibriumEquations, origin: PathPoint, side: int, to: float, tolerance: float
 ) -> tuple[PathPoint, float]:
     """Find an equilibrium on the other branch, in the buckling direction, and its distance.
 
-    Its distance from the fork along that direction is held, and the load is sought.
+    The distance from the bifurcation in that direction is fixed, and the load is unknown.
     """
-    state, load = fork.state, fork.load
+    state, load = origin.state, origin.load
     equations.factor(state, equations.stiffness(state, load), load)
     x = np.random.default_rng(3).standard_normal(len(equations.mass)) / np.sqrt(equations.mass)
     none, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
-    for _ in range(SOLUTIONS):
+    for _ in range(N_INVERSE_ITERATIONS):
         x, dlam = equations.correction(StaticState(state.q, state.lam, -equations.mass * x, none))
         size = equations.distance(x)
         x, dlam = x / size, dlam / size
     first = np.argmax(np.abs(x) * np.sqrt(equations.mass))
     sign = side * np.sign(x[first])
-    away = PathPoint(state, load, sign * x, sign * dlam, 0.0, fork.negative)
-    step = whole = BESIDE / _turn(equations, x)
+    tangent = PathPoint(state, load, sign * x, sign * dlam, 0.0, origin.negative)
+    step = first_step = BRANCH_ROTATION / _largest_rotation(equations, x)
     while True:
         try:
-            return _next(equations, away, step, to, tolerance)[0], step
+            return _next_point(equations, tangent, step, to, tolerance)[0], step
         except NotFoundError:
-            step *= SHORTER
-            if step < LEAST_BESIDE * whole:
+            step *= MIN_STEP_RATIO
+            if step < MIN_BRANCH_RATIO * first_step:
                 raise
 
 
-def _at(
+def _point_at_load(
     equations: EquilibriumEquations, last: PathPoint, new: PathPoint, to: float, tolerance: float
 ) -> PathPoint:
-    """Find the equilibrium under a share of the loads between two points."""
-    part = (to - last.load) / (new.load - last.load)
-    q = last.state.q + part * (new.state.q - last.state.q)
-    lam = last.state.lam + part * (new.state.lam - last.state.lam)
+    """Find the equilibrium at a load factor between those of two points."""
+    fraction = (to - last.load) / (new.load - last.load)
+    q = last.state.q + fraction * (new.state.q - last.state.q)
+    lam = last.state.lam + fraction * (new.state.lam - last.state.lam)
     found = solve_newton(equations, equations.state(q, lam, to), to, tolerance, extrapolate=False)
-    return _point(equations, found.state, to, last.dx)
+    return _path_point(equations, found.state, to, last.dx)
 
 
-def _turn(equations: EquilibriumEquations, dx: Vector) -> float:
+def _largest_rotation(equations: EquilibriumEquations, dx: Vector) -> float:
     """Return the largest change of a slope [rad]."""
     return float(np.max(np.abs(dx[equations.slopes]), initial=0.0))

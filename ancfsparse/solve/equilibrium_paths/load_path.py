@@ -1,9 +1,8 @@
-"""The path of equilibria while the loads grow and fall."""
+"""Equilibrium path of a scene under growing and falling loads."""
 
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
 from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.scene import Scene, check_scene
-from ancfsparse.solve.equilibrium_paths.arc_length import follow
+from ancfsparse.solve.equilibrium_paths.arc_length import follow_path
 from ancfsparse.solve.linearization.rigid_body_modes import check_restrained
 from ancfsparse.solve.preparation.memory_estimate import (
     check_factor_fits,
@@ -26,11 +25,7 @@ from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
 from ancfsparse.system import System
 
-if TYPE_CHECKING:
-    from ancfsparse.results.solutions.load_path import LoadPath
-
-# Least multiple of the loads to which a path may lead.
-LEAST = 1e-6
+MIN_LOAD_FACTOR = 1e-6  # final load factor
 
 
 def load_path(
@@ -42,34 +37,33 @@ def load_path(
     tolerance: float = 1e-9,
     branch: int = 0,
 ) -> LoadPath:
-    """Follow the equilibria of a scene from its stress-free shape past limit points.
+    """Follow the equilibrium path of a scene from its stress-free shape past limit points.
 
-    All loads and gravity grow and fall together, and prescribed places move with them, so that the
-    path goes on where a frame snaps through or back.  Points where the load turns are found to
-    working accuracy.
+    One factor scales all loads, gravity and prescribed motions, so the path continues where a frame
+    snaps through or back.  Limit points are found to working accuracy.
 
     Parameters
     ----------
     scene : Scene
-        Beams, joints and loads, held by its joints against every rigid motion.
+        Beams, joints and loads; the joints must prevent all rigid motions.
     to : float, optional
-        Multiple of the loads at which the path ends [-], where it first gets there.
+        Load factor at which the path ends, when first reached [-].
     t : float, optional
         Time at which functions of time are evaluated [s].
     points : int, optional
-        Most points.
+        Largest number of points.
     tolerance : float, optional
         As in `solve_static` [-].
     branch : int, optional
-        1 or -1: where the path first loses its stability without a turn of the load, as where a
-        column buckles, leave it along the buckling shape, to the side where the largest
-        motion of that shape is positive or negative.  0 goes straight on.
+        1 or -1: at the first bifurcation, such as the buckling load of a column, follow the branch
+        along the buckling shape, to the side where its largest displacement is positive or
+        negative.  0 goes straight on.
 
     Returns
     -------
     LoadPath
-        Multiples of the loads, states, their stability, and where the load turns.  It is not
-        `complete` if there were not enough points, or it led to ten times the opposite load.
+        Load factors, states, their stability, and limit points.  It is not `complete` if there were
+        not enough points, or the load factor reached ten times the opposite of `to`.
 
     Raises
     ------
@@ -78,21 +72,21 @@ def load_path(
     SingularSceneError
         If the joints leave a rigid motion free.
     EquilibriumError
-        If the path cannot be followed any further.
+        If the path cannot be continued.
 
     Notes
     -----
     Arc-length steps of the root mean square displacement, with corrections in the plane across
-    the path (Ramm 1981).  Where the path branches, it goes straight on, unless a `branch` is asked
-    for; `stable` shows that.  Where several shapes buckle at once, one of them is taken.  The
-    theory is in docs/theory.md.
+    the path (Ramm 1981).  At a bifurcation it goes straight on without `branch`; `stable` shows
+    that.  If several shapes buckle at once, one of them is selected.  The theory is in
+    docs/theory.md.
     """
     check_scene(scene)
     to = check_positive("to", to)
-    if to < LEAST:
+    if to < MIN_LOAD_FACTOR:
         raise InputError(
-            f"to is a multiple of the loads, at least {LEAST:g}, got {to:g}: smaller ones are lost "
-            "in rounding"
+            f"to is a load factor of at least {MIN_LOAD_FACTOR:g}, got {to:g}: smaller ones are "
+            "lost in rounding"
         )
     t = check_finite("t", t, "s")
     points = check_count("points", points)
@@ -111,28 +105,28 @@ def load_path(
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin
         try:
-            found = follow(equations, to, points, tolerance, int(branch))
+            found = follow_path(equations, to, points, tolerance, int(branch))
         except NotFoundError as lost:
             r = equations.state(lost.state.q, lost.state.lam, lost.load).r
             worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
             raise EquilibriumError(
-                f"the path cannot be followed any further, {lost.reason}",
+                f"the path cannot be continued, {lost.reason}",
                 lost.load,
                 abs(float(r[worst])),
                 system.describe(worst),
                 system.unit(worst),
-                "Take a finer mesh, or add a small load that decides between branches of the path.",
+                "Take a finer mesh, or add a small load that selects a branch of the path.",
             ) from None
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     return LoadPath(
         system,
-        np.array([each.load for each in found.all]),
-        np.stack([each.state.q for each in found.all]),
-        np.stack([each.state.lam for each in found.all]),
-        np.array([each.negative for each in found.all]),
-        np.array(found.turns, dtype=int),
-        np.array(found.forks, dtype=int),
-        found.arrived,
+        np.array([point.load for point in found.points]),
+        np.stack([point.state.q for point in found.points]),
+        np.stack([point.state.lam for point in found.points]),
+        np.array([point.negative for point in found.points]),
+        np.array(found.limit_points, dtype=int),
+        np.array(found.bifurcations, dtype=int),
+        found.is_complete,
         stats,
         t,
     )

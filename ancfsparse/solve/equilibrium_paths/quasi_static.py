@@ -1,4 +1,4 @@
-"""Quasi-static motion: a sequence of equilibria that follows loads and drives over time."""
+"""Quasi-static motion: equilibria under slowly changing loads and prescribed motions."""
 
 from __future__ import annotations
 
@@ -38,19 +38,16 @@ from ancfsparse.system import State, System
 from ancfsparse.system_memory import check_memory
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
     from ancfsparse.solve.statics.newton_and_relaxation import StaticResult
 
 Vector = NDArray[np.float64]
 
-# Saved states if no time between them is given.
-SAVED = 200
-# Bytes for each coordinate of an equilibrium: found, in the table, and the zeros of its rates.
-KEPT = 24.0
-# How far the way from one saved state to the next may be divided where an equilibrium is lost.
-SHORTEST = 1.0 / 64.0
-# States before the last one that the next is extrapolated from.
-KNOWN = 3
+N_SAVED = 200  # states without dt
+BYTES_PER_COORDINATE = (
+    24.0  # bytes of an equilibrium: the result, its row in the table, and zero rates
+)
+MIN_STEP_RATIO = 1.0 / 64.0  # part of the time between saved states
+N_EXTRAPOLATED = 3  # states before the last one, for extrapolation
 
 
 def quasi_static(
@@ -63,14 +60,13 @@ def quasi_static(
     factorization: str = "auto",
     progress: bool = False,
 ) -> Trajectory:
-    """Follow the equilibria of a scene while loads and drives change slowly.
+    """Follow the equilibria of a scene while loads and prescribed motions change slowly.
 
-    Without inertia and damping.  What that neglects is about the square of the frequency of the
-    loads over the lowest natural frequency, a share of the motion.  Each state is an equilibrium,
-    so there is no error of the time step.  Where an equilibrium is lost from one saved state to the
-    next, the way is divided, up to 64 times; where it ceases to exist, as in snap-through, or is no
-    longer stable, as in buckling, the scene settles in another, and ``stats.recoveries`` counts
-    that.
+    Inertia and damping are neglected; the error is about the square of the load frequency over the
+    lowest natural frequency, relative to the motion.  Each state is an equilibrium, so there is no
+    error of the time step.  Where an equilibrium is lost between saved states, the interval is
+    divided, up to 64 times.  Where it ceases to exist, as in snap-through, or becomes unstable, as
+    in buckling, the scene relaxes to another one, which ``stats.recoveries`` counts.
 
     Parameters
     ----------
@@ -79,12 +75,11 @@ def quasi_static(
     t_end : float
         Time at the end [s], a whole number of steps after the start.
     dt : float, optional
-        Time between saved states [s]; by default 1/200 of the whole.
+        Time between saved states [s]; by default 1/200 of the duration.
     start : State or Equilibrium, optional
-        Where to begin, at its time; by default the equilibrium at t = 0 that `solve_static` finds.
+        Initial state with its time; by default the equilibrium of `solve_static` at t = 0.
     tolerance : float, optional
-        Unbalanced forces that may be left, as a share of the largest loads so far, as in
-        `solve_static` [-].
+        Largest residual over the largest loads so far, as in `solve_static` [-].
     factorization : {"auto", "complete", "incomplete"}, optional
         As in `solve_static`.
     progress : bool, optional
@@ -93,8 +88,8 @@ def quasi_static(
     Returns
     -------
     Trajectory
-        The equilibria.  Velocities and accelerations are zero, so that reactions, forces in
-        sections and energies are those at rest.
+        The equilibria.  Velocities and accelerations are zero, and reactions, section forces and
+        energies static.
 
     Raises
     ------
@@ -107,7 +102,7 @@ def quasi_static(
     LoadError
         If a load that is a function of time raises an error or returns no load.
 
-    Errors on the way have the equilibria before in their attribute ``trajectory``.
+    Errors at later times have the equilibria before in their attribute ``trajectory``.
 
     Warns
     -----
@@ -116,7 +111,7 @@ def quasi_static(
     """
     check_scene(scene)
     begins = check_start(start)
-    clock, n = _steps(0.0 if begins is None else begins.t, t_end, dt)
+    grid, n = _saved_times(0.0 if begins is None else begins.t, t_end, dt)
     tolerance = check_static_tolerance(tolerance)
     check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
@@ -125,80 +120,80 @@ def quasi_static(
     stats = RunStats(solver="equilibria, Newton with extrapolated stress")
     with within_memory(needed), progress_bar("step", progress, n) as bar:
         system = System(scene, begins)
-        wider = MessageTemplate("a larger {dt}", dt=Parameter("dt"))
-        check_memory("the equilibria", KEPT * (n + 1) * system.n_all, wider)
-        equations = EquilibriumEquations(system, stats, kind=factorization, t=clock.begin)
+        hint = MessageTemplate("a larger {dt}", dt=Parameter("dt"))
+        check_memory("the equilibria", BYTES_PER_COORDINATE * (n + 1) * system.n_all, hint)
+        equations = EquilibriumEquations(system, stats, kind=factorization, t=grid.begin)
         check_factor_fits(needed, equations.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin
-        march = _March(equations, tolerance, free_motions(system))
-        times, found = [clock.begin], [march.first(begins is not None)]
-        settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": clock.dt}
+        path = _QuasiStaticPath(equations, tolerance, free_motions(system))
+        times, found = [grid.begin], [path.first(begins is not None)]
+        settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": grid.dt}
         for k in range(1, n + 1):
             try:
-                march.go_to(clock.at(k))
+                path.advance(grid.at(k))
             except AncfError as failure:
-                path = _path(system, times, found, stats, settings)
-                failure.trajectory = path  # type: ignore[attr-defined]
+                run = _trajectory(system, times, found, stats, settings)
+                failure.trajectory = run  # type: ignore[attr-defined]
                 raise
-            times.append(clock.at(k))
-            found.append(march.here)
+            times.append(grid.at(k))
+            found.append(path.last)
             bar.update()
     stats.steps = n
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
-    worst = max(each.negative for each in found)
+    worst = max(result.negative for result in found)
     if worst and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(worst), stacklevel=2)
-    return _path(system, times, found, stats, settings)
+    return _trajectory(system, times, found, stats, settings)
 
 
-def _steps(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid, int]:
-    """Return the times of the saved states, and how many steps there are between them."""
+def _saved_times(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid, int]:
+    """Return the times of the saved states, and the number of steps."""
     if dt is None:
         end = check_positive("t_end", t_end, "s") if begin == 0.0 else float(t_end)
-        dt = (end - begin) / SAVED
+        dt = (end - begin) / N_SAVED
     n = count_steps_from(begin, t_end, dt)
     return TimeGrid(begin, float(dt)), n
 
 
-def _path(
+def _trajectory(
     system: System,
     times: list[float],
     found: list[StaticResult],
     stats: RunStats,
     settings: dict[str, object],
 ) -> Trajectory:
-    """Return the equilibria as a motion."""
+    """Return the equilibria as a trajectory."""
     t = np.array(times)
-    q = np.stack([each.state.q for each in found])
-    lam = np.stack([each.state.lam for each in found])
+    q = np.stack([result.state.q for result in found])
+    lam = np.stack([result.state.lam for result in found])
     rest = np.zeros_like(q)
     return Trajectory(system, t, q, rest, rest, lam, stats, settings)
 
 
-def _extrapolation(times: list[float], to: float) -> list[float]:
-    """Return the weights of values at some times in the polynomial through them at another."""
+def _extrapolation_weights(times: list[float], to: float) -> list[float]:
+    """Return the weights of Lagrange's extrapolation from some times to another."""
     return [float(np.prod([(to - s) / (t - s) for s in times if s != t])) for t in times]
 
 
-class _March:
-    """Goes from one equilibrium to the next.
+class _QuasiStaticPath:
+    """A sequence of equilibria over time.
 
     Parameters
     ----------
     equations : EquilibriumEquations
-        The equations of rest.
+        The equations.
     tolerance : float
-        Unbalanced share of the loads that is allowed.
+        Largest residual over the loads [-].
     free : list of str
-        The motions that joints leave free.
+        The free rigid motions.
 
     Attributes
     ----------
-    here : Found
+    last : StaticResult
         The last equilibrium.
     """
 
-    here: StaticResult
+    last: StaticResult
 
     def __init__(self, equations: EquilibriumEquations, tolerance: float, free: list[str]) -> None:
         self._equations, self._tolerance, self._free = equations, tolerance, free
@@ -209,54 +204,55 @@ class _March:
         """Find the equilibrium at the start."""
         q = self._equations.system.q0
         if self._free:
-            self.here = self._hanging(q)
+            self.last = self._relaxed(q)
         elif from_start:
-            self.here = find_equilibrium_near(self._equations, q, 1, self._tolerance)
+            self.last = find_equilibrium_near(self._equations, q, 1, self._tolerance)
         else:
-            self.here = find_equilibrium(self._equations, 1, self._tolerance)
-        return self.here
+            self.last = find_equilibrium(self._equations, 1, self._tolerance)
+        return self.last
 
-    def go_to(self, t: float) -> None:
-        """Follow the equilibrium to a time [s], and settle in another where it is lost."""
-        whole = step = t - self._t
+    def advance(self, t: float) -> None:
+        """Follow the equilibrium to a time [s]; relax to another one where it is lost."""
+        interval = step = t - self._t
         while self._t < t:
             to = t if self._t + 1.5 * step > t else self._t + step
             self._equations.move_to(to)
             try:
-                found = self._near(to)
+                found = self._continued(to)
             except NotFoundError:
                 found = None
-            if found is None and step > SHORTEST * whole:
+            if found is None and step > MIN_STEP_RATIO * interval:
                 step *= 0.5
                 continue
-            self._before.append((self._t, self.here))
+            self._before.append((self._t, self.last))
             if found is None:
                 self._before.clear()
-            self.here = self._another() if found is None else found
+            self.last = self._another() if found is None else found
             self._t = to
 
-    def _near(self, to: float) -> StaticResult | None:
-        """Return the equilibrium next to the extrapolated one, None if it is unstable."""
+    def _continued(self, to: float) -> StaticResult | None:
+        """Return the equilibrium near the extrapolated one, None if it is unstable."""
         equations = self._equations
-        known = [*self._before[-KNOWN:], (self._t, self.here)]
-        weights = _extrapolation([t for t, _ in known], to)
-        q = np.sum([w * each.state.q for w, (_, each) in zip(weights, known, strict=True)], axis=0)
-        lam = sum(w * each.state.lam for w, (_, each) in zip(weights, known, strict=True))
-        # Corrections leave these alone, so that extrapolation would let their rounding grow.
+        known = [*self._before[-N_EXTRAPOLATED:], (self._t, self.last)]
+        weights = _extrapolation_weights([t for t, _ in known], to)
+        states = [result.state for _, result in known]
+        q = np.sum([w * state.q for w, state in zip(weights, states, strict=True)], axis=0)
+        lam = sum(w * state.lam for w, state in zip(weights, states, strict=True))
+        # Not corrected, so extrapolation would let their rounding grow.
         q[equations.system.n_free :] = equations.places
         if self._free:
-            return self._hanging(q)
+            return self._relaxed(q)
         state = equations.state(q, np.asarray(lam), 1.0)
         found = solve_newton(equations, state, 1.0, self._tolerance)
         return found if found.negative == 0 or not equations.conservative else None
 
     def _another(self) -> StaticResult:
-        """Return an equilibrium that is not next to the last one, stable if one is found."""
+        """Return an equilibrium away from the last one, stable if one is found."""
         equations = self._equations
         equations.stats.recoveries += 1
         if self._free:
-            return self._hanging(self.here.state.q)
-        found = find_equilibrium_near(equations, self.here.state.q, 1, self._tolerance)
+            return self._relaxed(self.last.state.q)
+        found = find_equilibrium_near(equations, self.last.state.q, 1, self._tolerance)
         if found.negative == 0 or not equations.conservative:
             return found
         try:
@@ -264,5 +260,5 @@ class _March:
         except NotFoundError:
             return found
 
-    def _hanging(self, q: Vector) -> StaticResult:
+    def _relaxed(self, q: Vector) -> StaticResult:
         return find_free_equilibrium(self._equations, q, self._tolerance, self._free)

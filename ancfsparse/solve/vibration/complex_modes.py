@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,42 +19,38 @@ from ancfsparse.solve.preparation.memory_estimate import (
     estimate_memory,
     within_memory,
 )
-from ancfsparse.solve.vibration.quadratic_eigenproblem import nearest
+from ancfsparse.solve.vibration.quadratic_eigenproblem import smallest_roots
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
-    BEYOND,
-    VECTORS,
-    all_motions,
-    lowest,
-    most_modes,
+    N_EXTRA_MODES,
+    VECTORS_PER_MODE,
+    admissible_motions,
+    lowest_modes,
+    max_modes,
 )
 from ancfsparse.system import State
 
-if TYPE_CHECKING:
-    from ancfsparse.results.solutions.complex_modes import ComplexModes
-
-# Arrays of values on the pattern: six matrices, from their triangles, with indices.
-MATRICES = 20
+N_MATRICES = 20  # arrays on the pattern: six matrices with their triangles and indices
 
 
 def complex_modes(
     of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | None = None
 ) -> ComplexModes:
-    """Find the n slowest motions ``x exp(w t)`` of a scene with damping, with complex w and x.
+    """Find the n slowest motions ``x exp(w t)`` of a damped scene, with complex w and x.
 
-    The equations of motion are linearised about the state, which is taken to be at rest, with all
-    of their damping, with forces that have no potential, such as those that follow a section, and
-    with the Coriolis forces of a rotating frame.  So damping ratios are exact, also of dashpots and
-    of motions without oscillation, flutter is detected, and frequencies about a steady rotation
-    (`Scene.rotating_frame`) are those in the frame.
+    The equations of motion are linearized about the state, which is assumed to be at rest, with all
+    damping, with nonconservative forces such as follower loads, and with the Coriolis forces of a
+    rotating frame.  So damping ratios are exact, also of dashpots and of overdamped motions,
+    flutter is detected, and frequencies about a steady rotation (`Scene.rotating_frame`) are those
+    in the frame.
 
     Parameters
     ----------
     of : Scene or Equilibrium
-        A scene, about its stress-free shape and without loads; or what `solve_static` has returned.
+        A scene, about its stress-free shape and without loads; or a result of `solve_static`.
     n : int, optional
-        How many motions, those with the smallest ``|w|``; a vibration counts once, and so does
-        every motion without oscillation.  Of a scene with more than 100 degrees of freedom at most
-        a quarter of all.
+        Number of motions, those with the smallest ``|w|``; a vibration counts as one, and so does
+        each motion without oscillation.  Of a scene with more than 100 degrees of freedom at most a
+        quarter of all.
     at : State or Equilibrium, optional
         Another state, such as ``run.last``.
 
@@ -73,24 +68,24 @@ def complex_modes(
 
     Notes
     -----
-    Arnoldi's method on the linearised quadratic eigenvalue problem, inverted with one sparse factor
-    at a real rate.  Derivatives of forces without a potential are taken by differences, to some ten
-    digits.  The theory is in docs/theory.md.
+    Arnoldi's method on the linearized quadratic eigenvalue problem, inverted with one sparse factor
+    at a real rate.  Derivatives of nonconservative forces are finite differences, accurate to some
+    ten digits.  The theory is in docs/theory.md.
     """
     n = check_count("n", n)
     scene = scene_to_linearize(of, at)
-    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)):
-        pencil = linearize(of, at)
-        vectors = 8.0 * VECTORS * 8 * (n + BEYOND) * pencil.seed.n
-        check_factor_fits(replace(NO_MEMORY, vectors=vectors), pencil.seed)
-        motions = all_motions(pencil)
-        most = most_modes(pencil, motions)
-        most = most if motions is not None else most // 2
-        if n > most:
-            raise InputError(f"n must be at most {most} in this scene, got {n}")
-        squares = lowest(pencil, n, motions)[0]
-        roots = nearest(pencil, n, float(np.sqrt(np.abs(squares).max())), motions)
-    system = pencil.system
+    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)):
+        linearized = linearize(of, at)
+        vectors = 8.0 * VECTORS_PER_MODE * 8 * (n + N_EXTRA_MODES) * linearized.seed.n
+        check_factor_fits(replace(NO_MEMORY, vectors=vectors), linearized.seed)
+        motions = admissible_motions(linearized)
+        limit = max_modes(linearized, motions)
+        limit = limit if motions is not None else limit // 2
+        if n > limit:
+            raise InputError(f"n must be at most {limit} in this scene, got {n}")
+        squares = lowest_modes(linearized, n, motions)[0]
+        roots = smallest_roots(linearized, n, float(np.sqrt(np.abs(squares).max())), motions)
+    system = linearized.system
     shapes = np.zeros((n, system.n_all), dtype=complex)
     shapes[:, : system.n_free] = roots.motions
-    return ComplexModes(system, pencil.state, roots.values, shapes, roots.rounding)
+    return ComplexModes(system, linearized.state, roots.values, shapes, roots.rounding)

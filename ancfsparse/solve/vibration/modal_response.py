@@ -1,10 +1,9 @@
-"""The linear response of a scene to its loads, as a sum of its modes."""
+"""Linear response of a scene to its loads by modal superposition."""
 
 from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,54 +18,49 @@ from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations,
 from ancfsparse.system import System
 from ancfsparse.system_memory import check_memory
 
-if TYPE_CHECKING:
-    from ancfsparse.results.solutions.modes import Modes
-
 Vector = NDArray[np.float64]
 
-# States at which forces of second order are looked at.
-LOOKS = 9
+N_SAMPLES = 9  # states at which forces of second order are evaluated
 
 
 def modal_response(
     modes: Modes, t_end: float, dt: float, *, damping: ArrayLike | None = None
 ) -> Trajectory:
-    """Sum the responses of modes to the loads of a scene, in motions so small that it is linear.
+    """Superpose the responses of modes to the loads of a scene, for small linear motions.
 
-    Each mode is integrated exactly under loads that are linear from one saved time to the next, so
-    `dt` may be as long as the loads allow, whatever the frequencies are.  The motion starts from
-    the state the modes are about, with its velocities.
+    Each mode is integrated exactly under loads that are linear between saved times, so `dt` may be
+    as long as the loads allow, at any frequency.  The motion starts from the state of the modes,
+    with its velocities.
 
     Parameters
     ----------
     modes : Modes
-        Those that take part, from `modes` about an equilibrium, or about another state, whose
-        unbalanced forces then set it in motion.
+        Result of `modes` about an equilibrium, or about another state, whose residual forces then
+        cause a motion.
     t_end : float
         Time at the end [s], a whole number of steps after the state.
     dt : float
         Time between saved states, over which loads are taken as linear [s].
     damping : float or array_like, shape (n,), optional
-        Damping ratios of all modes or of each [-]; by default the damping of the scene, of which
-        what couples modes is left out.
+        Damping ratios of all modes or of each [-]; by default the damping of the scene, without
+        coupling of modes.
 
     Returns
     -------
     Trajectory
-        ``stats.error`` estimates how far the forces that grow with the square of the motion move a
-        node [m], and so what is lost by linearity.  Multipliers are those of the state.
+        ``stats.error`` estimates the displacement by forces of second order in the motion [m], the
+        error of linearity.  Multipliers are those of the state.
 
     Raises
     ------
     InputError
-        If an argument is invalid, or the scene has drives.
+        If an argument is invalid, or the scene has prescribed motions.
 
     Notes
     -----
-    With modal coordinates of unit mass, ``y'' + c y' + omega^2 y = p(t)``, where ``p`` is what is
-    unbalanced in the state by the loads at time t.  The exponential of the matrix of ``(y, y', p,
-    p')`` gives a step.  What modes that are left out would move is missing: about ``p / omega^2``
-    of each.
+    With modal coordinates of unit mass, ``y'' + c y' + omega^2 y = p(t)``, where ``p`` is the
+    residual of the state under the loads at time t.  The exponential of the matrix of ``(y, y', p,
+    p')`` gives a step.  The response of omitted modes is missing, about ``p / omega^2`` of each.
     """
     if not isinstance(modes, Modes):
         raise InputError(
@@ -76,32 +70,32 @@ def modal_response(
     assert isinstance(system, System)
     if system.prescribed:
         raise InputError(
-            "modal_response takes no drives: replace them by forces, or take simulate or "
-            "quasi_static"
+            "modal_response takes no prescribed motions: replace them by forces, or use simulate "
+            "or quasi_static"
         )
     n = count_steps_from(about.t, t_end, dt)
     clock = TimeGrid(about.t, float(dt))
-    rates = _damping(modes, damping)
+    rates = _damping_rates(modes, damping)
     check_memory("the states of a modal response", 8.0 * (n + 1) * 4 * system.n_all, "a larger dt")
     begin = time.perf_counter()
     t = np.asarray(clock.at(np.arange(n + 1.0)))
     amplitudes = system.loads.amplitudes(t)
-    p = _forces(system, modes, amplitudes)
+    p = _modal_forces(system, modes, amplitudes)
     speeds = modes.shapes @ np.asarray(system.assembly.inertia(about.v))
-    y, y_rate = _marched(modes.eigenvalues, rates, p, speeds, clock.dt)
+    y, y_rate = _integrate_modes(modes.eigenvalues, rates, p, speeds, clock.dt)
     y_second = p - rates * y_rate - modes.eigenvalues * y
     q, v, a = (x @ modes.shapes for x in (y, y_rate, y_second))
     q += about.q
     lam = np.repeat(about.lam[None], n + 1, axis=0)
     stats = RunStats(solver=f"{len(modes)} modes, exact for loads linear over {clock.dt:.3g} s")
     stats.steps = n
-    stats.error = _second_order(system, modes, q, stats)
+    stats.error = _quadratic_error(system, modes, q, stats)
     stats.march_seconds = time.perf_counter() - begin
     settings = {"t_start": None, "t_end": float(t_end), "dt": clock.dt}
     return Trajectory(system, t, q, v, a, lam, stats, settings)
 
 
-def _damping(modes: Modes, damping: ArrayLike | None) -> Vector:
+def _damping_rates(modes: Modes, damping: ArrayLike | None) -> Vector:
     """Return the damping rates c of all modes [1/s]."""
     if damping is None:
         return modes.damping_rates
@@ -114,21 +108,22 @@ def _damping(modes: Modes, damping: ArrayLike | None) -> Vector:
     return np.asarray(4.0 * np.pi * modes.frequencies * ratios)
 
 
-def _forces(system: System, modes: Modes, amplitudes: Vector) -> Vector:
+def _modal_forces(system: System, modes: Modes, amplitudes: Vector) -> Vector:
     """Return the modal forces in the state at all times, (k, n) [N / sqrt(kg)]."""
     about, rest = modes.about, np.zeros(system.n_all)
     shapes = modes.shapes[:, : system.n_free]
     p = np.empty((len(amplitudes), len(modes)))
-    for k, each in enumerate(amplitudes):
-        if k and (each == amplitudes[k - 1]).all():
+    for k, amplitude in enumerate(amplitudes):
+        if k and (amplitude == amplitudes[k - 1]).all():
             p[k] = p[k - 1]
             continue
-        r, _ = system.assembly.residual(about.q, rest, rest, about.lam, system.dead_load, each)
+        args = about.q, rest, rest, about.lam, system.dead_load, amplitude
+        r, _ = system.assembly.residual(*args)
         p[k] = -(shapes @ np.asarray(r)[: system.n_free])
     return p
 
 
-def _marched(
+def _integrate_modes(
     eigenvalues: Vector, rates: Vector, p: Vector, speeds: Vector, dt: float
 ) -> tuple[Vector, Vector]:
     """Return modal coordinates and their rates at all times, each (k, n)."""
@@ -150,30 +145,28 @@ def _marched(
     return y[:, 0], y[:, 1]
 
 
-def _second_order(system: System, modes: Modes, q: Vector, stats: RunStats) -> float:
-    """Return how far forces of second order in the motion move a node at most [m].
+def _quadratic_error(system: System, modes: Modes, q: Vector, stats: RunStats) -> float:
+    """Return the largest displacement of a node by forces of second order in the motion [m].
 
-    They are the even part of the forces at rest, which the whole stiffness balances: the modes of a
-    beam that turns stretch it, and forces of second order take that back.
+    They are the even part of the static forces, balanced by the full stiffness: the modes of a
+    rotating beam stretch it, and forces of second order undo that.
     """
     about = modes.about
     equations = EquilibriumEquations(system, stats, t=about.t)
-    here = equations.state(about.q, about.lam, 1.0)
-    negative = equations.factor(here, equations.stiffness(here, 1.0), 1.0)
+    origin = equations.state(about.q, about.lam, 1.0)
+    negative = equations.factor(origin, equations.stiffness(origin, 1.0), 1.0)
     if negative is None:
         return math.nan
-    moved = q - about.q
-    farthest = int(np.argmax(np.abs(moved[:, system.positions]).max(axis=1)))
-    looks = np.linspace(0, len(q) - 1, LOOKS).astype(int)
+    displacements = q - about.q
+    farthest = int(np.argmax(np.abs(displacements[:, system.positions]).max(axis=1)))
+    samples = np.linspace(0, len(q) - 1, N_SAMPLES).astype(int)
     worst = 0.0
-    for x in moved[np.unique([*looks, farthest])]:
-        there, back = (equations.state(about.q + sign * x, about.lam, 1.0) for sign in (1.0, -1.0))
-        r, phi = (
-            0.5 * (one + other) - none
-            for one, other, none in ((there.r, back.r, here.r), (there.phi, back.phi, here.phi))
-        )
+    for x in displacements[np.unique([*samples, farthest])]:
+        plus, minus = (equations.state(about.q + sign * x, about.lam, 1.0) for sign in (1.0, -1.0))
+        r = 0.5 * (plus.r + minus.r) - origin.r
+        phi = 0.5 * (plus.phi + minus.phi) - origin.phi
         dx, _ = equations.correction(StaticState(about.q, about.lam, r, phi))
-        whole = np.append(dx, np.zeros(system.n_all - len(dx)))
-        places = whole[system.positions].reshape(-1, system.dim)
-        worst = max(worst, float(np.linalg.norm(places, axis=1).max()))
+        full = np.append(dx, np.zeros(system.n_all - len(dx)))
+        positions = full[system.positions].reshape(-1, system.dim)
+        worst = max(worst, float(np.linalg.norm(positions, axis=1).max()))
     return worst

@@ -1,10 +1,9 @@
-"""Vibrations of a scene about a state: natural frequencies and mode shapes."""
+"""Natural frequencies and mode shapes of a scene about a state."""
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,39 +22,34 @@ from ancfsparse.solve.preparation.memory_estimate import (
     within_memory,
 )
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
-    BEYOND,
-    VECTORS,
-    all_motions,
-    lowest,
-    most_modes,
+    N_EXTRA_MODES,
+    VECTORS_PER_MODE,
+    admissible_motions,
+    lowest_modes,
+    max_modes,
 )
 from ancfsparse.system import State
 
-if TYPE_CHECKING:
-    from ancfsparse.results.solutions.modes import Modes
-
 Vector = NDArray[np.float64]
 
-# Arrays of values on the pattern: four matrices, three of them from their triangles, with indices.
-MATRICES = 14
+N_MATRICES = 14  # arrays on the pattern: four matrices, three with their triangles and indices
 
 
 def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | None = None) -> Modes:
     """Find the n lowest natural frequencies and mode shapes of a scene.
 
-    The equations of motion are linearised about the state, with the stiffness of stress, loads and
-    joint forces there.  Prescribed motions and loads keep their values at the time of the state.
+    The equations of motion are linearized about the state, with the stiffness of its stress, loads
+    and joint forces.  Prescribed motions and loads keep their values at the time of the state.
 
     Parameters
     ----------
     of : Scene or Equilibrium
-        A scene, about its stress-free shape and without loads; or what `solve_static` has returned.
+        A scene, about its stress-free shape and without loads; or a result of `solve_static`.
     n : int, optional
-        How many modes, those of lowest frequency, after unstable ones and free rigid motions; of a
+        Number of modes, those of lowest frequency, after unstable ones and free rigid motions; of a
         scene with more than 100 degrees of freedom at most half of all.
     at : State or Equilibrium, optional
-        Another state, such as ``run.last``.  Its velocities count in the forces of
-        joints alone.
+        Another state, such as ``run.last``.  Its velocities only affect joint forces.
 
     Returns
     -------
@@ -73,40 +67,40 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     Warns
     -----
     ApproximateModesWarning
-        If some forces have no potential, such as functions of the motion and moments about fixed
-        axes in space: only the symmetric part of their stiffness counts, see `complex_modes`.
+        If some forces are nonconservative, such as functions of the motion and moments about fixed
+        axes in space: only the symmetric part of their stiffness is used, see `complex_modes`.
 
     Notes
     -----
     Lanczos' method with one sparse factor at a shift below all eigenvalues; a second factor counts
-    the eigenvalues below a gap, so that none is missed.  The theory is in docs/theory.md.
+    the eigenvalues below a gap, so that none is missing.  The theory is in docs/theory.md.
     """
     n = check_count("n", n)
     scene = scene_to_linearize(of, at)
-    needed = estimate_memory(scene, 0, 0, False, Newton(), matrices=MATRICES)
+    needed = estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)
     with within_memory(needed):
-        pencil = linearize(of, at)
-        if pencil.system.gyroscopic is not None:
+        linearized = linearize(of, at)
+        if linearized.system.gyroscopic is not None:
             raise InputError(
                 "vibrations in a rotating frame are not modes with one phase, because of Coriolis "
                 "forces: take complex_modes"
             )
-        vectors = 8.0 * VECTORS * (n + BEYOND) * pencil.seed.n
-        check_factor_fits(replace(NO_MEMORY, vectors=vectors), pencil.seed)
-        motions = all_motions(pencil)
-        most = most_modes(pencil, motions)
-        if n > most:
-            raise InputError(f"n must be at most {most} in this scene, got {n}")
-        values, motions, rounding = lowest(pencil, n, motions)
-    system = pencil.system
+        vectors = 8.0 * VECTORS_PER_MODE * (n + N_EXTRA_MODES) * linearized.seed.n
+        check_factor_fits(replace(NO_MEMORY, vectors=vectors), linearized.seed)
+        motions = admissible_motions(linearized)
+        limit = max_modes(linearized, motions)
+        if n > limit:
+            raise InputError(f"n must be at most {limit} in this scene, got {n}")
+        values, motions, rounding = lowest_modes(linearized, n, motions)
+    system = linearized.system
     if not system.conservative:
         warnings.warn(ApproximateModesWarning(), stacklevel=2)
     damping = np.zeros(n)
     if system.damped:
-        damping = np.sum(motions * (pencil.damping() @ motions.T).T, axis=1)
+        damping = np.sum(motions * (linearized.damping() @ motions.T).T, axis=1)
     shapes = np.zeros((n, system.n_all))
     shapes[:, : system.n_free] = motions
     values[np.abs(values) <= rounding] = 0.0
     forces = [system.assembly.inertia(system.uniform(d)) for d in range(system.dim)]
     masses = np.stack([shapes @ force for force in forces], axis=1) ** 2
-    return Modes(system, pencil.state, values, shapes, damping, rounding, masses)
+    return Modes(system, linearized.state, values, shapes, damping, rounding, masses)

@@ -1,4 +1,4 @@
-"""Complex modes: the quadratic eigenvalue problem of damped motions, linearised and inverted."""
+"""Complex modes: the quadratic eigenvalue problem of damped vibrations, by inversion."""
 
 from __future__ import annotations
 
@@ -16,24 +16,22 @@ from ancfsparse.solve.linearization.nonconservative_tangent import (
     solve_with_correction,
 )
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
-    BEYOND,
-    MOTION,
-    ROUNDING,
-    TOLERANCE,
+    MAX_RESIDUAL,
+    MOTION_ROUNDING_UNITS,
+    N_EXTRA_MODES,
+    ROUNDING_UNITS,
 )
 
 Vector = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Rate of the factor relative to the highest wanted frequency: small, so that the distances from it
-# are nearly the sizes of eigenvalues, and well above rounding.
-RATE = 0.05
-# Relative singular value below which motions without stiffness are the same.
-SAME = 1e-4
+# Distances from it are then nearly the sizes of eigenvalues, and it is well above rounding.
+RATE_RATIO = 0.05  # rate of the factor over the highest requested frequency
+RANK_TOLERANCE = 1e-4  # relative singular value below which motions without stiffness coincide
 
 
 @dataclass(frozen=True)
-class Roots:
+class ComplexEigenpairs:
     """Eigenvalues and motions of ``(w^2 M + w C + K) x + Phi_q^T mu = 0``, ``Phi_q x = 0``.
 
     Attributes
@@ -51,113 +49,117 @@ class Roots:
     rounding: Vector
 
 
-class Damped:
-    """The linearised equations of damped motions, inverted about a positive real rate.
+class DampedSystem:
+    """The linearized equations of damped motions, inverted about a positive real rate.
 
     With displacements x and velocities v scaled by the masses, the eigenvalues 1 / (w - rate) of
-    the inverse are largest for the eigenvalues w next to the rate.  The factor has the symmetric
-    parts alone; what Coriolis forces and forces without a potential add is
-    solved for by GMRES on top of it.
+    the inverse are largest for the eigenvalues w nearest the rate.  The factor contains the
+    symmetric parts; Coriolis and nonconservative forces are added by GMRES.
 
     Parameters
     ----------
-    pencil : Pencil
+    pencil : LinearizedSystem
         The matrices; its factor is replaced.
     rate : float
-        [1/s].
+        Rate of the factor [1/s].
     """
 
-    def __init__(self, pencil: LinearizedSystem, rate: float) -> None:
-        self.pencil, self.rate = pencil, rate
-        system = pencil.system
-        amplitudes = system.loads.amplitudes(np.array([pencil.state.t]))[0]
-        self.mass, self.unit = pencil.mass, np.sqrt(pencil.diagonal)
+    def __init__(self, linearized: LinearizedSystem, rate: float) -> None:
+        self.linearized, self.rate = linearized, rate
+        system = linearized.system
+        amplitudes = system.loads.amplitudes(np.array([linearized.state.t]))[0]
+        self.mass, self.unit = linearized.mass, np.sqrt(linearized.diagonal)
         missing = NonconservativeTangent(system)
-        stiffness = missing.stiffness(pencil.state.q, amplitudes)
-        damping = missing.damping(pencil.state.q, amplitudes, rate)
+        stiffness = missing.stiffness(linearized.state.q, amplitudes)
+        damping = missing.damping(linearized.state.q, amplitudes, rate)
         if system.gyroscopic is not None:
             damping = damping + system.gyroscopic
-        self._beside = stiffness + rate * damping
-        self.stiffness = pencil.stiffness + stiffness
-        self.damping = pencil.damping() + damping
-        self.doubt = DIFFERENCE * abs(stiffness)  # differences of forces are not exact
-        if pencil.factor_at_rate(rate) is None:
+        self._unsymmetric = stiffness + rate * damping
+        self.stiffness = linearized.stiffness + stiffness
+        self.damping = linearized.damping() + damping
+        self.stiffness_error = DIFFERENCE * abs(stiffness)  # of finite differences
+        if linearized.factor_at_rate(rate) is None:
             raise ModesError("the matrix of damped motions is singular")
 
     def solve(self, force: Vector) -> Vector:
         """Solve ``(rate^2 M + rate C + K) x = force`` under the constraints, (n_free,)."""
 
         def solve(r: Vector) -> Vector:
-            return np.asarray(self.pencil.solve_all(r[:, None])[:, 0])
+            return np.asarray(self.linearized.solve_all(r[:, None])[:, 0])
 
-        x = solve_with_correction(solve, self._beside, force, self.unit)
+        x = solve_with_correction(solve, self._unsymmetric, force, self.unit)
         if x is None:
-            raise ModesError(
-                "forces without a potential or Coriolis forces are too strong for the factor"
-            )
+            raise ModesError("nonconservative or Coriolis forces are too strong for the factor")
         return x
 
     def inverse(self, z: Vector) -> Vector:
         """Apply the inverse to scaled displacements and velocities, (2 n_free,)."""
         n, rate = len(self.unit), self.rate
         x, v = np.ravel(z)[:n] / self.unit, np.ravel(z)[n:] / self.unit
-        moved = -rate * self.solve(self.mass @ (rate * (v + x)) + self.damping @ x)
-        return np.concatenate([self.unit * moved, self.unit * (x + moved)])
+        dx = -rate * self.solve(self.mass @ (rate * (v + x)) + self.damping @ x)
+        return np.concatenate([self.unit * dx, self.unit * (x + dx)])
 
     def residual(self, value: complex, x: Complex) -> Complex:
-        """Return how far an eigenvalue is from moving x as it should, as a motion."""
-        moved = value * self.damping @ x + self.stiffness @ x + value**2 * (self.mass @ x)
-        return np.asarray(self.solve(moved.real) + 1j * self.solve(moved.imag))
+        """Return the residual of an eigenpair as a motion."""
+        r = value * self.damping @ x + self.stiffness @ x + value**2 * (self.mass @ x)
+        return np.asarray(self.solve(r.real) + 1j * self.solve(r.imag))
 
     def size(self, x: Complex) -> float:
-        """Return the size of a motion by the masses."""
+        """Return the norm of a motion, weighted by the masses."""
         return float(np.sqrt(np.real(np.vdot(x, self.mass @ x))))
 
 
-def nearest(pencil: LinearizedSystem, n: int, frequency: float, motions: Vector | None) -> Roots:
-    """Find the n roots of smallest size.
+def smallest_roots(
+    linearized: LinearizedSystem, n: int, frequency: float, motions: Vector | None
+) -> ComplexEigenpairs:
+    """Find the n roots of smallest absolute value.
 
     Parameters
     ----------
-    pencil : Pencil
+    pencil : LinearizedSystem
         The matrices; its factor is replaced.
     n : int
-        How many, with conjugate pairs as one.
+        Number of roots, a conjugate pair counting as one.
     frequency : float
-        About the largest of them without damping [1/s].
+        Approximate largest frequency without damping [1/s].
     motions : (n_free, k) float or None
-        What `all_motions` has returned.
+        Result of `all_motions`.
 
     Raises
     ------
     ModesError
         If the method does not converge, or there are fewer roots.
     """
-    damped = Damped(pencil, RATE * max(frequency, ROUNDING * np.sqrt(EPSILON * pencil.size)))
-    most = (2 * motions.shape[1]) if motions is not None else 2 * len(pencil.diagonal) - 2
-    wanted = 2 * (n + BEYOND)
+    damped = DampedSystem(
+        linearized, RATE_RATIO * max(frequency, ROUNDING_UNITS * np.sqrt(EPSILON * linearized.size))
+    )
+    limit = (2 * motions.shape[1]) if motions is not None else 2 * len(linearized.diagonal) - 2
+    k = 2 * (n + N_EXTRA_MODES)
     while True:
         if motions is not None:
-            values, vectors = _by_dense(damped, motions)
+            values, vectors = _solve_dense(damped, motions)
         else:
-            values, vectors = _by_arnoldi(damped, min(wanted, most))
-        everything = len(values) >= most
-        reach = np.inf if everything else np.max(np.abs(values - damped.rate)) - damped.rate
-        roots = _sorted(damped, values, vectors)
+            values, vectors = _solve_arnoldi(damped, min(k, limit))
+        are_all = len(values) >= limit
+        reach = np.inf if are_all else np.max(np.abs(values - damped.rate)) - damped.rate
+        roots = _sort_roots(damped, values, vectors)
         if np.count_nonzero(np.abs(roots.values) <= reach) >= n:
             break
-        if everything:
-            raise ModesError(f"there are {len(roots.values)} motions, and {n} were asked for")
-        wanted *= 2
+        if are_all:
+            raise ModesError(f"there are {len(roots.values)} modes, and {n} were requested")
+        k *= 2
     values, x, rounding = roots.values[:n], roots.motions[:n], roots.rounding[:n]
     for value, motion in zip(values, x, strict=True):
-        off = damped.size(damped.residual(complex(value), motion))
-        if not off <= TOLERANCE + ROUNDING * EPSILON * pencil.size / damped.rate**2:
-            raise ModesError(f"a mode has the relative residual {off:.2g}")
-    return Roots(values, x, rounding)
+        residual = damped.size(damped.residual(complex(value), motion))
+        if (
+            not residual
+            <= MAX_RESIDUAL + ROUNDING_UNITS * EPSILON * linearized.size / damped.rate**2
+        ):
+            raise ModesError(f"a mode has the relative residual {residual:.2g}")
+    return ComplexEigenpairs(values, x, rounding)
 
 
-def _by_dense(damped: Damped, motions: Vector) -> tuple[Complex, Complex]:
+def _solve_dense(damped: DampedSystem, motions: Vector) -> tuple[Complex, Complex]:
     """Find all roots by the inverse on a basis of all motions, (n_free, k)."""
     k = motions.shape[1]
     basis, scaled = motions, damped.unit[:, None] * motions
@@ -175,8 +177,8 @@ def _by_dense(damped: Damped, motions: Vector) -> tuple[Complex, Complex]:
     return values, np.asarray(basis @ mixes[:k], dtype=np.complex128)
 
 
-def _by_arnoldi(damped: Damped, k: int) -> tuple[Complex, Complex]:
-    """Find the k roots next to the rate, at least."""
+def _solve_arnoldi(damped: DampedSystem, k: int) -> tuple[Complex, Complex]:
+    """Find at least the k roots nearest the rate."""
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
     n = len(damped.unit)
@@ -194,48 +196,49 @@ def _by_arnoldi(damped: Damped, k: int) -> tuple[Complex, Complex]:
     return damped.rate * (1.0 + 1.0 / shifted), vectors[:n] / damped.unit[:, None]
 
 
-def _sorted(damped: Damped, values: Complex, vectors: Complex) -> Roots:
-    """Take one of each pair, motions without stiffness once, by size."""
-    kept = values.imag >= 0.0
-    values, x = values[kept], vectors[:, kept]
+def _sort_roots(damped: DampedSystem, values: Complex, vectors: Complex) -> ComplexEigenpairs:
+    """Sort roots by size, with one of each pair and one of each motion without stiffness."""
+    upper = values.imag >= 0.0
+    values, x = values[upper], vectors[:, upper]
     x = x / np.sqrt(np.real(np.sum(x.conj() * (damped.mass @ x), axis=0)))
-    pencil, size = damped.pencil, np.abs(x)
-    square = ROUNDING * EPSILON * np.sum(size * (abs(damped.stiffness) @ size), axis=0)
-    square += np.sum(size * (damped.doubt @ size), axis=0) + (MOTION * EPSILON) ** 2 * pencil.size
-    # In a steady rotation stress cancels centrifugal forces: both round.
-    if pencil.system.gyroscopic is not None:
-        entries = pencil.system.gyroscopic.tocoo()
+    linearized, size = damped.linearized, np.abs(x)
+    square = ROUNDING_UNITS * EPSILON * np.sum(size * (abs(damped.stiffness) @ size), axis=0)
+    square += np.sum(size * (damped.stiffness_error @ size), axis=0)
+    square += (MOTION_ROUNDING_UNITS * EPSILON) ** 2 * linearized.size
+    # In a steady rotation stress and centrifugal forces cancel, both with rounding.
+    if linearized.system.gyroscopic is not None:
+        entries = linearized.system.gyroscopic.tocoo()
         rates = np.abs(entries.data) / (damped.unit[entries.row] * damped.unit[entries.col])
-        square += ROUNDING * EPSILON * np.max(rates, initial=0.0) ** 2
-        square += ROUNDING * EPSILON * pencil.stiffest @ size**2
-    still = np.abs(values) <= np.sqrt(square)
-    if still.any():
-        values, x, square = _once(damped, values, x, square, still)
-    turn = np.sum(x * (damped.mass @ x), axis=0)
-    x = x * np.exp(-0.5j * np.angle(turn))
+        square += ROUNDING_UNITS * EPSILON * np.max(rates, initial=0.0) ** 2
+        square += ROUNDING_UNITS * EPSILON * linearized.stiffest @ size**2
+    is_zero = np.abs(values) <= np.sqrt(square)
+    if is_zero.any():
+        values, x, square = _merge_zero_roots(damped, values, x, square, is_zero)
+    phase = np.sum(x * (damped.mass @ x), axis=0)
+    x = x * np.exp(-0.5j * np.angle(phase))
     order = np.argsort(np.abs(values), kind="stable")
     values, x, square = values[order], x[:, order], square[order]
     root = np.sqrt(square)
     rounding = np.where(
         np.abs(values) > root, square / (2.0 * np.maximum(np.abs(values), root)), root
     )
-    if pencil.system.gyroscopic is not None:  # of the inverse, which has no symmetry
-        rounding += ROUNDING**2 * EPSILON * np.abs(values) ** 2 / damped.rate
-    return Roots(values, x.T.copy(), rounding)
+    if linearized.system.gyroscopic is not None:  # rounding of the unsymmetric inverse
+        rounding += ROUNDING_UNITS**2 * EPSILON * np.abs(values) ** 2 / damped.rate
+    return ComplexEigenpairs(values, x.T.copy(), rounding)
 
 
-def _once(
-    damped: Damped, values: Complex, x: Complex, square: Vector, still: NDArray[np.bool_]
+def _merge_zero_roots(
+    damped: DampedSystem, values: Complex, x: Complex, square: Vector, is_zero: NDArray[np.bool_]
 ) -> tuple[Complex, Complex, Vector]:
-    """Replace roots that are zero within rounding, which come twice, by their motions."""
-    both = np.hstack([x[:, still].real, x[:, still].imag]) * damped.unit[:, None]
+    """Replace double roots that are zero up to rounding by single ones with their motions."""
+    both = np.hstack([x[:, is_zero].real, x[:, is_zero].imag]) * damped.unit[:, None]
     motions, sizes, _ = np.linalg.svd(both, full_matrices=False)
-    free = motions[:, sizes > SAME * sizes[0]] / damped.unit[:, None]
+    free = motions[:, sizes > RANK_TOLERANCE * sizes[0]] / damped.unit[:, None]
     free = free / np.sqrt(np.sum(free * (damped.mass @ free), axis=0))
     k = free.shape[1]
-    bound = np.full(k, square[still].max())
+    bound = np.full(k, square[is_zero].max())
     return (
-        np.concatenate([np.zeros(k), values[~still]]),
-        np.hstack([free, x[:, ~still]]),
-        np.concatenate([bound, square[~still]]),
+        np.concatenate([np.zeros(k), values[~is_zero]]),
+        np.hstack([free, x[:, ~is_zero]]),
+        np.concatenate([bound, square[~is_zero]]),
     )
