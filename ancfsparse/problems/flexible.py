@@ -18,7 +18,7 @@ from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
 from ancfsparse.scene.bodies.rigid_shapes import Box
 from ancfsparse.scene.records.signal import Signal
-from ancfsparse.scene.sections.sections import AnySection
+from ancfsparse.scene.sections.taper import AnySection
 
 # The cable of the paper's pendulum.
 CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)
@@ -126,7 +126,9 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     scene.drive(rod.start, Sine((crank, 0.0), turns, 0.5 * math.pi) + Sine((0.0, crank), turns))
     mass = 0.5 * section.area * material.density * length
     # It does not turn, so its shape does not matter.
-    slider = scene.add_body(Box(0.04, 0.02, 0.02), mass=mass, position=end, name="slider")
+    slider = scene.add_body(
+        Box(length=0.04, width=0.02, height=0.02), mass=mass, position=end, name="slider"
+    )
     scene.connect(rod.end, slider.origin)
     scene.prismatic(slider.origin, axis=(1, 0))
     watched = {

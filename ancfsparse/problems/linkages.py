@@ -48,7 +48,9 @@ def slider_crank() -> Mechanism:
     crank = bar(scene, "crank", np.zeros(2), pin)
     rod = bar(scene, "rod", pin, place)
     # It does not turn, so its shape does not matter.
-    slider = scene.add_body(Box(0.4, 0.2, 0.2), mass=1.0, position=place, name="slider")
+    slider = scene.add_body(
+        Box(length=0.4, width=0.2, height=0.2), mass=1.0, position=place, name="slider"
+    )
     scene.pin(crank.origin)
     scene.connect(crank.end, rod.origin)
     scene.connect(rod.end, slider.origin)

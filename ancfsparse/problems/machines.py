@@ -134,8 +134,12 @@ def crane() -> Mechanism:
     Quantities: centre of the ``load`` [m]; ``tension`` of the rope [N].
     """
     scene = Scene((0.0, -G))
-    trolley = scene.add_body(Box(0.6, 0.3, 0.5), mass=100.0, position=(0, 10), name="trolley")
-    load = scene.add_body(Box(0.8, 0.8, 0.8), mass=500.0, position=(0, 4), name="load")
+    trolley = scene.add_body(
+        Box(length=0.6, width=0.5, height=0.3), mass=100.0, position=(0, 10), name="trolley"
+    )
+    load = scene.add_body(
+        Box(length=0.8, width=0.8, height=0.8), mass=500.0, position=(0, 4), name="load"
+    )
     rail = scene.prismatic(trolley.origin, axis=(1, 0))
     scene.drive_joint(rail, Ramp(5.0, 4.0, smooth=True))
     rope = scene.winch(

@@ -10,9 +10,9 @@ from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.joints.connect import Connect
+from ancfsparse.scene.joints.distance import RigidRod
 from ancfsparse.scene.joints.joint import Joint, check_node, check_point
 from ancfsparse.scene.joints.pin import Pin
-from ancfsparse.scene.joints.rod import Rod
 from ancfsparse.scene.loads.loads import (
     ChangingGravity,
     DistributedForce,
@@ -25,8 +25,8 @@ from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 from ancfsparse.scene.scene import Scene, check_scene
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.polygon import Polygon
-from ancfsparse.scene.sections.profiles import IBeam, Tube
-from ancfsparse.scene.sections.sections import AnySection, Circle, Rectangle, Section, Taper
+from ancfsparse.scene.sections.standard_sections import Circle, IBeam, Rectangle, Section, Tube
+from ancfsparse.scene.sections.taper import AnySection, Taper
 
 __all__ = [
     "AnySection",
@@ -51,7 +51,7 @@ __all__ = [
     "Pulse",
     "Ramp",
     "Rectangle",
-    "Rod",
+    "RigidRod",
     "Scene",
     "Section",
     "Signal",

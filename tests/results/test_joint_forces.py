@@ -16,7 +16,9 @@ EXACT = {"integrator": ancf.GeneralizedAlpha(0.9), "solver": ancf.Newton(), "tol
 
 def test_a_weld_carries_weight_and_its_moment():
     scene = ancf.Scene((0.0, 0.0, -G))
-    box = scene.add_body(ancf.Box(0.4, 0.2, 0.1), mass=2.0, position=(1.0, 0.5, 0.0))
+    box = scene.add_body(
+        ancf.Box(length=0.4, width=0.1, height=0.2), mass=2.0, position=(1.0, 0.5, 0.0)
+    )
     weld = scene.weld(scene.add_body(ancf.Sphere(0.1), mass=0.5, position=(0, 0, 0)).origin)
     arm = scene.weld(box.at((-1.0, -0.5, 0.0)), scene.bodies[1].origin)
     rest = ancf.simulate(scene, 0.01, 0.01, **EXACT)
@@ -49,8 +51,12 @@ def test_a_clamp_carries_what_the_beam_does(dim, stretch):
 def double_pendulum(as_constraint=False):
     """Two boxes in space on a hinge each, the second hinge askew; the handles."""
     scene = ancf.Scene((0.3, 0.0, -G))
-    one = scene.add_body(ancf.Box(1.0, 0.2, 0.1), mass=2.0, position=(0.5, 0, 0))
-    other = scene.add_body(ancf.Box(0.2, 0.8, 0.1), mass=1.0, position=(1.0, 0.4, 0))
+    one = scene.add_body(
+        ancf.Box(length=1.0, width=0.1, height=0.2), mass=2.0, position=(0.5, 0, 0)
+    )
+    other = scene.add_body(
+        ancf.Box(length=0.2, width=0.1, height=0.8), mass=1.0, position=(1.0, 0.4, 0)
+    )
     first = scene.revolute(one.at((-0.5, 0, 0)), axis=(0, 1, 0))
     second = scene.revolute(one.at((0.5, 0, 0)), other.at((0, -0.4, 0)), axis=(1, 0, 0.5))
     return scene, (one, other), (first, second)
@@ -159,7 +165,10 @@ def test_a_distance_pulls_along_its_line():
 
 def test_a_force_that_nothing_determines_is_refused():
     scene = ancf.Scene((0.0, 0.0, -G))
-    boxes = [scene.add_body(ancf.Box(0.2, 0.2, 0.2), mass=1.0, position=(x, 0, 0)) for x in (0, 1)]
+    boxes = [
+        scene.add_body(ancf.Box(length=0.2, width=0.2, height=0.2), mass=1.0, position=(x, 0, 0))
+        for x in (0, 1)
+    ]
     slides = [scene.prismatic(box.origin, axis=(1, 0, 0)) for box in boxes]
     both = scene.prismatic(boxes[0].origin, boxes[1].origin, axis=(1, 0, 0))
     with pytest.warns(ancf.RedundantConstraintsWarning):
@@ -183,7 +192,7 @@ def test_bad_arguments_of_joint_force():
 
 def test_what_is_added_to_the_scene_after_a_run_changes_no_force():
     scene = ancf.Scene((0.0, 0.0, -9.81))
-    lid = scene.add_body(ancf.Box(1.0, 0.2, 0.1), mass=1.0, position=(0, 0, 0))
+    lid = scene.add_body(ancf.Box(length=1.0, width=0.1, height=0.2), mass=1.0, position=(0, 0, 0))
     hinge = scene.revolute(lid.at((-0.5, 0, 0)), axis=(0, 1, 0))
     run = ancf.simulate(scene, 4e-3, 1e-3)
     before = run.joint_force(hinge).force

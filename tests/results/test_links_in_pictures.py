@@ -24,7 +24,9 @@ def tied(dim, path=None):
     """A box on a spring, with a rope over a fixed point to a beam, a distance and a winch."""
     scene = ancf.Scene((0.0, 0.0, -9.81)[3 - dim :])
     up = np.eye(dim)[-1]
-    box = scene.add_body(ancf.Box(0.4, 0.2, 0.2), mass=1.0, position=np.zeros(dim))
+    box = scene.add_body(
+        ancf.Box(length=0.4, width=0.2, height=0.2), mass=1.0, position=np.zeros(dim)
+    )
     bob = scene.add_body(ancf.Sphere(0.1), mass=0.1, position=-0.5 * up)
     load = scene.add_body(ancf.Sphere(0.1), mass=0.1, position=1.5 * np.eye(dim)[0])
     start = 2.0 * np.eye(dim)[0]
@@ -112,7 +114,9 @@ def test_damaged_lines_are_refused(tmp_path, lost):
 )
 def test_all_labels_of_pictures_in_perspective_are_inside(size):
     scene = ancf.Scene((0.0, 0.0, -9.81))
-    scene.add_body(ancf.Box(*size), mass=1.0, position=(0, 0, 0))
+    scene.add_body(
+        ancf.Box(length=size[0], width=size[2], height=size[1]), mass=1.0, position=(0, 0, 0)
+    )
     ax = ancf.simulate(scene, 1e-3, 1e-3).plot(times=[0.0])
     for part in (ax.set_title("title"), ax.xaxis, ax.yaxis, ax.zaxis):
         ax.figure.canvas.draw()

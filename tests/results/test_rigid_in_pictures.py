@@ -32,7 +32,9 @@ def close_figures():
 def plate(tmp_path_factory):
     """A box that hangs from one corner, and a body given by its inertia on the end of a beam."""
     scene = ancf.Scene((0.0, -9.81))
-    box = scene.add_body(ancf.Box(1.0, 0.4, 0.1), mass=2.0, position=(0, 0), orientation=0.3)
+    box = scene.add_body(
+        ancf.Box(length=1.0, width=0.1, height=0.4), mass=2.0, position=(0, 0), orientation=0.3
+    )
     scene.pin(box.at((-0.5, 0.2)))
     beam = scene.add_beam("thin", (2, 0), (3, 0), 3, ancf.Circle(0.02), ancf.Material(1e8, 1e3))
     scene.clamp(beam.start)
@@ -46,7 +48,7 @@ def plate(tmp_path_factory):
 def solids():
     """One body of every shape, falling freely."""
     scene = ancf.Scene((0.0, 0.0, -9.81))
-    shapes = [ancf.Box(1.0, 0.3, 0.2), ancf.Sphere(0.4), ancf.Rod(1.5)]
+    shapes = [ancf.Box(length=1.0, width=0.2, height=0.3), ancf.Sphere(0.4), ancf.Rod(1.5)]
     shapes += [ancf.Cylinder(0.3, 0.8, axis=axis) for axis in "xyz"]
     for k, shape in enumerate(shapes):
         scene.add_body(shape, mass=1.0, position=(0, 2 * k, 0), angular_velocity=(1, 2, 3))
@@ -83,7 +85,7 @@ def test_a_pin_is_drawn_at_the_point_it_holds(plate):
 def test_welds_to_the_ground_are_drawn_as_clamps():
     """At the point they hold, with the wall on the side that the body is not on."""
     scene = ancf.Scene((0.0, -9.81))
-    box = scene.add_body(ancf.Box(1.0, 0.4, 0.1), mass=2.0, position=(1, 2))
+    box = scene.add_body(ancf.Box(length=1.0, width=0.1, height=0.4), mass=2.0, position=(1, 2))
     scene.weld(box.at((0.5, 0.0)))
     rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0), orientation=0.5 * np.pi)
     scene.clamp(rod.origin)
@@ -161,7 +163,7 @@ def test_facets_enclose_the_volume_of_a_shape(solids):
         # hundredth between 16 parallels.
         share = {ancf.Box: 1.0, ancf.Cylinder: 0.9935, ancf.Sphere: 0.984}[type(body.shape)]
         assert share - 1e-6 < cones.sum(axis=1).min() / body.shape.volume < 1.0 + 1e-6
-        across = body.shape.reach if not isinstance(body.shape, ancf.Sphere) else (0.4,)
+        across = body.shape.half_extent if not isinstance(body.shape, ancf.Sphere) else (0.4,)
         if isinstance(body.shape, ancf.Cylinder):
             across = (0.3, 0.4)
         assert reach == pytest.approx(np.linalg.norm(across), rel=1e-6)
@@ -291,7 +293,7 @@ def test_a_film_moves(plate, tmp_path):
 def test_surfaces_are_rendered_in_true_size(tmp_path):
     pytest.importorskip("pyvista")
     scene = ancf.Scene((0.0, 0.0))
-    body = scene.add_body(ancf.Box(2.0, 0.5, 0.1), mass=1.0, position=(1, 2))
+    body = scene.add_body(ancf.Box(length=2.0, width=0.1, height=0.5), mass=1.0, position=(1, 2))
     star = scene.add_body(inertia=1.0, mass=1.0, position=(0, 0))
     run = ancf.simulate(scene, 0.01, 1e-2)
     with Image.open(run.render(tmp_path / "a.png", of=body)) as image:

@@ -47,13 +47,14 @@ def everything(fine=1):
         "thin", SECTION, MATERIAL, n_elements=fine, velocity=(0.0, 0.0, 0.0),
     )  # fmt: skip
     box = scene.add_body(
-        ancf.Box(0.4, 0.2, 0.1), density=500.0, position=(1, 3, 0),
+        ancf.Box(length=0.4, width=0.1, height=0.2), density=500.0, position=(1, 3, 0),
         orientation=(0.6, 0.0, 0.0, 0.8), angular_velocity=(0.0, 0.0, 1.0), name="box",
     )  # fmt: skip
     link = scene.add_body(ancf.Rod(1.0), mass=0.5, position=(1, 3, 0))
     scene.connect(box.origin, link.origin)
     lid, leaf, slide = (
-        scene.add_body(ancf.Box(0.4, 0.3, 0.1), mass=1.0, position=(x, 6, 0)) for x in (0, 1, 2)
+        scene.add_body(ancf.Box(length=0.4, width=0.1, height=0.3), mass=1.0, position=(x, 6, 0))
+        for x in (0, 1, 2)
     )
     scene.revolute(lid.origin, axis=(0, 0, 1))
     scene.universal(leaf.at((-1, 0, 0)), lid.origin, axis_a=(1, 0, 0), axis_b=(0, 1, 0))

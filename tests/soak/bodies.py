@@ -39,7 +39,8 @@ def draw_hung(rng, units=SI):
         axes = rotation(rng, dim)
         place = end.position + (0.3 * length if joint == "distance" else 0.0) * axes[:, 0]
         body = scene.add_body(
-            ancf.Box(*edges), mass=mass * 10 ** rng.uniform(-1, 1),
+            ancf.Box(length=edges[0], width=edges[2], height=edges[1]),
+            mass=mass * 10 ** rng.uniform(-1, 1),
             position=place - axes @ corner, velocity=velocity,
             orientation=axes if dim == 3 else np.arctan2(axes[1, 0], axes[0, 0]),
         )  # fmt: skip

@@ -18,7 +18,9 @@ class Machine:
         self.other = scene.revolute(self.pinion.origin, axis=Z)
         self.slide = scene.prismatic(self.carriage.origin, axis=(1, 0, 0))
         self.screw = scene.cylindrical(self.bolt.origin, axis=Z)
-        arm = scene.add_body(ancf.Box(0.4, 0.1, 0.1), mass=1.0, position=(0, -2, 0))
+        arm = scene.add_body(
+            ancf.Box(length=0.4, width=0.1, height=0.1), mass=1.0, position=(0, -2, 0)
+        )
         self.axle = scene.revolute(arm.at((-0.2, 0, 0)), axis=Z)  # by multipliers
         self.rod = scene.add_beam("thin", (0, 2, 0), (1, 2, 0), 2, SECTION, MATERIAL)
         scene.clamp(self.rod.start)

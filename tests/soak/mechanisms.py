@@ -14,7 +14,9 @@ def hung(dim=3):
     scene = ancf.Scene((0.0, -9.81, *pad))
     rod = scene.add_beam("thin", (0, 0, *pad), (1, 0, *pad), 2, SECTION, MATERIAL)
     scene.clamp(rod.start)
-    box = scene.add_body(ancf.Box(0.4, 0.2, 0.1), mass=0.2, position=(1.2, 0, *pad))
+    box = scene.add_body(
+        ancf.Box(length=0.4, width=0.1, height=0.2), mass=0.2, position=(1.2, 0, *pad)
+    )
     scene.connect(rod.end, box.at((-0.2, 0, *pad)))
     return scene, rod, box
 
@@ -125,7 +127,8 @@ def mechanism_calls():
     rest = ancf.solve_static(held)
     pair = {"a": "a", "b": "b"}
     body = {"position": (5, 5, 5), "mass": 1.0}
-    free = {"shape": ancf.Box(1, 0.5, 0.2), "position": (0, 0, 0), "mass": 1.0, "inertia": None,
+    free = {"shape": ancf.Box(length=1, width=0.2, height=0.5), "position": (0, 0, 0),
+            "mass": 1.0, "inertia": None,
             "orientation": None, "velocity": (1, 0, 0), "angular_velocity": (1, 2, 3)}  # fmt: skip
     along = {"body": rod}
     return [

@@ -9,7 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.layout import pack
-from ancfsparse.scene import Clamp, DistributedForce, Pin, PointMoment, Rod
+from ancfsparse.scene import Clamp, DistributedForce, Pin, PointMoment, RigidRod
 
 SECTION, MATERIAL = ancf.Circle(0.04), ancf.Material(2e7, 1200.0, 0.3)
 PLAIN = (MATERIAL,) * 3
@@ -257,7 +257,7 @@ class ByHand:
         for joint in self.scene.joints:
             if isinstance(joint, Pin) and joint.as_constraint:
                 out += list(self._vector(joint.node, q, 0)[0] - joint.node.position)
-            elif isinstance(joint, Rod):
+            elif isinstance(joint, RigidRod):
                 gap = self._vector(joint.node, q, 0)[0] - joint.anchor
                 out.append((gap @ gap - joint.length**2) / (2 * joint.length))
             elif isinstance(joint, Clamp) and joint.node.beam.element != "thick":

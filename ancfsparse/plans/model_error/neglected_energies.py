@@ -24,7 +24,9 @@ from ancfsparse.plans.model_error.section_energies import (
 from ancfsparse.plans.quantities.quantity import Frequency, Position, Quantity
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
-from ancfsparse.scene.sections.sections import Section, Taper, principal_axes
+from ancfsparse.scene.sections.cross_section import principal_axes
+from ancfsparse.scene.sections.standard_sections import Section
+from ancfsparse.scene.sections.taper import Taper
 
 Array = NDArray[np.float64]
 March = Callable[[Scene], Trajectory]

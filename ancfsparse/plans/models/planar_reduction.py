@@ -19,14 +19,9 @@ from ancfsparse.scene.joints.pin import PinSpec
 from ancfsparse.scene.records.record import Spec
 from ancfsparse.scene.records.signal import Shaped, Signal, Sum
 from ancfsparse.scene.records.signals import Table
-from ancfsparse.scene.sections.sections import (
-    AnySection,
-    Circle,
-    Rectangle,
-    Section,
-    Taper,
-    principal_axes,
-)
+from ancfsparse.scene.sections.cross_section import principal_axes
+from ancfsparse.scene.sections.standard_sections import Circle, Rectangle, Section
+from ancfsparse.scene.sections.taper import AnySection, Taper
 
 Vector = NDArray[np.float64]
 

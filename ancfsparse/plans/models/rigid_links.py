@@ -12,11 +12,10 @@ from ancfsparse.scene.bodies.rigid_shapes import Rod
 from ancfsparse.scene.force_elements.masses import PointMass
 from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.joints.connect import Connect
-from ancfsparse.scene.joints.distance import Distance
+from ancfsparse.scene.joints.distance import Distance, RigidRod
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.joints.pin import Pin
 from ancfsparse.scene.joints.prescribed_point import Drive
-from ancfsparse.scene.joints.rod import Rod as ToAnchor
 from ancfsparse.scene.loads.loads import PointMoment
 from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
@@ -27,7 +26,7 @@ Vector = NDArray[np.float64]
 # What a straight beam without stress is given by; anything else is left to elements.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
 # Joints that hold points and leave directions free: they bend no rod between its ends.
-HINGES: tuple[type[Joint], ...] = (Pin, Connect, Drive, Distance, ToAnchor, Winch)
+HINGES: tuple[type[Joint], ...] = (Pin, Connect, Drive, Distance, RigidRod, Winch)
 # Share by which a velocity may stretch a rod: rounding.
 ROUNDING = 1e-9
 

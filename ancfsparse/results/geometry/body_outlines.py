@@ -65,7 +65,7 @@ def solid_of(system: System, body: RigidBody, used: Iterable[Point]) -> Solid:
     form = f"cylinder {shape.axis}" if isinstance(shape, Cylinder) else type(shape).__name__.lower()
     # A rod goes from its origin to its end wherever its centre of mass is.
     middle = shape.centre[:1] if shape.is_line else centre
-    return Solid(body.name, form, places, shape.reach, middle[None])
+    return Solid(body.name, form, places, shape.half_extent, middle[None])
 
 
 def write_solids(group: h5py.Group, solids: list[Solid]) -> None:

@@ -20,7 +20,7 @@ from ancfsparse.scene.bodies.section_offsets import checked_offsets, offsets_of
 from ancfsparse.scene.bodies.strained_reference import strained_ends
 from ancfsparse.scene.records.record import PointRef, Spec, as_data
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection, Taper
+from ancfsparse.scene.sections.taper import AnySection, Taper
 
 if TYPE_CHECKING:
     from ancfsparse.scene.geometry.curves import Angle, Direction

@@ -12,7 +12,8 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum
 from ancfsparse.scene.bodies.body import Body, Vector
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection, parameters_of
+from ancfsparse.scene.sections.parameters import section_parameters
+from ancfsparse.scene.sections.taper import AnySection
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -21,7 +22,7 @@ class ElasticBody(Body):
 
     Attributes
     ----------
-    section : Rectangle, Circle, Tube, IBeam, Polygon or Section
+    section : CrossSection or Taper
         Its cross-section.
     material : Material
         What it is made of.
@@ -123,7 +124,7 @@ class ElasticBody(Body):
 
     def _parameters(self) -> dict[str, dict[str, float]]:
         """Give all parameters, by what damps them, those of its element alone too."""
-        groups = parameters_of(self.profile, self.material)
+        groups = section_parameters(self.profile, self.material)
         for name, group in self.kind.own.items():
             groups[group][name] = self.kind.values[name]
         return groups

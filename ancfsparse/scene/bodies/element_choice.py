@@ -17,8 +17,9 @@ from ancfsparse.kernels.catalog import (
 )
 from ancfsparse.messages import format_value
 from ancfsparse.scene.records.record import Spec
+from ancfsparse.scene.sections.cross_section import list_section_types, principal_axes
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection, Taper, principal_axes
+from ancfsparse.scene.sections.taper import AnySection, Taper
 
 # Second moments further apart than this share make a section that is not round.
 NOT_ROUND = 1e-9
@@ -185,8 +186,7 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     """
     if not isinstance(section, AnySection):
         raise InputError(
-            f"section of {label} must be a Rectangle, Circle, Tube, IBeam, Polygon, "
-            f"Taper or Section, got {format_value(section)}: "
+            f"section of {label} must be a {list_section_types()}, got {format_value(section)}: "
             "try ancf.Rectangle(0.01, 0.01)"
         )
     if not isinstance(material, Material):

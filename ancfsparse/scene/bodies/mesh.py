@@ -18,7 +18,7 @@ from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef, Spec, as_data
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection
+from ancfsparse.scene.sections.taper import AnySection
 
 # More lines than this are not looked at one by one when a scene is searched for free motions.
 MANY_LINES = 200

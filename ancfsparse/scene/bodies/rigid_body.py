@@ -19,7 +19,7 @@ from ancfsparse.scene.records.record import PointRef
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.body import Builder
-    from ancfsparse.scene.bodies.rigid_shapes import Shape
+    from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
 AXES = "uvw"
 # Share of a body's size within which a point is its origin.
@@ -50,7 +50,7 @@ class RigidBody(Body):
 
     mass: float
     spread: Vector
-    shape: Shape | None = None
+    shape: RigidShape | None = None
 
     def __repr__(self) -> str:
         """Name the body, its mass and the kind of its scene."""

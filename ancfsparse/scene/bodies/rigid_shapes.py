@@ -1,47 +1,54 @@
-"""Shapes of rigid bodies: volume, centre, and second moments."""
+"""Shapes of rigid bodies of uniform density: volume, centre, and second moments."""
 
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.checks import (
-    check_choice,
-    check_moderate,
-    set_fields,
-)
+from ancfsparse.checks import check_choice, check_moderate, set_fields
 
 Vector = NDArray[np.float64]
 
+# Classes of shapes, by their names in files and messages.
+SHAPE_TYPES: dict[str, type[RigidShape]] = {}
 
-@dataclass(frozen=True)
-class Box:
-    """A box with its centre at the origin of the body and its edges along the axes.
 
-    Parameters
+class RigidShape(ABC):
+    """A shape in the frame of a body; its centre is the origin unless it says otherwise.
+
+    Attributes
     ----------
-    length, height, width : float
-        Along x, y and z of the body [m].
+    noun : str
+        Its name in messages.
+    lengths : tuple of str
+        Fields that are lengths [m], checked when it is made.
+    is_line : bool
+        Whether all of its mass is on the x axis.
     """
 
-    length: float
-    height: float
-    width: float
+    noun: ClassVar[str]
+    lengths: ClassVar[tuple[str, ...]]
     is_line: ClassVar[bool] = False
 
+    def __init_subclass__(cls) -> None:
+        """Enter it in the table of shapes."""
+        SHAPE_TYPES[cls.__name__] = cls
+
     def __post_init__(self) -> None:
-        """Check the edges."""
-        for name in ("length", "height", "width"):
-            set_fields(self, **{name: check_moderate(f"{name} of a box", getattr(self, name), "m")})
+        """Check the lengths and store them in double precision."""
+        for name in self.lengths:
+            length = check_moderate(f"{name} of a {self.noun}", getattr(self, name), "m")
+            set_fields(self, **{name: length})
 
     @property
+    @abstractmethod
     def volume(self) -> float:
         """Volume [m3]."""
-        return self.length * self.height * self.width
 
     @property
     def centre(self) -> Vector:
@@ -49,39 +56,75 @@ class Box:
         return np.zeros(3)
 
     @property
+    @abstractmethod
+    def spread(self) -> Vector:
+        """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
+
+    @property
+    @abstractmethod
+    def half_extent(self) -> Vector:
+        """Half the extent along each axis, (3,) [m]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Box(RigidShape):
+    """A box with its centre at the origin of the body and its edges along the axes.
+
+    Parameters
+    ----------
+    length : float
+        Length along x [m].
+    width : float
+        Width along z [m].
+    height : float
+        Height along y [m].
+    """
+
+    length: float
+    width: float
+    height: float
+    noun = "box"
+    lengths = ("length", "width", "height")
+
+    @property
+    def volume(self) -> float:
+        """Volume [m3]."""
+        return self.length * self.height * self.width
+
+    @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
         return np.diag([self.length**2, self.height**2, self.width**2]) / 12.0
 
     @property
-    def reach(self) -> Vector:
+    def half_extent(self) -> Vector:
         """Half the extent along each axis, (3,) [m]."""
         return 0.5 * np.array([self.length, self.height, self.width])
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(RigidShape):
     """A cylinder with its centre at the origin of the body; a short one is a disc.
 
     Parameters
     ----------
-    radius, length : float
-        Its radius, and its length along the axis [m].
+    radius : float
+        Radius [m].
+    length : float
+        Length along the axis [m].
     axis : str, optional
-        Its axis in the body, ``"x"``, ``"y"`` or ``"z"``.
+        Axis of the body along which it is, ``"x"``, ``"y"`` or ``"z"``.
     """
 
     radius: float
     length: float
     axis: str = "z"
-    is_line: ClassVar[bool] = False
+    noun = "cylinder"
+    lengths = ("radius", "length")
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
-        for name in ("radius", "length"):
-            set_fields(
-                self, **{name: check_moderate(f"{name} of a cylinder", getattr(self, name), "m")}
-            )
+        """Check the lengths and the axis."""
+        super().__post_init__()
         check_choice("axis of a cylinder", self.axis, ("x", "y", "z"))
 
     @property
@@ -90,41 +133,33 @@ class Cylinder:
         return math.pi * self.radius**2 * self.length
 
     @property
-    def centre(self) -> Vector:
-        """Centre of mass, (3,) [m]."""
-        return np.zeros(3)
-
-    @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
-        return np.diag(np.where(self._along, self.length**2 / 12.0, self.radius**2 / 4.0))
+        return np.diag(np.where(self._is_axis, self.length**2 / 12.0, self.radius**2 / 4.0))
 
     @property
-    def reach(self) -> Vector:
+    def half_extent(self) -> Vector:
         """Half the extent along each axis, (3,) [m]."""
-        return np.where(self._along, 0.5 * self.length, self.radius)
+        return np.where(self._is_axis, 0.5 * self.length, self.radius)
 
     @property
-    def _along(self) -> NDArray[np.bool_]:
-        return np.array([each == self.axis for each in "xyz"])
+    def _is_axis(self) -> NDArray[np.bool_]:
+        return np.array([axis == self.axis for axis in "xyz"])
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(RigidShape):
     """A sphere with its centre at the origin of the body.
 
     Parameters
     ----------
     radius : float
-        Its radius [m].
+        Radius [m].
     """
 
     radius: float
-    is_line: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        """Check the radius."""
-        set_fields(self, radius=check_moderate("radius of a sphere", self.radius, "m"))
+    noun = "sphere"
+    lengths = ("radius",)
 
     @property
     def volume(self) -> float:
@@ -132,23 +167,18 @@ class Sphere:
         return 4.0 / 3.0 * math.pi * self.radius**3
 
     @property
-    def centre(self) -> Vector:
-        """Centre of mass, (3,) [m]."""
-        return np.zeros(3)
-
-    @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
         return self.radius**2 / 5.0 * np.eye(3)
 
     @property
-    def reach(self) -> Vector:
+    def half_extent(self) -> Vector:
         """Half the extent along each axis, (3,) [m]."""
         return np.full(3, self.radius)
 
 
 @dataclass(frozen=True)
-class Rod:
+class Rod(RigidShape):
     """A thin straight rod from the origin of the body along its x axis.
 
     It has no inertia about its axis, so in space it has five degrees of freedom: its rotation
@@ -157,15 +187,13 @@ class Rod:
     Parameters
     ----------
     length : float
-        Its length [m].
+        Length [m].
     """
 
     length: float
-    is_line: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        """Check the length."""
-        set_fields(self, length=check_moderate("length of a rod", self.length, "m"))
+    noun = "rod"
+    lengths = ("length",)
+    is_line = True
 
     @property
     def volume(self) -> float:
@@ -183,9 +211,6 @@ class Rod:
         return np.diag([self.length**2 / 12.0, 0.0, 0.0])
 
     @property
-    def reach(self) -> Vector:
+    def half_extent(self) -> Vector:
         """Half the extent along each axis, (3,) [m]."""
         return np.array([0.5 * self.length, 0.0, 0.0])
-
-
-Shape = Box | Cylinder | Sphere | Rod

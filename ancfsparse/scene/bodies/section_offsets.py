@@ -10,7 +10,8 @@ from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.positions import check_position
-from ancfsparse.scene.sections.sections import Taper, principal_axes
+from ancfsparse.scene.sections.cross_section import principal_axes
+from ancfsparse.scene.sections.taper import Taper
 
 Offsets = tuple[float, ...]
 

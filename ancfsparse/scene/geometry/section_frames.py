@@ -9,7 +9,8 @@ import numpy as np
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.scene.kinematics.linear_forms import Vector
-from ancfsparse.scene.sections.sections import AnySection, Taper, principal_axes
+from ancfsparse.scene.sections.cross_section import principal_axes
+from ancfsparse.scene.sections.taper import AnySection, Taper
 
 # Sine of the angle to the z axis below which a beam has e_y = +y.
 UPRIGHT = 1e-8

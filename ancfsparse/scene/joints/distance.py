@@ -1,28 +1,167 @@
-"""Distances: two points keep their distance, as the ends of a rigid massless rod do."""
+"""Distance constraints: a point keeps its distance from an anchor, or from another point."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from ancfsparse.scene.bodies.body import Builder, Led, Point
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.messages import format_numbers
+from ancfsparse.scene.bodies.body import LINEAR, Builder, Led, Point
 from ancfsparse.scene.joints.frame_vectors import point
-from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.joints.rod import HalfSquare
-from ancfsparse.scene.records.prescribed_motion import Course
+from ancfsparse.scene.joints.joint import Joint, Mark
+from ancfsparse.scene.records.record import At, PointRef, Spec, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.kinematics.linear_forms import Coordinates
+    from ancfsparse.scene.records.prescribed_motion import Course
+
+Vector = NDArray[np.float64]
+Term = tuple[float, int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class Distance(Joint):
-    """Keep the distance of two points.
+class RodSpec(Spec):
+    """The record of `Scene.rod`."""
+
+    node: PointRef
+    anchor: tuple[float, ...]
+    length: Callable[[float], float] | None = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    method = "rod"
+    units: ClassVar = {"anchor": "m", "length": "m", "rate": "m/s", "second_rate": "m/s2"}
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe the data of its equation."""
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        return f"rod ({at(self.node)}) to {format_numbers(self.anchor)}{length}"
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceSpec(Spec):
+    """The record of `Scene.distance`."""
+
+    a: PointRef
+    b: PointRef
+    length: Callable[[float], float] | None = None
+    rate: Callable[[float], float] | None = None
+    second_rate: Callable[[float], float] | None = None
+    method = "distance"
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe the data of its equation."""
+        length = "" if self.length is None else f", length {text(self.length, at)}"
+        return f"distance ({at(self.a)}; {at(self.b)}){length}"
+
+
+@dataclass(frozen=True)
+class HalfSquaredLength:
+    """``l^2 / (2 l_0)`` and its rates from those of a length l.
+
+    Parameters
+    ----------
+    initial : float
+        Initial length l_0 [m].
+    """
+
+    initial: float
+
+    def __call__(self, motion: Vector) -> Vector:
+        """Return value and rates (k, 3) [m, m/s, m/s2] from l, l' and l''."""
+        length, rate, second_rate = motion.T
+        columns = [0.5 * length**2, length * rate, rate**2 + length * second_rate]
+        return np.stack(columns, axis=1) / self.initial
+
+
+class DistanceConstraint(Joint):
+    """An equation ``(|d|^2 - l(t)^2) / (2 l_0) = 0`` of a distance d, in metres.
+
+    Its gradient has unit length in the reference shape.
+
+    Attributes
+    ----------
+    length : float
+        Distance l_0 in the reference shape [m].
+    course : Course or None
+        Prescribed distance over time; None if it is constant.
+    """
+
+    length: float
+    course: Course | None
+
+    @property
+    def has_multipliers(self) -> bool:
+        """True: it is made by an equation."""
+        return True
+
+    def _add_equation(
+        self, builder: Builder, label: str, terms: list[Term], about: list[float]
+    ) -> None:
+        """Add the equation of the squared distance."""
+        led, offset = None, -0.5 * self.length
+        if self.course is not None:
+            led, offset = Led(self.course, 0, HalfSquaredLength(self.length)), 0.0
+        builder.equation(label, offset, *terms, about=about, led=led)
+
+
+@dataclass(frozen=True, eq=False)
+class RigidRod(DistanceConstraint):
+    """Keep or prescribe the distance of a node from a fixed point, as a rigid massless rod does.
+
+    Attributes
+    ----------
+    node : Point
+        The constrained node.
+    anchor : ndarray, shape (dim,)
+        The fixed point [m], read-only.
+    length, course
+        As in `DistanceConstraint`.
+    """
+
+    node: Point
+    anchor: Vector
+    length: float
+    course: Course | None = None
+    name = "rod"
+
+    def lower(self, builder: Builder) -> None:
+        """State the equation of the distance from the anchor."""
+        positions = builder.ends(self.node)[:, : len(self.anchor)]
+        terms, about = squared_distance(
+            *builder.point(self.node), positions, self.anchor, 0.5 / self.length
+        )
+        self._add_equation(builder, f"rod at {self.node!r}", terms, about)
+
+    @property
+    def nodes(self) -> tuple[Point, ...]:
+        """The node."""
+        return (self.node,)
+
+    @property
+    def mark(self) -> Mark:
+        """Symbol in pictures."""
+        return Mark("rod", self.anchor)
+
+    @property
+    def direction(self) -> Vector:
+        """From the anchor to the node in the reference shape, a unit vector (dim,)."""
+        return np.asarray((self.node.position - self.anchor) / self.length)
+
+
+@dataclass(frozen=True, eq=False)
+class Distance(DistanceConstraint):
+    """Keep or prescribe the distance of two points.
 
     Attributes
     ----------
     a, b : Point
         The points.
-    length : float
-        Their distance in the reference shape [m].
-    course : Course, optional
-        The distance over time, where it is not kept.
+    length, course
+        As in `DistanceConstraint`.
     """
 
     a: Point
@@ -32,22 +171,22 @@ class Distance(Joint):
     name = "distance"
 
     def lower(self, builder: Builder) -> None:
-        """State (|r_a - r_b|^2 - l^2) / (2 l) = 0: in metres, with gradients of length one."""
-        apart = point(builder, self.a) - point(builder, self.b)
+        """State the equation of the distance of the points."""
+        vector = point(builder, self.a) - point(builder, self.b)
         positions = {
-            int(k) for node in self.nodes for k in builder.ends(node)[:, : len(apart.terms)].ravel()
+            int(k)
+            for node in self.nodes
+            for k in builder.ends(node)[:, : len(vector.terms)].ravel()
         }
-        terms, about = [], []
-        for own, origin in zip(apart.terms, self.a.position, strict=True):
-            for k, w in own.items():
-                for j, x in own.items():
+        terms: list[Term] = []
+        about: list[float] = []
+        for component, origin in zip(vector.terms, self.a.position, strict=True):
+            for k, w in component.items():
+                for j, x in component.items():
                     terms.append((0.5 / self.length * w * x, k, j))
-                    # Weights of positions add up to zero, so they may be counted from anywhere.
+                    # The weights of positions add up to zero, so any origin may be subtracted.
                     about.append(float(origin) if {k, j} <= positions else 0.0)
-        label = f"distance of {self.a!r} and {self.b!r}"
-        led = None if self.course is None else Led(self.course, 0, HalfSquare(self.length))
-        offset = -0.5 * self.length if led is None else 0.0
-        builder.equation(label, offset, *terms, about=about, led=led)
+        self._add_equation(builder, f"distance of {self.a!r} and {self.b!r}", terms, about)
 
     @property
     def nodes(self) -> tuple[Point, ...]:
@@ -56,10 +195,42 @@ class Distance(Joint):
 
     @property
     def links(self) -> tuple[tuple[Point, Point], ...]:
-        """The line between both."""
+        """The line between both points."""
         return ((self.a, self.b),)
 
-    @property
-    def has_multipliers(self) -> bool:
-        """Whether it is made by an equation: always."""
-        return True
+
+def squared_distance(
+    coordinates: Coordinates,
+    weights: Vector,
+    positions: Coordinates,
+    anchor: Vector,
+    factor: float,
+) -> tuple[list[Term], list[float]]:
+    """Return the terms of ``factor |sum of w q - anchor|^2``, and the origins of their factors.
+
+    Parameters
+    ----------
+    coordinates : (dim, p) int
+        Coordinates.
+    weights : (p,) float
+        Their weights.
+    positions : (k, dim) int
+        Which of them are positions; their weights add up to 1.
+    anchor : (dim,) float
+        Fixed point [m].
+    factor : float
+        Factor of the square [1/m].
+    """
+    terms: list[Term] = []
+    about: list[float] = []
+    for row, origin, own in zip(coordinates, anchor.tolist(), positions.T.tolist(), strict=True):
+        for a, (i, w) in enumerate(zip(row.tolist(), weights.tolist(), strict=True)):
+            for b, (j, x) in enumerate(zip(row[: a + 1].tolist(), weights.tolist(), strict=False)):
+                product = (1.0 if a == b else 2.0) * factor * w * x
+                are_positions = i in own and j in own
+                terms.append((product, i, j))
+                about.append(origin if are_positions else 0.0)
+                if origin and not are_positions and (i in own or j in own):
+                    terms.append((-product * origin, j if i in own else i, LINEAR))
+                    about.append(0.0)
+    return terms, about

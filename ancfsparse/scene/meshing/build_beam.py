@@ -22,7 +22,7 @@ from ancfsparse.scene.bodies.auto_element import stand_ins
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.element_choice import slack_string
 from ancfsparse.scene.meshing.straight_beam import build_straight_beam
-from ancfsparse.scene.sections.sections import Taper
+from ancfsparse.scene.sections.taper import Taper
 
 Vector = NDArray[np.float64]
 

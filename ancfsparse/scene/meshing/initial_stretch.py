@@ -16,7 +16,7 @@ from ancfsparse.scene.geometry.catenary import Catenary
 from ancfsparse.scene.geometry.curves import Line, Path
 from ancfsparse.scene.geometry.positions import check_ends
 from ancfsparse.scene.geometry.splines import path_of
-from ancfsparse.scene.sections.sections import Taper
+from ancfsparse.scene.sections.taper import Taper
 
 Vector = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from ancfsparse.scene.geometry.section_frames import along_principal_axes, secti
 from ancfsparse.scene.meshing.initial_velocity import velocity_field
 from ancfsparse.scene.meshing.node_edge_checks import checked_graph
 from ancfsparse.scene.meshing.straight_beam import check_element_memory
-from ancfsparse.scene.sections.sections import Taper
+from ancfsparse.scene.sections.taper import Taper
 
 Integers = NDArray[np.integer[Any]]
 

@@ -15,7 +15,7 @@ from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
 from ancfsparse.scene.meshing.build_beam import build_beam
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection
+from ancfsparse.scene.sections.taper import AnySection
 
 if TYPE_CHECKING:
     from ancfsparse.scene.geometry.curves import Angle, Direction
@@ -68,8 +68,9 @@ class Bodies(Records):
             Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then handles
             by arc length, such as ``rod.end`` and ``rod.at(s)``, are nodes at the 600th parts of
             the length.
-        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
-            Its cross-section.  A spatial cable bends alike in all directions and needs
+        section : CrossSection or Taper
+            Its cross-section: a `Rectangle`, `Circle`, `Tube`, `IBeam`, `Polygon`, `Section` or
+            `Taper`.  A spatial cable bends alike in all directions and needs
             ``inertia_y`` equal to ``inertia_z``.
         material : Material
             What it is made of.
@@ -203,9 +204,9 @@ class Bodies(Records):
             in `add_beam`; or ``"auto"``: `ancf.plan` chooses strings or cables.  In space a line of
             ``"thick"`` with hinges at both ends may spin about its axis; its sections have e_z as
             near to +z as possible, as in `add_beam`.
-        section : Rectangle, Circle, Tube, IBeam, Polygon or Section
-            Cross-section of all edges.  A spatial cable needs ``inertia_y`` equal to
-            ``inertia_z``.
+        section : CrossSection
+            Cross-section of all edges, as in `add_beam` but for a `Taper`.  A spatial cable needs
+            ``inertia_y`` equal to ``inertia_z``.
         material : Material
             What they are made of.
         n_elements : int or "auto", optional

@@ -318,11 +318,8 @@ class Couplings(Records):
             raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
         if drum is not None and length is not None:
             raise InputError("a winch has a drum or a prescribed length, not both: drive the drum")
-        if length is None and (rate is not None or second_rate is not None):
-            raise InputError("a winch has a rate and no length that changes: give length=l(t) too")
-        course, wound, by = None, None, 0.0
-        if length is not None:
-            course = records.course_of("the length of the winch", 0, length, rate, second_rate)
+        course = self._length_over_time("the length of the winch", length, rate, second_rate)
+        wound, by = None, 0.0
         if drum is not None:
             wound, by = (
                 self._joint("a winch", drum),

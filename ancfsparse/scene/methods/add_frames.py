@@ -16,7 +16,7 @@ from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element
 from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_mechanisms import Mechanisms
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.sections import AnySection
+from ancfsparse.scene.sections.taper import AnySection
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.frame import Frame
@@ -56,7 +56,7 @@ class Frames(Bodies, Mechanisms):
             ``"thick"``, or in the plane also ``"thin"`` and ``"l2t2"``.
         n_elements : int
             Number of elements of every beam.
-        section : Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section
+        section : CrossSection or Taper
             Cross-section of all beams.
         material : Material
             What they are made of.

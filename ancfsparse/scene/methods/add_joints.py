@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,33 +16,15 @@ from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.geometry.positions import SAME_PLACE, check_position, place
 from ancfsparse.scene.joints.clamp import Clamp, ClampSpec
 from ancfsparse.scene.joints.connect import Connect, ConnectSpec
-from ancfsparse.scene.joints.distance import Distance
+from ancfsparse.scene.joints.distance import Distance, DistanceSpec, RigidRod, RodSpec
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_point, check_turns
 from ancfsparse.scene.joints.pin import Pin, PinSpec
 from ancfsparse.scene.joints.prescribed_point import Drive, DriveSpec
-from ancfsparse.scene.joints.rod import Rod, RodSpec
 from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, PointRef, Spec, as_data, text
+from ancfsparse.scene.records.record import as_data
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.joints.distance import Distance
-
-
-@dataclass(frozen=True, eq=False)
-class DistanceSpec(Spec):
-    """The record of `Scene.distance`."""
-
-    a: PointRef
-    b: PointRef
-    length: Callable[[float], float] | None = None
-    rate: Callable[[float], float] | None = None
-    second_rate: Callable[[float], float] | None = None
-    method = "distance"
-
-    def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equation follows from."""
-        length = "" if self.length is None else f", length {text(self.length, at)}"
-        return f"distance ({at(self.a)}; {at(self.b)}){length}"
+    from ancfsparse.scene.joints.distance import Distance, DistanceSpec, RigidRod, RodSpec
 
 
 class Joints(Records):
@@ -143,7 +124,7 @@ class Joints(Records):
         length: Callable[[float], float] | None = None,
         rate: Callable[[float], float] | None = None,
         second_rate: Callable[[float], float] | None = None,
-    ) -> Rod:
+    ) -> RigidRod:
         """Tie a point to a fixed one with a rigid massless rod of their initial distance.
 
         Parameters
@@ -161,7 +142,7 @@ class Joints(Records):
 
         Returns
         -------
-        Rod
+        RigidRod
             The joint.
         """
         self._mine("a rod", check_point("a rod", node))
@@ -173,17 +154,10 @@ class Joints(Records):
                 f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
                 "node itself; to hold the node there, use pin"
             )
-        course = None
-        if length is None and (rate is not None or second_rate is not None):
-            raise InputError(
-                f"the rod at {node!r} has a rate and no length that changes: give length=l(t) too"
-            )
-        if length is not None:
-            course = records.course_of(
-                f"the length of the rod at {node!r}", 0, length, rate, second_rate
-            )
+        subject = f"the length of the rod at {node!r}"
+        course = self._length_over_time(subject, length, rate, second_rate)
         record = RodSpec(node.reference, as_data(point), length, rate, second_rate)
-        return self._add(Rod(node, point, distance, course), record)
+        return self._add(RigidRod(node, point, distance, course), record)
 
     def connect(self, a: Point, b: Point, *, apart: bool = False) -> Connect:
         """Join two points at one place, free to turn against each other.
@@ -248,14 +222,7 @@ class Joints(Records):
         apart = float(np.linalg.norm(a.position - b.position))
         if apart <= SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
-        course = None
-        if length is None and (rate is not None or second_rate is not None):
-            raise InputError(
-                f"the distance of {a!r} and {b!r} has a rate and no length that changes: give "
-                "length=l(t) too"
-            )
-        if length is not None:
-            subject = f"the distance of {a!r} and {b!r}"
-            course = records.course_of(subject, 0, length, rate, second_rate)
+        subject = f"the distance of {a!r} and {b!r}"
+        course = self._length_over_time(subject, length, rate, second_rate)
         record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
         return self._add_partial(Distance(a, b, apart, course), record)

@@ -28,7 +28,7 @@ from ancfsparse.scene.records.record import Spec, as_data
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
-    from ancfsparse.scene.bodies.rigid_shapes import Shape
+    from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
 # Relative deviation of inertias, unit vectors and right angles that is taken for rounding.
 ROUNDING = 1e-9
@@ -38,7 +38,7 @@ ROUNDING = 1e-9
 class BodySpec(Spec):
     """The record of `Scene.add_body`."""
 
-    shape: Shape | None
+    shape: RigidShape | None
     position: tuple[float, ...]
     mass: float | None = None
     density: float | None = None
@@ -65,7 +65,7 @@ class RigidBodies(Records):
 
     def add_body(
         self,
-        shape: Shape | None = None,
+        shape: RigidShape | None = None,
         *,
         position: ArrayLike,
         mass: float | None = None,
@@ -122,9 +122,7 @@ class RigidBodies(Records):
         """
         label = self._label(name, "body")
         dim = self.dim
-        if shape is not None and not isinstance(
-            shape, bodies.Box | bodies.Cylinder | bodies.Sphere | bodies.Rod
-        ):
+        if shape is not None and not isinstance(shape, bodies.RigidShape):
             raise InputError(
                 f"the shape of {label} must be a Box, Cylinder, Sphere or Rod, got "
                 f"{format_value(shape)}"
@@ -186,7 +184,7 @@ class RigidBodies(Records):
         return self._take(body, record)
 
 
-def _mass(label: str, shape: Shape | None, mass: float | None, density: float | None) -> float:
+def _mass(label: str, shape: RigidShape | None, mass: float | None, density: float | None) -> float:
     if (mass is None) == (density is None):
         given = "neither" if mass is None else "both"
         raise InputError(f"{label} needs its mass or its density, got {given}")
@@ -202,7 +200,7 @@ def _mass(label: str, shape: Shape | None, mass: float | None, density: float | 
 
 
 def _second_moments(
-    label: str, dim: int, shape: Shape | None, mass: float, inertia: ArrayLike | None
+    label: str, dim: int, shape: RigidShape | None, mass: float, inertia: ArrayLike | None
 ) -> Vector:
     """Return the integral of x x^T over the mass about the centre, (dim, dim) [kg m2]."""
     what = f"inertia of {label}"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TypeVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value, suggest_names
+from ancfsparse.scene import records
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.positions import SAME_PLACE, Vector, check_position
@@ -20,6 +22,10 @@ from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attached
 from ancfsparse.scene.loads.loads import Load
 from ancfsparse.scene.records.record import JointRef, Spec
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.records.signal import Signal
 
 AnyBody = TypeVar("AnyBody", bound=Body)
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
@@ -179,6 +185,22 @@ class Records:
     def _mine(self, what: str, node: Point) -> Point:
         self._own(what, node.beam)
         return node
+
+    @staticmethod
+    def _length_over_time(
+        subject: str,
+        length: Signal | Callable[[float], float] | None,
+        rate: Callable[[float], float] | None,
+        second_rate: Callable[[float], float] | None,
+    ) -> Course | None:
+        """Return a length that changes as a prescribed motion; None if it is constant."""
+        if length is not None:
+            return records.course_of(subject, 0, length, rate, second_rate)
+        if rate is not None or second_rate is not None:
+            raise InputError(
+                f"{subject} has a rate and is constant: give it as a function, length=l(t), too"
+            )
+        return None
 
     def _points_of_rope(
         self, what: str, points: object

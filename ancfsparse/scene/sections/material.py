@@ -1,4 +1,4 @@
-"""What a beam is made of."""
+"""Linear elastic materials with damping."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Material:
     rayleigh: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Check every number and keep it in double precision."""
+        """Check the numbers and store them in double precision."""
         nu = check_finite("poisson_ratio", self.poisson_ratio)
         if not -1.0 < nu < 0.5:
             raise InputError(
@@ -100,7 +100,7 @@ class Material:
 
 
 def _check_damping(what: str, value: object, unit: str) -> float:
-    """Refuse what would drive a motion instead of damping it."""
+    """Return a damping, refused if it would supply energy instead of dissipating it."""
     number = check_finite(what, value, unit)
     if number < 0.0:
         raise InputError(

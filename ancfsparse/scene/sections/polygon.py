@@ -1,4 +1,4 @@
-"""Sections with straight edges: their moments, and their torsion by an own solution."""
+"""Polygonal sections: moments of area and torsion."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.scene.sections.profiles import check_side
+from ancfsparse.scene.sections.cross_section import (
+    MAX_PRODUCT_MOMENT,
+    CrossSection,
+    check_side,
+)
 from ancfsparse.scene.sections.torsion import torsion_constant
 
 Complex = NDArray[np.complex128]
 Corners = tuple[tuple[float, float], ...]
 
-# Corners that the solution of torsion takes in a second or two.
-MOST_CORNERS = 100
-# Share of the second moments by which axes may be off principal ones.
-PRINCIPAL = 1e-9
-# Share of the size by which an edge may meet another and not cross it.
-MEETING = 1e-12
+MAX_CORNERS = 100  # for which torsion is solved in a second or two
+MIN_EDGE = 1e-12  # over the size of the section
 
 
 @dataclass(frozen=True)
-class Polygon:
+class Polygon(CrossSection):
     """A section with straight edges, with or without holes.
 
-    Its moments are about its centroid, through which the axis of a beam runs: where `centroid` is
-    in the coordinates of the corners.  Where its `inertia_yz` is not zero, the frame of a beam is
-    turned by `principal_angle` from y and z; the corners stay where they are.
+    Its moments are about its centroid, through which the axis of a beam passes.  If its
+    `inertia_yz` is not zero, the frame of a beam is rotated by `principal_angle` from y and z; the
+    corners keep their positions.
 
     Parameters
     ----------
@@ -53,25 +53,26 @@ class Polygon:
     corners: Corners
     holes: tuple[Corners, ...] = ()
     shear_factor: float = 5.0 / 6.0
+    can_taper = False
 
     def __post_init__(self) -> None:
-        """Check the corners and keep them as tuples."""
+        """Check the corners and store them as tuples."""
         outline = _corners("corners of the polygon", self.corners)
         if not isinstance(self.holes, list | tuple):
             raise InputError(
                 f"holes of a polygon must be a list of corners, got {format_value(self.holes)}"
             )
-        holes = [_corners(f"hole {k} of the polygon", each) for k, each in enumerate(self.holes)]
+        holes = [_corners(f"hole {k} of the polygon", hole) for k, hole in enumerate(self.holes)]
         set_fields(
             self,
-            corners=_plain(outline),
-            holes=tuple(map(_plain, holes)),
+            corners=_as_tuples(outline),
+            holes=tuple(map(_as_tuples, holes)),
             shear_factor=check_positive("shear_factor of the polygon", self.shear_factor),
         )
         n = sum(map(len, (outline, *holes)))
-        if n > MOST_CORNERS:
+        if n > MAX_CORNERS:
             raise InputError(
-                f"the polygon has {n} corners, more than the {MOST_CORNERS} for which torsion is "
+                f"the polygon has {n} corners, more than the {MAX_CORNERS} for which torsion is "
                 "solved: take fewer, or a Section with its numbers"
             )
         check_side("extent of the polygon", float(np.ptp(outline, axis=0).max()))
@@ -80,31 +81,31 @@ class Polygon:
             raise InputError("a hole of the polygon lies outside of it")
 
     @cached_property
-    def _given(self) -> list[Complex]:
+    def _loops(self) -> list[Complex]:
         """Corners y + i z: of the outline counterclockwise, of holes clockwise."""
-        loops = [np.array(each) @ [1.0, 1j] for each in (self.corners, *self.holes)]
-        turns = [(np.conj(loop) * np.roll(loop, -1)).imag.sum() > 0.0 for loop in loops]
+        loops = [np.array(corners) @ [1.0, 1j] for corners in (self.corners, *self.holes)]
+        areas = [(np.conj(loop) * np.roll(loop, -1)).imag.sum() for loop in loops]
         return [
-            loop if turn == (k == 0) else loop[::-1]
-            for k, (loop, turn) in enumerate(zip(loops, turns, strict=True))
+            loop if (area > 0.0) == (k == 0) else loop[::-1]
+            for k, (loop, area) in enumerate(zip(loops, areas, strict=True))
         ]
 
     @cached_property
     def _moments(self) -> tuple[float, complex, complex, float]:
         """Area, centroid, and int w^2 dA and int |w|^2 dA of w = y + i z about it."""
-        first = self._given[0][0]
-        area, moment, square, size = 0.0, 0j, 0j, 0.0
-        for loop in self._given:
-            a, b = loop - first, np.roll(loop, -1) - first
+        origin = self._loops[0][0]
+        area, moment, square, polar = 0.0, 0j, 0j, 0.0
+        for loop in self._loops:
+            a, b = loop - origin, np.roll(loop, -1) - origin
             cross = (np.conj(a) * b).imag
             area += float(cross.sum()) / 2.0
             moment += complex((cross * (a + b)).sum()) / 6.0
             square += complex((cross * (a * a + a * b + b * b)).sum()) / 12.0
             product = np.abs(a) ** 2 + (np.conj(a) * b).real + np.abs(b) ** 2
-            size += float((cross * product).sum()) / 12.0
-        middle = moment / area
-        square, size = square - area * middle**2, size - area * abs(middle) ** 2
-        return area, first + middle, square, size
+            polar += float((cross * product).sum()) / 12.0
+        centroid = moment / area
+        square, polar = square - area * centroid**2, polar - area * abs(centroid) ** 2
+        return area, origin + centroid, square, polar
 
     @property
     def area(self) -> float:
@@ -114,8 +115,8 @@ class Polygon:
     @property
     def centroid(self) -> tuple[float, float]:
         """Centroid (y, z), through which the axis of a beam passes, like the corners [m]."""
-        middle = self._moments[1]
-        return middle.real, middle.imag
+        centroid = self._moments[1]
+        return centroid.real, centroid.imag
 
     @property
     def inertia_y(self) -> float:
@@ -134,8 +135,8 @@ class Polygon:
 
     @property
     def is_principal(self) -> bool:
-        """Whether y and z are principal axes, to rounding."""
-        return abs(self.inertia_yz) <= PRINCIPAL * self._moments[3]
+        """True if y and z are principal axes, to rounding."""
+        return abs(self.inertia_yz) <= MAX_PRODUCT_MOMENT * self._moments[3]
 
     @property
     def principal_angle(self) -> float:
@@ -151,14 +152,17 @@ class Polygon:
     def principal(self) -> Polygon:
         """Return the section with its principal axes along y and z, about its centroid.
 
-        It is turned back by `principal_angle`: with it, a beam that is to keep the section in its
-        place turns by that angle about e_x, by `up` or `twist`.
+        It is rotated by minus `principal_angle`; a beam keeps the section in its place if it is
+        rotated by `principal_angle` about e_x, by `up` or `twist`.
         """
-        turn = complex(math.cos(self.principal_angle), -math.sin(self.principal_angle))
-        middle = self._moments[1]
+        rotation = complex(math.cos(self.principal_angle), -math.sin(self.principal_angle))
+        centroid = self._moments[1]
         loops = [
-            tuple((w.real, w.imag) for w in ((complex(y, z) - middle) * turn for y, z in each))
-            for each in (self.corners, *self.holes)
+            tuple(
+                (w.real, w.imag)
+                for w in ((complex(y, z) - centroid) * rotation for y, z in corners)
+            )
+            for corners in (self.corners, *self.holes)
         ]
         return Polygon(loops[0], tuple(loops[1:]), self.shear_factor)
 
@@ -168,25 +172,10 @@ class Polygon:
 
         Notes
         -----
-        By a fit of rational functions with poles at the corners, refined until J changes by less
-        than 1e-5 of it (`ancfsparse/scene/sections/torsion.py`).
+        Rational functions with poles at the corners are fitted and refined until J changes by less
+        than 1e-5 of its value (`ancfsparse/scene/sections/torsion.py`).
         """
-        return torsion_constant(self._given)[0]
-
-    def shear_correction(self, poisson_ratio: float) -> float:
-        """Shear correction factor k, as it was given.
-
-        Parameters
-        ----------
-        poisson_ratio : float
-            Poisson's ratio of the material; does not change the factor.
-
-        Returns
-        -------
-        float
-            The factor.
-        """
-        return self.shear_factor
+        return torsion_constant(self._loops)[0]
 
 
 def _corners(what: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -198,22 +187,22 @@ def _corners(what: str, value: ArrayLike) -> NDArray[np.float64]:
     return table
 
 
-def _plain(table: NDArray[np.float64]) -> Corners:
+def _as_tuples(table: NDArray[np.float64]) -> Corners:
     return tuple((float(y), float(z)) for y, z in table)
 
 
 def _inside(loop: NDArray[np.float64], outline: NDArray[np.float64]) -> bool:
-    """Whether a loop that does not cross an outline is inside: it turns around its first corner."""
-    to = (outline - loop[0]) @ [1.0, 1j]
-    return bool(abs(np.angle(np.roll(to, -1) / to).sum()) > math.pi)
+    """Return True if a loop that does not cross an outline is inside, by the winding number."""
+    to_outline = (outline - loop[0]) @ [1.0, 1j]
+    return bool(abs(np.angle(np.roll(to_outline, -1) / to_outline).sum()) > math.pi)
 
 
 def _check_edges(loops: list[NDArray[np.float64]]) -> None:
-    """Refuse edges that cross or meet others than their neighbours, and edges without length."""
+    """Refuse edges that meet others than their neighbours, and edges of zero length."""
     starts = np.concatenate(loops) @ [1.0, 1j]
     ends = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops]) @ [1.0, 1j]
     along, size = ends - starts, np.abs(starts - starts.mean()).max()
-    short = np.abs(along) <= MEETING * size
+    short = np.abs(along) <= MIN_EDGE * size
     if short.any():
         raise InputError(
             f"corner {int(np.argmax(short))} of the polygon and the next are one: leave one out"
@@ -221,10 +210,10 @@ def _check_edges(loops: list[NDArray[np.float64]]) -> None:
     for i in range(len(starts)):
         with np.errstate(divide="ignore", invalid="ignore"):
             cross = (np.conj(along[i]) * along).imag
-            to = starts - starts[i]
-            mine = (np.conj(to) * along).imag / cross
-            other = (np.conj(to) * along[i]).imag / cross
-        crossing = (mine >= 0.0) & (mine <= 1.0) & (other >= 0.0) & (other <= 1.0)
+            offset = starts - starts[i]
+            on_first = (np.conj(offset) * along).imag / cross
+            on_second = (np.conj(offset) * along[i]).imag / cross
+        crossing = (on_first >= 0.0) & (on_first <= 1.0) & (on_second >= 0.0) & (on_second <= 1.0)
         crossing &= (starts != ends[i]) & (ends != starts[i])
         crossing[i] = False
         if crossing.any():

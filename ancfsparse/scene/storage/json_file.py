@@ -20,7 +20,7 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
+from ancfsparse.scene.bodies.rigid_shapes import SHAPE_TYPES
 from ancfsparse.scene.geometry.curves import Arc, Helix
 from ancfsparse.scene.methods.scene_base import Records
 from ancfsparse.scene.records.compiled_callbacks import is_compiled
@@ -28,22 +28,19 @@ from ancfsparse.scene.records.record import REFERENCES, SPECS, BodyRef, Spec
 from ancfsparse.scene.records.signal import Sum
 from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 from ancfsparse.scene.records.transferable_functions import Unsent
+from ancfsparse.scene.sections.cross_section import SECTION_TYPES
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.polygon import Polygon
-from ancfsparse.scene.sections.profiles import IBeam, Tube
-from ancfsparse.scene.sections.sections import Circle, Rectangle, Section, Taper
 
 FORMAT, VERSION = "ancfsparse scene", 1
 UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 # Arrays of more numbers are written in base64.
 INLINE = 1000
 # Data that arguments are made of, by the name of the class.
-SECTIONS = (Rectangle, Circle, Tube, IBeam, Polygon, Section, Taper)
 SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
-SHAPES = (Box, Cylinder, Sphere, Rod, Arc, Helix)
-DATA = {each.__name__: each for each in (*SECTIONS, Material)} | {
-    each.__name__: each for each in (*SIGNALS, *SHAPES)
-}
+CURVES = (Arc, Helix)
+DATA: dict[str, type[Any]] = (
+    SECTION_TYPES | SHAPE_TYPES | {kind.__name__: kind for kind in (Material, *SIGNALS, *CURVES)}
+)
 
 AnyScene = TypeVar("AnyScene", bound=Records)
 

@@ -168,7 +168,7 @@ def test_points_that_are_not_on_it(point, message):
         ({"end": (2, 0, 0)}, "end of beam 0 has 3 components, but the scene is planar"),
         ({"n_elements": 0}, "n_elements of beam 0 must be an integer of at least 1, got 0"),
         ({"n_elements": 2.5}, "n_elements of beam 0 must be an integer, got 2.5"),
-        ({"section": 0.01}, "a Rectangle, Circle, Tube, IBeam, Polygon, Taper or Section, got 0"),
+        ({"section": 0.01}, "a Circle, IBeam, Polygon, Rectangle, Section, Taper or Tube, got 0"),
         ({"material": 1e8}, "material of beam 0 must be a Material, got 100000000.0"),
         ({"strain": "biott"}, "unknown strain 'biott': did you mean 'biot'"),
         ({"element": "l2t2", "strain": "biot"},

@@ -21,7 +21,9 @@ def test_moments_of_shapes():
     """Against the formulas of textbooks, each about the centre, in the order x, y, z [kg m2]."""
     m = 3.0
     shapes = {
-        ancf.Box(1.0, 0.2, 0.1): m / 12 * np.array([0.2**2 + 0.1**2, 1 + 0.1**2, 1 + 0.2**2]),
+        ancf.Box(length=1.0, width=0.1, height=0.2): m
+        / 12
+        * np.array([0.2**2 + 0.1**2, 1 + 0.1**2, 1 + 0.2**2]),
         ancf.Cylinder(0.3, 0.8): m / 12 * np.array([3 * 0.09 + 0.64, 3 * 0.09 + 0.64, 6 * 0.09]),
         ancf.Cylinder(0.3, 0.8, "x"): m / 12 * np.array([6 * 0.09, 0.91, 0.91]),
         ancf.Sphere(0.5): np.full(3, 0.4 * m * 0.25),
@@ -107,7 +109,12 @@ def test_bad_bodies(give, message):
 
 @pytest.mark.parametrize(
     "make",
-    [lambda x: ancf.Box(1.0, x, 1.0), lambda x: ancf.Cylinder(x, 1.0), ancf.Sphere, ancf.Rod],
+    [
+        lambda x: ancf.Box(length=1.0, width=1.0, height=x),
+        lambda x: ancf.Cylinder(x, 1.0),
+        ancf.Sphere,
+        ancf.Rod,
+    ],
 )
 def test_shapes_stay_in_the_range_of_numbers(make):
     for length in (1e200, 1e-200):

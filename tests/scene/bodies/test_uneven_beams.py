@@ -42,7 +42,7 @@ def test_a_tapered_cantilever_bends_by_the_integral_of_its_compliance():
 
 
 def test_a_taper_between_equal_sections_is_that_section():
-    section = ancf.IBeam(0.2, 0.1, 0.005, 0.008)
+    section = ancf.IBeam(width=0.1, height=0.2, web=0.005, flange=0.008)
     kinds = section, ancf.Taper(section, section)
     even, tapered = (cantilever(3, "thick", each)[1].stiffnesses() for each in kinds)
     for name, value in even.items():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ancfsparse.errors import InputError, LoadError, SingularSceneError
-from ancfsparse.scene import Clamp, Connect, Material, Pin, Rectangle, Rod, Scene
+from ancfsparse.scene import Clamp, Connect, Material, Pin, Rectangle, RigidRod, Scene
 
 
 def two_beams(scene=None):
@@ -30,7 +30,7 @@ def test_joints_are_kept_in_order():
     assert (joint.a, joint.b) == (left.end, right.start)
     assert isinstance(clamp, Clamp)
     assert clamp.stretch == "fixed"
-    assert isinstance(rod, Rod)
+    assert isinstance(rod, RigidRod)
     assert rod.length == pytest.approx(2.0)
 
 
@@ -52,7 +52,7 @@ def test_joints_are_kept_in_order():
         (lambda s, a, b: s.rod(a.end, (np.nan, 1)), "anchor .* must be finite"),
         (lambda s, a, b: s.rod(a.end, (1e300, 1)), r"lies beyond 1e\+150 m, at \(1e\+300, 1\) m"),
         (lambda s, a, b: s.rod(a.end, (0, 1), second_rate=5.0),
-         "has a rate and no length that changes: give length"),
+         "has a rate and is constant: give it as a function"),
         (lambda s, a, b: s.rod(a.end, (1, 0)),
          r"would have zero length: its anchor \(1, 0\) m is the node itself; .* use pin"),
         (lambda s, a, b: s.connect(a.start, b.end),

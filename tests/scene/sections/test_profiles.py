@@ -36,7 +36,7 @@ def test_a_tube_is_a_circle_less_a_circle():
 
 def test_an_i_section_is_a_polygon():
     h, b, w, t = 0.2, 0.1, 0.012, 0.015
-    section = ancf.IBeam(h, b, web=w, flange=t)
+    section = ancf.IBeam(width=b, height=h, web=w, flange=t)
     y, z = [h / 2 - t, h / 2], [w / 2, b / 2]
     right = [(-y[1], z[1]), (-y[0], z[1]), (-y[0], z[0]), (y[0], z[0]), (y[0], z[1]), (y[1], z[1])]
     polygon = ancf.Polygon(right + [(-y, -z) for y, z in right])
@@ -109,7 +109,11 @@ def test_beams_of_these_sections_are_saved(tmp_path):
     scene = ancf.Scene((0.0, 0.0, 0.0))
     ends = (0, 0, 0), (1, 0, 0)
     hollow = ancf.Polygon(box(0.1, 0.05), [box(0.08, 0.03)])
-    for section in (ancf.Tube(0.1, 0.01), ancf.IBeam(0.2, 0.1, 0.005, 0.008), hollow):
+    for section in (
+        ancf.Tube(0.1, 0.01),
+        ancf.IBeam(width=0.1, height=0.2, web=0.005, flange=0.008),
+        hollow,
+    ):
         rod = scene.add_beam("thick", *ends, 2, section, MATERIAL)
         expected = MATERIAL.youngs_modulus * section.inertia_z
         assert rod.parameters()["bending_stiffness_z"] == expected
@@ -126,7 +130,10 @@ def test_beams_of_these_sections_are_saved(tmp_path):
     [
         (lambda: ancf.Tube(0.1, 0.06), "more than half its diameter"),
         (lambda: ancf.Tube(0.1, 0.0), "thickness of the tube must be positive"),
-        (lambda: ancf.IBeam(0.01, 0.1, 0.005, 0.008), "no room between its flanges"),
+        (
+            lambda: ancf.IBeam(width=0.1, height=0.01, web=0.005, flange=0.008),
+            "no room between its flanges",
+        ),
         (lambda: ancf.Polygon([(0, 0), (1, 0)]), "at least three corners"),
         (lambda: ancf.Polygon([(0, 0), (1, 0), (1, 0), (0, 1)]), "corner 1 of the polygon and the"),
         (

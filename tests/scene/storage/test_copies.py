@@ -233,7 +233,9 @@ def test_axes_and_numbers_of_single_precision_are_kept_by_copies(tmp_path):
             orientation=np.array([1.0, 0.0, 0.0, 0.0], dtype=np.float32),
         )  # fmt: skip
         scene.revolute(body.origin, axis=axis)
-    scene.add_body(ancf.Box(1, 1, 1), density=np.float32(0.1), position=(0, 0, 0))
+    scene.add_body(
+        ancf.Box(length=1, width=1, height=1), density=np.float32(0.1), position=(0, 0, 0)
+    )
     scene.save(tmp_path / "scene.json")
     for other in (scene.refined(1), ancf.Scene.load(tmp_path / "scene.json")):
         assert other == scene

@@ -90,7 +90,7 @@ def pendulum(at_origin):
         scene.pin(body.origin)
         return scene, body
     body = scene.add_body(
-        ancf.Box(1.0, 0.2, 0.1),
+        ancf.Box(length=1.0, width=0.1, height=0.2),
         mass=2.0,
         position=corner,
         velocity=np.cross(omega, corner),
@@ -127,7 +127,10 @@ def test_momenta_of_what_pushes_each_other():
     """
     scene = ancf.Scene((0.0, 0.0, 0.0))
     one = scene.add_body(
-        ancf.Box(0.3, 0.2, 0.1), mass=2.0, position=(0, 0, 0), angular_velocity=(1, 2, 3)
+        ancf.Box(length=0.3, width=0.1, height=0.2),
+        mass=2.0,
+        position=(0, 0, 0),
+        angular_velocity=(1, 2, 3),
     )
     two = scene.add_body(ancf.Rod(0.5), mass=1.0, position=(1, 0, 0), velocity=(0, 1, 0))
     scene.spring(one.at((0.1, 0.1, 0.05)), two.end, stiffness=50.0)

@@ -13,7 +13,9 @@ INTEGRATORS = [ancf.GeneralizedAlpha(0.9), ancf.Newmark(alpha=0.0), ancf.EnergyM
 def test_a_hanging_body_stays_and_its_pin_bears_its_weight(integrator, size):
     """Pinned above its centre at rest, in three units of length; 3 kg at 9.81 m/s2."""
     scene = ancf.Scene((0.0, 0.0, -9.81 * size))
-    body = scene.add_body(ancf.Box(0.2 * size, 0.2 * size, size), mass=3.0, position=(0, 0, size))
+    body = scene.add_body(
+        ancf.Box(length=0.2 * size, width=size, height=0.2 * size), mass=3.0, position=(0, 0, size)
+    )
     scene.pin(body.at((0.0, 0.0, 0.5 * size)))
     run = ancf.simulate(scene, 0.05, 1e-3, integrator=integrator)
     motion = run.body(body)
@@ -28,7 +30,7 @@ def test_a_force_that_changes_works_on_no_body_that_is_held(integrator):
     """Welded beside its origin and turned, without gravity: all that moves is rounding."""
     scene = ancf.Scene((0.0, 0.0, 0.0))
     body = scene.add_body(
-        ancf.Box(0.2, 0.2, 1.0),
+        ancf.Box(length=0.2, width=1.0, height=0.2),
         mass=3.0,
         position=(0.3, 0.1, 0.7),
         orientation=(0.5, 0.5, 0.5, 0.5),
@@ -44,7 +46,7 @@ def test_a_run_of_a_held_body_can_be_continued(integrator):
     """Its velocities are the rounding of places over the step, and nothing to compare them with."""
     scene = ancf.Scene((0.0, 0.0, 0.0))
     body = scene.add_body(
-        ancf.Box(0.2, 0.2, 1.0),
+        ancf.Box(length=0.2, width=1.0, height=0.2),
         mass=3.0,
         position=(0.3, 0.1, 0.7),
         orientation=(0.5, 0.5, 0.5, 0.5),

@@ -20,7 +20,7 @@ def box():
     where = (0.5 * np.sin(ANGLE), -0.5 * np.cos(ANGLE))
     stiffness = G * 0.5 / (1.04 / 12.0 + 0.25)
     ends = lambda body: (body.at((-0.5, 0.0)), body.at((0.5, 0.0)))  # noqa: E731
-    return ancf.Box(1.0, 0.2, 0.1), where, ends, stiffness
+    return ancf.Box(length=1.0, width=0.1, height=0.2), where, ends, stiffness
 
 
 @pytest.mark.parametrize("body", [rod, box])

@@ -179,7 +179,9 @@ def test_a_weight_thrown_up_on_a_drum_falls_into_its_slack_rope_and_keeps_the_en
 @pytest.mark.parametrize("length", [1.2, 4.0], ids=["taut", "slack"])
 def test_force_and_stiffness_are_derivatives_of_the_energy(rng_state, slack, length):
     scene = ancf.Scene((0.0, 0.0, -G))
-    box = scene.add_body(ancf.Box(0.2, 0.3, 0.4), mass=1.0, position=(1.0, 0.0, 0.0))
+    box = scene.add_body(
+        ancf.Box(length=0.2, width=0.4, height=0.3), mass=1.0, position=(1.0, 0.0, 0.0)
+    )
     rod = scene.add_beam(
         "thin", (0, 1, 0), (1, 1, 0), 2, ancf.Circle(0.02), ancf.Material(1e7, 1e3)
     )

@@ -159,7 +159,8 @@ def thrown(frame):
     start, end = np.array([0.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0])
     rod = scene.add_beam("thick", start, end, 3, ancf.Rectangle(0.05, 0.02),
                          ancf.Material(2e7, 1000.0), velocity=velocity, name="rod")  # fmt: skip
-    box = scene.add_body(ancf.Box(0.4, 0.2, 0.1), mass=0.7, position=end, name="box",
+    box = scene.add_body(ancf.Box(length=0.4, width=0.1, height=0.2), mass=0.7, position=end,
+                         name="box",
                          velocity=velocity(end[None])[0], angular_velocity=spin)  # fmt: skip
     scene.connect(rod.end, box.origin)
     scene.add_mass(rod.at(0.4), 0.3)

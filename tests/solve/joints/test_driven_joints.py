@@ -95,7 +95,7 @@ def test_a_spinning_beam_lags_as_far_as_in_exudyn(solver):
 
 def test_a_slide_follows_its_table_and_gives_the_force():
     scene = ancf.Scene((0.0, 0.0, -9.81))
-    body = scene.add_body(ancf.Box(0.2, 0.1, 0.1), mass=2.0, position=(1, 0, 0))
+    body = scene.add_body(ancf.Box(length=0.2, width=0.1, height=0.1), mass=2.0, position=(1, 0, 0))
     slide = scene.prismatic(body.origin, axis=(0.6, 0.0, 0.8))
     table = ancf.Table([0.0, 0.2, 0.5, 1.0], [0.0, 0.1, 0.3, 0.25], outside="hold", smooth=True)
     scene.drive_joint(slide, table)
@@ -108,7 +108,9 @@ def test_a_slide_follows_its_table_and_gives_the_force():
 
 def test_a_screw_is_driven_along_and_about_its_axis():
     scene = ancf.Scene((0.0, 0.0, 0.0))
-    nut = scene.add_body(ancf.Box(0.2, 0.1, 0.1), mass=2.0, position=(0, 0, 0.5))
+    nut = scene.add_body(
+        ancf.Box(length=0.2, width=0.1, height=0.1), mass=2.0, position=(0, 0, 0.5)
+    )
     joint = scene.cylindrical(nut.origin, axis=(0, 0, 1))
     for of, value in (("angle", 6.0), ("displacement", 0.2)):
         scene.drive_joint(joint, ancf.Ramp(value, 1.0, smooth=True), of=of)

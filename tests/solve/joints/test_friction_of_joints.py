@@ -14,7 +14,10 @@ def on_incline(dim, angle=0.5, speed=0.0):
     down = np.array([np.cos(angle), -np.sin(angle), 0.0])[:dim]
     scene = ancf.Scene(np.array([0.0, -G, 0.0])[:dim])
     block = scene.add_body(
-        ancf.Box(0.2, 0.1, 0.1), mass=3.0, position=np.zeros(dim), velocity=speed * down
+        ancf.Box(length=0.2, width=0.1, height=0.1),
+        mass=3.0,
+        position=np.zeros(dim),
+        velocity=speed * down,
     )
     return scene, block, scene.prismatic(block.origin, axis=down), down
 

@@ -48,7 +48,7 @@ def test_a_moment_on_one_wheel_moves_the_inertia_of_both():
 @pytest.mark.parametrize("solver", [ancf.Newton(), ancf.QuasiNewton("davidon"), "auto"], ids=repr)
 def test_a_rack_is_pushed_by_its_pinion(solver):
     scene = ancf.Scene((0.0, 0.0, -G))
-    rack = scene.add_body(ancf.Box(0.5, 0.1, 0.1), mass=4.0, position=(0, 0, 0))
+    rack = scene.add_body(ancf.Box(length=0.5, width=0.1, height=0.1), mass=4.0, position=(0, 0, 0))
     wheel = scene.add_body(inertia=(0.1, 0.2, 0.1), mass=1.0, position=(0, 0.5, 0))
     slide = scene.prismatic(rack.origin, axis=(0.6, 0, 0.8))
     hinge = scene.revolute(wheel.origin, axis=(0, 1, 0))

@@ -93,7 +93,7 @@ def test_a_damped_stop_takes_what_the_body_loses():
 
 def test_a_spring_and_a_stop_along_a_slide_in_space():
     scene = ancf.Scene((0.0, 0.0, -9.81))
-    body = scene.add_body(ancf.Box(0.2, 0.1, 0.1), mass=2.0, position=(1, 0, 0))
+    body = scene.add_body(ancf.Box(length=0.2, width=0.1, height=0.1), mass=2.0, position=(1, 0, 0))
     slide = scene.prismatic(body.origin, axis=(0, 0, 1))
     spring = scene.joint_spring(slide, stiffness=500.0, damping=100.0)
     rest = ancf.solve_static(scene)
@@ -120,7 +120,8 @@ def test_a_hinge_of_beams_with_a_spring_rests_where_moments_balance():
 def test_forces_of_joints_are_derivatives_and_so_is_their_matrix():
     scene = ancf.Scene((0.0, 0.0, 0.0))
     one, other = (
-        scene.add_body(ancf.Box(0.3, 0.2, 0.1), mass=1.0, position=(x, 0, 0)) for x in (0, 1)
+        scene.add_body(ancf.Box(length=0.3, width=0.1, height=0.2), mass=1.0, position=(x, 0, 0))
+        for x in (0, 1)
     )
     joint = scene.cylindrical(one.at((0.5, 0, 0)), other.at((-0.4, 0, 0)), axis=(1, 0, 0))
     plain = System(scene)

@@ -46,7 +46,9 @@ def net_of_all(n_elements=5):
         "thin", (0, 0, 0), (2, 0, 0), n_elements, ancf.Circle(SIDE), MATERIAL, name="rod"
     )
     pin = scene.pin(rod.at(0.3))
-    box = scene.add_body(ancf.Box(0.1, 0.1, 0.1), mass=0.1, position=(1.1, 0, 0))
+    box = scene.add_body(
+        ancf.Box(length=0.1, width=0.1, height=0.1), mass=0.1, position=(1.1, 0, 0)
+    )
     scene.connect(rod.at(1.1), box.origin)
     scene.rod(rod.at(1.7), (1.7, 0.5, 0.3))
     bob = scene.add_body(ancf.Sphere(0.05), mass=0.1, position=(1.5, 0, -0.5))

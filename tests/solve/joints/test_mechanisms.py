@@ -19,8 +19,10 @@ def two_boxes(skew):
     """Two boxes side by side; their frames along those of space, or turned in any way."""
     scene = ancf.Scene((0.0, 0.0, -G))
     turned = {"orientation": np.array(TURNED) / np.linalg.norm(TURNED)} if skew else {}
-    one = scene.add_body(ancf.Box(0.5, 0.3, 0.2), mass=2.0, position=(0, 0, 0))
-    two = scene.add_body(ancf.Box(0.4, 0.2, 0.3), mass=1.0, position=(0, 0, 0), **turned)
+    one = scene.add_body(ancf.Box(length=0.5, width=0.2, height=0.3), mass=2.0, position=(0, 0, 0))
+    two = scene.add_body(
+        ancf.Box(length=0.4, width=0.3, height=0.2), mass=1.0, position=(0, 0, 0), **turned
+    )
     return scene, one, two
 
 
@@ -56,7 +58,7 @@ def test_freedoms_of_two_bodies(name, skew):
 @pytest.mark.parametrize("name", [each for each in JOINTS if each != "connect"])
 def test_freedoms_beside_the_ground(name):
     scene = ancf.Scene((0.0, 0.0, -G))
-    body = scene.add_body(ancf.Box(0.5, 0.3, 0.2), mass=2.0, position=(0, 0, 0))
+    body = scene.add_body(ancf.Box(length=0.5, width=0.2, height=0.3), mass=2.0, position=(0, 0, 0))
     join, own = JOINTS[name]
     if name == "weld":
         scene.weld(body.origin)
@@ -84,7 +86,9 @@ def test_motions_with_any_frames_agree(name):
             turn = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
             moments = 1.0 / 12 * np.array([0.2**2 + 0.3**2, 0.4**2 + 0.3**2, 0.4**2 + 0.2**2])
             scene = ancf.Scene((0.0, 0.0, -G))
-            one = scene.add_body(ancf.Box(0.5, 0.3, 0.2), mass=2.0, position=(0, 0, 0))
+            one = scene.add_body(
+                ancf.Box(length=0.5, width=0.2, height=0.3), mass=2.0, position=(0, 0, 0)
+            )
             two = scene.add_body(
                 inertia=turn.T @ np.diag(moments) @ turn,
                 mass=1.0,
@@ -133,10 +137,14 @@ def test_a_distance_is_kept():
     ends = []
     for tied in (False, True):
         scene = ancf.Scene((0.0, -G))
-        body = scene.add_body(ancf.Box(0.4, 0.2, 0.1), mass=1.0, position=(1, 0))
+        body = scene.add_body(
+            ancf.Box(length=0.4, width=0.1, height=0.2), mass=1.0, position=(1, 0)
+        )
         corner = body.at((0.1, 0.05))
         if tied:
-            wall = scene.add_body(ancf.Box(1, 1, 1), mass=1.0, position=(-0.5, 0.2))
+            wall = scene.add_body(
+                ancf.Box(length=1, width=1, height=1), mass=1.0, position=(-0.5, 0.2)
+            )
             scene.weld(wall.origin)
             scene.distance(corner, wall.at((0.5, 0.1)))
         else:
@@ -200,7 +208,9 @@ def test_bricards_mechanism():
 def test_what_repeats_is_named():
     """A bar in two guides of one line: the second repeats the height, by numbering the angle."""
     scene = ancf.Scene((1.0, -G))
-    bar = scene.add_body(ancf.Box(1.0, 0.1, 0.1), mass=1.0, position=(0, 0), name="bar")
+    bar = scene.add_body(
+        ancf.Box(length=1.0, width=0.1, height=0.1), mass=1.0, position=(0, 0), name="bar"
+    )
     for x in (-0.5, 0.5):
         scene.prismatic(bar.at((x, 0.0)), axis=(1, 0))
     message = r"1 of 2 constraints .* the prismatic joint of bar at \(0.5, 0\) m .* which follows"

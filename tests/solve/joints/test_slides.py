@@ -211,7 +211,9 @@ def test_a_point_slides_far_in_statics_however_fine_the_mesh():
         )
         scene.clamp(beam.start)
         scene.clamp(beam.end)
-        box = scene.add_body(ancf.Box(0.01, 0.01, 0.01), mass=0.1, position=(0.1, 0))
+        box = scene.add_body(
+            ancf.Box(length=0.01, width=0.01, height=0.01), mass=0.1, position=(0.1, 0)
+        )
         scene.slide(box.origin, beam)
         scene.spring(box.origin, (0.9, 0.1), stiffness=100.0, length=0.0)
         scene.spring(box.at((0.0, 0.005)), (0.9, 1.0), stiffness=1.0, length=0.0)

@@ -40,7 +40,7 @@ def box_on_cable(n=8, *, size=1.0, load=0.5, arm=0.1, offset=0.0, thick=0.02):
     cable = scene.add_beam("thin", (0, 0), (size, 0), n, section, material)
     scene.clamp(cable.start)
     box = scene.add_body(
-        ancf.Box(0.2 * size, 0.2 * size, 0.2 * size),
+        ancf.Box(length=0.2 * size, width=0.2 * size, height=0.2 * size),
         mass=weight / G,
         position=((1.0 + arm) * size, offset * size),
     )
@@ -56,7 +56,7 @@ def chain_of_two(size=1.0):
     scene = ancf.Scene()
     bars = [
         scene.add_body(
-            ancf.Box(each, 0.1 * size, 0.1 * size),
+            ancf.Box(length=each, width=0.1 * size, height=0.1 * size),
             mass=m,
             centre=(0.0, 0.0),
             position=(start + 0.5 * each, 0.0),
@@ -101,7 +101,9 @@ def between_cables(join, size=1.0, *, apart=0.4):
         scene.point_force(left.end, (0.0, -3.0 * G))
         return scene, left, right, None
     box = scene.add_body(
-        ancf.Box(0.4 * size, 0.1 * size, 0.1 * size), mass=3.0, position=(1.2 * size, 0.0)
+        ancf.Box(length=0.4 * size, width=0.1 * size, height=0.1 * size),
+        mass=3.0,
+        position=(1.2 * size, 0.0),
     )
     getattr(scene, join)(left.end, box.at((-0.2 * size, 0.0)))
     getattr(scene, join)(right.start, box.at((0.2 * size, 0.0)))
@@ -125,7 +127,11 @@ def test_a_box_beginning_along_an_axis_hangs_where_a_rod_does(stiffness, turn):
     """There no equation of its vectors meets the stiffness of the spring at first."""
     scene = ancf.Scene()
     box = scene.add_body(
-        ancf.Box(1.0, 0.2, 0.1), mass=2.0, centre=(0.5, 0.0), position=(0, 0), orientation=turn
+        ancf.Box(length=1.0, width=0.1, height=0.2),
+        mass=2.0,
+        centre=(0.5, 0.0),
+        position=(0, 0),
+        orientation=turn,
     )
     scene.pin(box.origin)
     scene.spring(box.at((1.0, 0.0)), (0.4, 0.3), stiffness=stiffness, length=0.0)
@@ -279,7 +285,8 @@ def test_two_bars_in_line_without_loads_are_held_by_what_stresses_them(natural, 
     bars = [
         scene.add_body(ancf.Rod(size), mass=1.0, position=(start * size, 0.0)) for start in (0, 1)
     ]
-    slider = scene.add_body(ancf.Box(0.2 * size, 0.1 * size, 0.1 * size), mass=1.0,
+    slider = scene.add_body(ancf.Box(length=0.2 * size, width=0.1 * size, height=0.1 * size),
+                            mass=1.0,
                             position=(2.0 * size, 0.0))  # fmt: skip
     scene.pin(bars[0].origin)
     scene.connect(bars[0].end, bars[1].origin)

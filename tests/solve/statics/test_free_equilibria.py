@@ -140,7 +140,7 @@ def test_what_loads_do_not_restrain_is_refused():
     with pytest.raises(SingularSceneError, match=r"rotation about z .*no load restrains them"):
         ancf.solve_static(still)
     sled = ancf.Scene((0.0, -G))
-    box = sled.add_body(ancf.Box(0.2, 0.1, 0.1), mass=1.0, position=(0, 0))
+    box = sled.add_body(ancf.Box(length=0.2, width=0.1, height=0.1), mass=1.0, position=(0, 0))
     sled.prismatic(box.origin, axis=(1.0, -0.5))
     with pytest.raises(SingularSceneError, match=r"does not come to rest under its loads"):
         ancf.solve_static(sled)

@@ -29,7 +29,9 @@ def column(n, mass, element="thin", dim=2, density=1e-3):
         ancf.Material(MODULUS, density, 0.0), **options,
     )  # fmt: skip
     scene.clamp(rod.start)
-    box = scene.add_body(ancf.Box(0.1, 0.1, 0.1), mass=mass, position=(LENGTH + ABOVE) * up)
+    box = scene.add_body(
+        ancf.Box(length=0.1, width=0.1, height=0.1), mass=mass, position=(LENGTH + ABOVE) * up
+    )
     scene.weld(rod.end, box.at(-ABOVE * up))
     return scene, box
 
@@ -83,7 +85,7 @@ def test_loads_do_not_depend_on_units(size):
     )  # fmt: skip
     scene.clamp(rod.start)
     box = scene.add_body(
-        ancf.Box(0.1 * size, 0.1 * size, 0.1 * size), mass=0.2,
+        ancf.Box(length=0.1 * size, width=0.1 * size, height=0.1 * size), mass=0.2,
         position=(0, (LENGTH + ABOVE) * size),
     )  # fmt: skip
     scene.weld(rod.end, box.at((0, -ABOVE * size)))

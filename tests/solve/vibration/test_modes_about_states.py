@@ -110,7 +110,9 @@ def test_free_motions_are_found_in_any_units():
 @pytest.mark.parametrize("beside", [0, 40])
 def test_a_door_on_two_pins_of_which_one_equation_is_redundant(beside):
     scene = ancf.Scene((0.0, -9.81, 0.0))
-    door = scene.add_body(ancf.Box(0.4, 0.6, 0.1), mass=3.0, position=(0.0, -0.3, 0.0))
+    door = scene.add_body(
+        ancf.Box(length=0.4, width=0.1, height=0.6), mass=3.0, position=(0.0, -0.3, 0.0)
+    )
     scene.pin(door.at((-0.2, 0.3, 0.0)))
     scene.pin(door.at((0.2, 0.3, 0.0)))
     if beside:  # so many coordinates that the problem is a sparse one

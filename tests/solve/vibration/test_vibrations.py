@@ -135,7 +135,7 @@ def test_rigid_bodies_on_stretched_springs_vibrate_like_a_loaded_string(n):
     # Beads at equal distances: springs give 2 sqrt(k/m) sin along, their tension the same across.
     mass, stiffness, apart, natural = 0.3, 50.0, 0.1, 0.06
     scene = ancf.Scene((0.0, 0.0))
-    shape = ancf.Box(0.02, 0.01, 0.01)
+    shape = ancf.Box(length=0.02, width=0.01, height=0.01)
     beads = [scene.add_body(shape, mass=mass, position=(apart * (k + 1), 0.0)) for k in range(n)]
     points = [(0.0, 0.0), *(bead.origin for bead in beads), (apart * (n + 1), 0.0)]
     for a, b in itertools.pairwise(points[1:]):

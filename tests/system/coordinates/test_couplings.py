@@ -14,7 +14,10 @@ def mechanism():
     """Bodies and beams with a driven angle, a driven displacement, in space."""
     scene = ancf.Scene((0.0, 0.0, -9.81))
     one, other, third = (
-        scene.add_body(ancf.Box(0.3, 0.2, 0.1), mass=1.0 + x, position=(x, 0, 0)) for x in range(3)
+        scene.add_body(
+            ancf.Box(length=0.3, width=0.1, height=0.2), mass=1.0 + x, position=(x, 0, 0)
+        )
+        for x in range(3)
     )
     hinge = scene.revolute(one.at((0.5, 0, 0)), other.at((-0.5, 0, 0)), axis=(0, 0.6, 0.8))
     scene.drive_joint(hinge, 0.0)
@@ -38,7 +41,10 @@ def rope():
     """A rope from a point fixed in space over a body to another one, which is pulled in."""
     scene = ancf.Scene((0.0, 0.0, -9.81))
     one, other = (
-        scene.add_body(ancf.Box(0.3, 0.2, 0.1), mass=1.0 + x, position=(x, 0, 0)) for x in range(2)
+        scene.add_body(
+            ancf.Box(length=0.3, width=0.1, height=0.2), mass=1.0 + x, position=(x, 0, 0)
+        )
+        for x in range(2)
     )
     points = [(0.0, 1.0, 2.0), one.at((0.5, 0, 0)), other.at((0, 0.2, 0))]
     scene.winch(points, length=lambda t: 3.0 - t)

@@ -48,7 +48,7 @@ def test_a_coordinate_is_held_where_the_axis_is_one_of_space():
 def test_slides_in_space_along_its_axes_hold_coordinates(name, axis):
     """A cylindrical joint leaves two vectors, and three equations of six that keep them rigid."""
     scene = ancf.Scene((0.0, 0.0, -G))
-    body = scene.add_body(ancf.Box(0.5, 0.3, 0.2), mass=2.0, position=(0, 0, 0))
+    body = scene.add_body(ancf.Box(length=0.5, width=0.2, height=0.3), mass=2.0, position=(0, 0, 0))
     getattr(scene, name)(body.origin, axis=axis)
     system = System(scene)
     moving = system.n_free - system.n_multipliers
@@ -60,7 +60,7 @@ def test_slides_in_space_along_its_axes_hold_coordinates(name, axis):
 @pytest.mark.parametrize("x", [0.0, 0.4])
 def test_what_repeats_a_slide_is_named(x):
     scene = ancf.Scene((3.0, -G))
-    door = scene.add_body(ancf.Box(1.0, 0.2, 0.1), mass=1.0, position=(0, 0))
+    door = scene.add_body(ancf.Box(length=1.0, width=0.1, height=0.2), mass=1.0, position=(0, 0))
     scene.prismatic(door.origin, axis=(1, 0))
     scene.prismatic(door.at((x, 0.0)), axis=(1, 0))
     with pytest.warns(ancf.RedundantConstraintsWarning, match="follows from the prismatic joint"):
@@ -71,7 +71,8 @@ def test_what_repeats_a_slide_is_named(x):
 def test_a_slide_of_what_is_pinned_is_refused():
     scene = ancf.Scene((0.0, -G))
     one, other = (
-        scene.add_body(ancf.Box(1.0, 0.2, 0.1), mass=1.0, position=(0, y)) for y in (0.0, 1.0)
+        scene.add_body(ancf.Box(length=1.0, width=0.1, height=0.2), mass=1.0, position=(0, y))
+        for y in (0.0, 1.0)
     )
     scene.pin(one.origin)
     scene.pin(other.origin)
