@@ -10,7 +10,7 @@ import typer
 
 from ancfsparse.errors import InputError
 from ancfsparse.results import export, plotting
-from ancfsparse.results.hdf5_reader import contents, read_outline
+from ancfsparse.results.hdf5_reader import read_contents, read_outline
 
 PICTURES = ".pdf", ".png", ".svg"
 
@@ -26,7 +26,7 @@ ViewOption = Annotated[
 
 def info(file: FileArgument) -> None:
     """Describe the file of a run."""
-    found = contents(file)
+    found = read_contents(file)
     t, settings, stats = found.t, found.settings, found.stats
     typer.echo(f"{file}: {len(t)} states from t = {t[0]:.6g} s to {t[-1]:.6g} s")
     t_end = settings.get("t_end")

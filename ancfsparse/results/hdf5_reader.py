@@ -12,17 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.hdf5_format import damaged, file_name, opened, text_of
+from ancfsparse.results.data.hdf5_format import (
+    check_file_name,
+    describe_damage,
+    open_file,
+    read_text,
+)
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import (
-    LAST,
-    RECORDS,
+    LAST_STATE,
     REFERENCE,
-    Chosen,
-    Stored,
+    SCENE_RECORDS,
+    SelectedColumns,
     StoredState,
-    whole,
+    StoredTable,
+    check_values,
 )
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.solutions.trajectory import Trajectory
@@ -67,14 +72,14 @@ def load(
         If this is no such file, or of another scene.  Loads that are functions of time are not
         compared, but for their places.
     """
-    path = file_name("the file of a run", path)
+    path = check_file_name("the file of a run", path)
     if scene is None:
-        scene = _scene(path, {} if own is None else own)
+        scene = _rebuild_scene(path, {} if own is None else own)
     check_scene(scene)
     system = System(scene)
-    run = read(path, system)
-    with opened(path) as file:
-        there = dict(json.loads(text_of(file, "scene")))
+    run = read_run(path, system)
+    with open_file(path) as file:
+        there = dict(json.loads(read_text(file, "scene")))
         reference = np.asarray(file[REFERENCE]) if REFERENCE in file else None
     other = difference(there, scene.digest())
     if other is None and (
@@ -87,17 +92,17 @@ def load(
     elif other is None:
         still = system.n_all - system.prescribed.n  # drives begin at the values of their functions
         for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
-            if other is None and not _begins(table, start, still):
+            if other is None and not _starts_at(table, start, still):
                 other = f"the {name} at t = 0"
     if other is not None:
         raise InputError(f"{path} was written for another scene. What differs is {other}")
     return run
 
 
-def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
+def _rebuild_scene(path: Path, own: Mapping[str, Any]) -> Scene:
     """Rebuild the scene of a file."""
-    with opened(path) as file:
-        text = text_of(file, RECORDS, "")
+    with open_file(path) as file:
+        text = read_text(file, SCENE_RECORDS, "")
     if not text:
         raise InputError(
             f"{path} does not hold its scene, because functions of it have one name or because an "
@@ -106,9 +111,9 @@ def _scene(path: Path, own: Mapping[str, Any]) -> Scene:
     return built(Scene, text, path, own)
 
 
-def _begins(table: Any, start: Array, n: int) -> bool:
+def _starts_at(table: Any, start: Array, n: int) -> bool:
     """Return whether the first row of a table is a state, in its first n coordinates."""
-    if isinstance(table, Chosen):
+    if isinstance(table, SelectedColumns):
         mine = table.places < n
         return _agree(table.values[0][mine], start[table.places[mine]])
     return _agree(table[0][:n], start[:n])
@@ -123,15 +128,15 @@ def _agree(there: Array, here: Array) -> bool:
     return bool(apart <= SAME * np.max(np.abs(here), initial=0.0))
 
 
-def read(path: str | Path, system: System) -> Trajectory:
+def read_run(path: str | Path, system: System) -> Trajectory:
     """Open a file for a system it is known to belong to."""
     path = Path(path)
-    with opened(path) as file:
-        return _trajectory(path.absolute(), file, system)
+    with open_file(path) as file:
+        return _read_trajectory(path.absolute(), file, system)
 
 
 @dataclass(frozen=True, eq=False)
-class Contents:
+class FileContents:
     """The metadata of a run in a file.
 
     Attributes
@@ -157,7 +162,7 @@ class Contents:
     stats: RunStats
 
 
-def contents(path: str | Path) -> Contents:
+def read_contents(path: str | Path) -> FileContents:
     """Read the metadata of a run from a file, without its states.
 
     Parameters
@@ -170,12 +175,12 @@ def contents(path: str | Path) -> Contents:
     InputError
         If this is no file of a run.
     """
-    path = file_name("the file of a run", path)
-    with opened(path) as file:
-        t, q, _, _, lam, stats, settings = _states(path.absolute(), file)
-        scene = dict(json.loads(text_of(file, "scene")))
-    places = q.places if isinstance(q, Chosen) else None
-    return Contents(t, q.shape[1], lam.shape[1], places, settings, scene, stats)
+    path = check_file_name("the file of a run", path)
+    with open_file(path) as file:
+        t, q, _, _, lam, stats, settings = _read_states(path.absolute(), file)
+        scene = dict(json.loads(read_text(file, "scene")))
+    places = q.places if isinstance(q, SelectedColumns) else None
+    return FileContents(t, q.shape[1], lam.shape[1], places, settings, scene, stats)
 
 
 def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
@@ -200,10 +205,10 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     InputError
         If this is no such file, or has only some points of the scene.
     """
-    path = file_name("the file of a run", path)
-    with opened(path) as file:
+    path = check_file_name("the file of a run", path)
+    with open_file(path) as file:
         outline = Outline.read(path, file)
-        t, q, v, *_ = _states(path.absolute(), file)
+        t, q, v, *_ = _read_states(path.absolute(), file)
     if outline is None:
         raise InputError(
             f"{path} does not hold the outline of its scene: it is of a run with save_nodes or of "
@@ -212,20 +217,20 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     return outline, t, q, v
 
 
-def _trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
-    ending = StoredState(path, text_of(file, "run")) if LAST in file else None
-    return Trajectory(system, *_states(path, file), ending)
+def _read_trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
+    ending = StoredState(path, read_text(file, "run")) if LAST_STATE in file else None
+    return Trajectory(system, *_read_states(path, file), ending)
 
 
-def _states(
+def _read_states(
     path: Path, file: h5py.File
 ) -> tuple[Array, Array, Array, Array, Array, RunStats, dict[str, Any]]:
     """Read times, tables of states, counts and settings."""
     t = np.asarray(file["t"])
-    settings = dict(json.loads(text_of(file, "settings")))
+    settings = dict(json.loads(read_text(file, "settings")))
     # Counts that a later version may have added are passed over.
     known = {each.name for each in fields(RunStats)}
-    counts = json.loads(text_of(file, "stats", "{}"))
+    counts = json.loads(read_text(file, "stats", "{}"))
     stats = RunStats(**{name: value for name, value in counts.items() if name in known})
     n = int(file.attrs["coordinates"])
     places = np.asarray(file["places"]) if "places" in file else None
@@ -234,21 +239,25 @@ def _states(
     begin = settings.get("t_start") or 0.0
     if t[0] != begin or not (np.diff(t) > 0.0).all():  # NaN is no time either
         first = "zero" if begin == 0.0 else f"{begin:.6g} s"
-        raise InputError(damaged(path, f": its times do not increase from {first}"))
+        raise InputError(describe_damage(path, f": its times do not increase from {first}"))
     shape = len(t), n if places is None else len(places)
     for name in "qva":
         if len(file[name]) < shape[0] or file[name].shape[1:] != shape[1:]:
             raise InputError(
-                damaged(path, f": {name} has shape {file[name].shape} where {shape} is needed")
+                describe_damage(
+                    path, f": {name} has shape {file[name].shape} where {shape} is needed"
+                )
             )
     lam = np.empty((len(t), 0))
     if "lam" in file:
-        lam = whole(path, "lam", np.asarray(file["lam"])[: len(t)])
+        lam = check_values(path, "lam", np.asarray(file["lam"])[: len(t)])
         if len(lam) != len(t):
-            raise InputError(damaged(path, f": lam has {len(lam)} rows where {len(t)} are needed"))
-    mark = text_of(file, "run")
-    tables: list[Any] = [Stored(path, name, mark, shape) for name in "qva"]
+            raise InputError(
+                describe_damage(path, f": lam has {len(lam)} rows where {len(t)} are needed")
+            )
+    mark = read_text(file, "run")
+    tables: list[Any] = [StoredTable(path, name, mark, shape) for name in "qva"]
     if places is not None:
-        tables = [Chosen(table, places, n) for table in tables]
+        tables = [SelectedColumns(table, places, n) for table in tables]
     q, v, a = (cast(Array, table) for table in tables)  # read like arrays, see `tables`
     return t, q, v, a, lam, stats, settings

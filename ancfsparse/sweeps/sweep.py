@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.solve import simulate
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.sweeps.forks import can_fork, run_forked
@@ -96,7 +96,7 @@ def sweep(
             )
     check_flag("progress", progress)
     count = count_processors() if workers is None else check_count("workers", workers)
-    ledger = Ledger(task, None if file is None else file_name("the file of a sweep", file))
+    ledger = Ledger(task, None if file is None else check_file_name("the file of a sweep", file))
     remaining = list({key(point): point for point in every if point not in ledger}.values())
     with ledger.writing(), progress_bar("point", progress, len(every)) as bar:
         bar.update(len(every) - len(remaining))

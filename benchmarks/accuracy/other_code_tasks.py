@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.interpolation import combine
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.system import System
 from benchmarks.accuracy.models import MODELS, OUTPUTS, meets_outputs, output_times
 from benchmarks.accuracy.timed_runs import FailedError, Sample, Task
@@ -147,7 +147,7 @@ def _on_our_forces(
                 done = integrate_sundials(equations, method, t, rtol, atol, cap)
         except (OutOfTimeError, RuntimeError) as failure:
             raise FailedError(str(failure)) from failure
-        tip = combine(system.point(problem.rod.end), done.q)[1:]
+        tip = interpolate(system.point(problem.rod.end), done.q)[1:]
         return Sample(done.seconds, tip, {"residuals": done.evaluations, **done.counts})
 
     return Task(program, method, "", model, elements, "rtol", rtol, run)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.integrators import Newmark
 from ancfsparse.nonlinear import ModifiedNewton
-from ancfsparse.results.data.interpolation import combine
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
 from benchmarks.accuracy.models import MODELS, OUTPUTS, Tips, distance, output_times
@@ -39,7 +39,7 @@ def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Ref
     system = System(problem.scene)
     t = np.concatenate([[0.0], output_times(t_end)])
     precise = integrate(FirstOrder(system), "DOP853", t, RTOL, ATOL)
-    tip = combine(system.point(problem.rod.end), precise.q)[1:]
+    tip = interpolate(system.point(problem.rod.end), precise.q)[1:]
     other, _ = extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
     return Reference(
         tip,

@@ -19,7 +19,7 @@ from ancfsparse.integrators.interface.time_grid import count_steps
 from ancfsparse.nonlinear import Method
 from ancfsparse.problems import Problem, pendulum
 from ancfsparse.results import Trajectory
-from ancfsparse.results.data.interpolation import combine
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
 from benchmarks.common import paper
@@ -207,7 +207,7 @@ def reference(row: str, t_end: float, dt: float) -> Vector:
 
 def tip_of(problem: Problem, system: System, run: OdeRun) -> Vector:
     """Return the tip at the output times of a run, (k, dim) [m]."""
-    return combine(system.point(problem.rod.end), run.q)
+    return interpolate(system.point(problem.rod.end), run.q)
 
 
 def march(

@@ -12,8 +12,8 @@ from matplotlib.ticker import MultipleLocator
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from ancfsparse.results.geometry.deformed_shape import shapes
-from ancfsparse.results.geometry.scene_outline import part_of
+from ancfsparse.results.geometry.deformed_shape import trace_elements
+from ancfsparse.results.geometry.scene_outline import make_part
 from benchmarks.common import paper
 from benchmarks.table1.table import Results
 
@@ -36,7 +36,9 @@ def figure1(table: Results) -> Figure:
     figure = Figure(figsize=(7.2, 3.9), layout="constrained")
     ax = figure.add_subplot()
     rows = np.linspace(0, len(run.t) - 1, SNAPSHOTS).round().astype(int)
-    lines = shapes(run.q[rows], part_of(run.system, rod), PIECES).reshape(SNAPSHOTS, -1, 2)
+    lines = trace_elements(run.q[rows], make_part(run.system, rod), PIECES).reshape(
+        SNAPSHOTS, -1, 2
+    )
     nodes = [*range(0, lines.shape[1], PIECES + 1), lines.shape[1] - 1]
     colours = mpl.colormaps["viridis_r"](np.linspace(0.2, 0.95, SNAPSHOTS))
     for row, line, colour in zip(rows, lines, colours, strict=True):

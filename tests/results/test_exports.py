@@ -12,7 +12,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.problems import net, pendulum
-from ancfsparse.results.geometry.scene_outline import outline_of
+from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_outline
 
 
@@ -63,7 +63,7 @@ def test_bars_are_drawn_on_terminals_only(swing, tmp_path, terminal, progress):
 
 def test_vtkhdf_holds_every_state(swing, tmp_path, monkeypatch):
     run, rod = swing
-    monkeypatch.setattr("ancfsparse.results.export.vtkhdf.BLOCK", 200)  # some states at a time
+    monkeypatch.setattr("ancfsparse.results.export.vtkhdf.BLOCK_SIZE", 200)  # some states at a time
     path = run.to_vtk(tmp_path / "run.vtkhdf", per_element=2, progress=False)
     with h5py.File(path) as file:
         assert file["VTKHDF/Steps"].attrs["NSteps"] == 11
@@ -113,7 +113,7 @@ def test_a_file_knows_what_pictures_need(tmp_path):
     run = ancf.simulate(scene, 0.02, 1e-3, output=tmp_path / "run.h5")
     outline, t, q, v = read_outline(tmp_path / "run.h5")
     np.testing.assert_array_equal(t, run.t)
-    expected = outline_of(run.system)
+    expected = make_outline(run.system)
     for part, other in zip(outline.parts, expected.parts, strict=True):
         assert (part.name, part.radius) == (other.name, other.radius)
         np.testing.assert_array_equal(part.places, other.places)

@@ -156,12 +156,12 @@ def test_no_damage_of_a_file_is_read_as_a_run(tmp_path):
 
 def test_a_file_is_written_by_one_run_at_a_time(tmp_path):
     path = tmp_path / "run.h5"
-    message = r"run.h5' is in use by another run just now: take another name, or wait for its end"
+    message = r"run.h5' is being written by another run: take another name, or wait for its end"
     with Writer(path, 4, 0, None, {}, {}):
         for start in (lambda: Writer(path, 4, 0, None, {}, {}), lambda: run_to(path)):
             with pytest.raises(InputError, match=message):
                 start()
-        with pytest.raises(InputError, match="because a run writes to it just now: wait for its"):
+        with pytest.raises(InputError, match="because a run is writing to it: wait for its"):
             load(path, pendulum()[0])
     check_replaceable(path)
     run_to(path)
@@ -187,7 +187,7 @@ def test_of_runs_that_start_together_one_gets_the_file(tmp_path):
             thread.start()
         for thread in threads:
             thread.join()
-        assert sum("is in use by another run" in end for end in ends) == 2
+        assert sum("is being written by another run" in end for end in ends) == 2
         with h5py.File(path) as file:
             assert file["q"].shape == (1, 4)
 

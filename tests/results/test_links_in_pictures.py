@@ -9,7 +9,7 @@ from PIL import Image
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
-from ancfsparse.results.geometry.scene_outline import outline_of
+from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_outline
 
 
@@ -51,7 +51,7 @@ def tied(dim, path=None):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_lines_are_where_their_points_are(dim, tmp_path):
     _, run, expected = tied(dim, tmp_path / "run.h5")
-    drawn = outline_of(run.system).links
+    drawn = make_outline(run.system).links
     np.testing.assert_allclose(drawn.ends(run.q[100:101])[0], expected, atol=1e-12)
     np.testing.assert_array_equal(drawn.springs, [False, False, True, False, False])
     outline, _, q, _ = read_outline(tmp_path / "run.h5")
@@ -88,12 +88,12 @@ def test_ropes_are_rendered(tmp_path):
 def test_what_is_added_after_a_run_is_not_in_its_pictures():
     scene, run, _ = tied(2)
     scene.spring(scene.bodies[0].origin, (1.0, 1.0), stiffness=1.0)
-    assert len(outline_of(run.system).links) == 5
+    assert len(make_outline(run.system).links) == 5
 
 
 def test_lines_are_those_of_whole_scenes():
     _, run, _ = tied(2)
-    assert len(outline_of(run.system, run.system.bodies[0]).links) == 0
+    assert len(make_outline(run.system, run.system.bodies[0]).links) == 0
 
 
 @pytest.mark.parametrize("lost", ["link weights", "link fixed", "link springs"])

@@ -13,8 +13,8 @@ import ancfsparse as ancf
 from ancfsparse.cli import main
 from ancfsparse.errors import InputError
 from ancfsparse.problems import four_bar, heavy_top
-from ancfsparse.results.geometry.scene_outline import outline_of
-from ancfsparse.results.geometry.wireframe import traced, wire
+from ancfsparse.results.geometry.scene_outline import make_outline
+from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
 from ancfsparse.results.hdf5_reader import read_outline
 from ancfsparse.results.plotting.plot import draw_shapes
 
@@ -90,7 +90,7 @@ def test_welds_to_the_ground_are_drawn_as_clamps():
     rod = scene.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0), orientation=0.5 * np.pi)
     scene.clamp(rod.origin)
     run = ancf.simulate(scene, 0.01, 1e-3)
-    weld, clamp = outline_of(run.system).supports
+    weld, clamp = make_outline(run.system).supports
     assert (weld.kind, clamp.kind) == ("clamp", "clamp")
     np.testing.assert_allclose(run.q[-1][weld.places] @ weld.weights, (1.5, 2.0), atol=1e-9)
     np.testing.assert_allclose(weld.other, (-0.5, 0.0), atol=1e-12)
@@ -131,8 +131,8 @@ def test_a_top_shows_its_axes_and_its_fixed_point():
     run = ancf.simulate(mechanism.scene, 0.01, 1e-4)
     ax = run.plot(view=(20, -60), times=[0.01])
     disc = mechanism.bodies["disc"]
-    motion, solid = run.body(disc), outline_of(run.system).solids[0]
-    drawn = traced(run.q, solid, wire(solid))[-1]
+    motion, solid = run.body(disc), make_outline(run.system).solids[0]
+    drawn = trace_points(run.q, solid, make_wireframe(solid))[-1]
     assert every(drawn, [run.position(disc.origin)[-1], motion.centre[-1]])
     # Its box has no height along y: 15 kg (h^2 + 0) / 3 = 0.234375 kg m2 for half edges h.
     half = np.sqrt(0.234375 / 5.0)
@@ -146,10 +146,10 @@ def test_a_top_shows_its_axes_and_its_fixed_point():
 
 def test_facets_enclose_the_volume_of_a_shape(solids):
     """By the divergence theorem, with normals that point outwards, in every turned state."""
-    scene, outline = solids.system.scene, outline_of(solids.system)
+    scene, outline = solids.system.scene, make_outline(solids.system)
     for body, solid in zip(scene.bodies, outline.solids, strict=True):
-        drawn = wire(solid)
-        corners = traced(solids.q, solid, drawn)
+        drawn = make_wireframe(solid)
+        corners = trace_points(solids.q, solid, drawn)
         centre = solids.body(body).centre[:, None]
         reach = np.linalg.norm(corners - centre, axis=2).max()
         if isinstance(body.shape, ancf.Rod):
@@ -175,7 +175,7 @@ def test_facets_enclose_the_volume_of_a_shape(solids):
 def test_a_file_keeps_the_outlines(plate, tmp_path, capsys):
     run, *_, path = plate
     outline, _, q, _ = read_outline(path)
-    expected = outline_of(run.system)
+    expected = make_outline(run.system)
     for solid, other in zip(outline.solids, expected.solids, strict=True):
         assert (solid.name, solid.form) == (other.name, other.form)
         for name in ("places", "reach", "points"):
@@ -269,7 +269,7 @@ def test_vtk_reads_rigid_bodies_alone(solids, tmp_path):
     reader.SetFileName(str(path))
     reader.UpdateTimeStep(solids.t[-1])
     shape = reader.GetOutputDataObject(0)
-    edges = [len(wire(solid).edges) for solid in outline_of(solids.system).solids]
+    edges = [len(make_wireframe(solid).edges) for solid in make_outline(solids.system).solids]
     assert shape.GetNumberOfLines() == sum(edges)
     box = solids.system.scene.bodies[0]
     corner = solids.position(box.at((-0.5, -0.15, -0.1)))[-1]

@@ -206,7 +206,7 @@ def test_states_in_a_file_are_read_in_blocks(tmp_path, monkeypatch):
     scene, rod = pendulum("thick", 6)
     run = ancf.simulate(scene, 0.05, 1e-3)
     stored = ancf.simulate(scene, 0.05, 1e-3, output=tmp_path / "run.h5")
-    monkeypatch.setattr("ancfsparse.results.fields.section_forces.BLOCK", 10_000)
+    monkeypatch.setattr("ancfsparse.results.fields.section_forces.BLOCK_SIZE", 10_000)
     whole, read = run.section_force(rod), stored.section_force(rod)
     assert whole.M.shape == (51, 6, 2)
     np.testing.assert_array_equal(whole.M, read.M)

@@ -5,14 +5,14 @@ import pytest
 
 from ancfsparse.errors import InputError
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.geometry.deformed_shape import shapes
-from ancfsparse.results.geometry.scene_outline import part_of
+from ancfsparse.results.geometry.deformed_shape import trace_elements
+from ancfsparse.results.geometry.scene_outline import make_part
 from ancfsparse.scene import Circle, Material, Scene
 from ancfsparse.solve import simulate
 
 
 def lines_of(run, body, rows, pieces):
-    return shapes(run.q[rows], part_of(run.system, body), pieces)
+    return trace_elements(run.q[rows], make_part(run.system, body), pieces)
 
 
 def test_an_element_is_the_cubic_through_its_ends(system):

@@ -1,4 +1,4 @@
-"""Locks on files that are being written; on Windows HDF5 alone locks."""
+"""Locks on files that are being written; on Windows only those of HDF5."""
 
 from __future__ import annotations
 
@@ -12,26 +12,25 @@ try:
 except ImportError:
     fcntl = None  # type: ignore[assignment]
 
-# Whether HDF5 has to lock a file that is written.
-LOCKED_BY_HDF5 = fcntl is None
+HDF5_LOCKS = fcntl is None  # HDF5 must lock files itself
+# Checks by several processes are short and may coincide.
+MAX_TRIES = 5  # attempts to lock a file
+PAUSE = 0.02  # s, between attempts
 
-# Looks at a lock are short, and may meet: how often one is tried again, and how long after [s].
-TRIES, PAUSE = 5, 0.02
 
-
-def locked(file: int, *, alone: bool) -> bool:
-    """Lock an open file, and return whether nobody else has a lock against it.
+def try_lock(file: int, *, alone: bool) -> bool:
+    """Lock an open file; return False if another process holds a conflicting lock.
 
     Parameters
     ----------
     file : int
-        Its descriptor; closing it takes the lock off.
+        Its descriptor; closing it releases the lock.
     alone : bool
-        Whether nobody else may have a lock, or only none for writing.
+        Lock exclusively, or else share the lock with other readers.
     """
     if fcntl is None:
         return True
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIES):
         try:
             fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -44,14 +43,14 @@ def locked(file: int, *, alone: bool) -> bool:
 
 
 def unlock(file: int) -> None:
-    """Take the lock off, also for copies of the descriptor in forked processes."""
+    """Release the lock, also for copies of the descriptor in forked processes."""
     if fcntl is not None:
         with suppress(OSError):  # a file system without locks
             fcntl.flock(file, fcntl.LOCK_UN)
 
 
-def in_use(path: Path) -> bool:
-    """Whether a file is being written.
+def is_locked(path: Path) -> bool:
+    """Return True while a file is being written.
 
     Raises
     ------
@@ -60,6 +59,6 @@ def in_use(path: Path) -> bool:
     """
     file = os.open(path, os.O_RDONLY)
     try:
-        return not locked(file, alone=False)
+        return not try_lock(file, alone=False)
     finally:
         os.close(file)

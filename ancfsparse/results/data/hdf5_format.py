@@ -1,4 +1,4 @@
-"""HDF5 files of runs: how they are recognised, and sentences on why one cannot be opened."""
+"""HDF5 files of runs: recognition, and messages for files that cannot be opened."""
 
 from __future__ import annotations
 
@@ -12,40 +12,42 @@ from typing import TYPE_CHECKING
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.file_locks import in_use
+from ancfsparse.results.data.file_locks import is_locked
 
 if TYPE_CHECKING:
     import h5py
 
-# Every file of a run begins with these bytes, before what HDF5 writes, so that a file that is cut
-# off or damaged is still known for one; and it carries the same as an attribute, with the number
-# of its format.  Files of format 1, of version 0.1.0, have neither; those of format 2 lack the
-# last state.
-MARK, FORMAT = "ancfsparse run\n", 3
-# Bytes before what HDF5 writes, the fewest it allows; how it begins; bytes that it writes first.
-BLOCK, SIGNATURE, FIRST = 512, b"\x89HDF\r\n\x1a\n", 48
+MARK = "ancfsparse run\n"
+"""First bytes of every file, before those of HDF5, which identify also a damaged file; the same
+text is an attribute."""
+# Files of format 1, of version 0.1.0, have no mark; those of format 2 lack the last state.
+FORMAT = 3  # number of the format, an attribute
+USER_BLOCK = 512  # bytes before those of HDF5, the smallest number it allows
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+FIRST_BYTES = 48  # bytes that HDF5 writes first
 FIRST_ATTRIBUTES = {"settings", "scene", "run", "coordinates"}
+"""Attributes of files of format 1."""
 
-# What HDF5 and the reading of what it returns raise on bytes that no run has written.
-DAMAGE = (
+# Exceptions of h5py, and of the conversion of its values, for invalid bytes.
+DAMAGE_ERRORS = (
     OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, ArithmeticError
 )  # fmt: skip
 
 
-def file_name(what: str, value: object) -> Path:
-    """Return the path of a file, which need not exist.
+def check_file_name(what: str, value: object) -> Path:
+    """Return the path of a file, which may be missing.
 
     Parameters
     ----------
     what : str
-        What the file is for, in the message.
+        Purpose of the file, for the message.
     value : object
-        What was given.
+        The argument.
 
     Raises
     ------
     InputError
-        If no file can have that name.
+        If the name is invalid.
     """
     if not isinstance(value, (str, Path)):
         raise InputError(
@@ -69,36 +71,35 @@ def file_name(what: str, value: object) -> Path:
 
 
 @contextmanager
-def opened(
+def open_file(
     path: Path, run: str | None = None, *, locking: bool | None = None
 ) -> Iterator[h5py.File]:
-    """Open a file to read it.
+    """Open a file for reading.
 
     Parameters
     ----------
     path : Path
         The file.
     run : str, optional
-        The mark of the run that wrote it; not given, any run is as good.
+        Identifier of the run that wrote it; any run by default.
     locking : bool, optional
-        Whether HDF5 locks the file; by default it does where it can.
+        Let HDF5 lock the file; by default if possible.
 
     Raises
     ------
     InputError
-        If it cannot be read, is not one that ``simulate`` wrote, or holds a later run; or if its
-        contents are not those that a run writes.
+        If it cannot be read, was not written by ``simulate``, contains a later run, or is damaged.
     """
     import h5py
 
     try:
         file = h5py.File(path, "r", locking=locking)
-    except DAMAGE as refused:
-        raise InputError(unreadable(path, refused)) from None
+    except DAMAGE_ERRORS as refused:
+        raise InputError(describe_failure(path, refused)) from None
     try:
         with file:
             check_format(path, file)
-            if run is not None and text_of(file, "run") != run:
+            if run is not None and read_text(file, "run") != run:
                 raise InputError(
                     f"{path} was rewritten by a later run, which replaced the states of this one: "
                     "give every run an output of its own"
@@ -106,17 +107,17 @@ def opened(
             yield file
     except InputError:
         raise
-    except DAMAGE as damage:
-        raise InputError(damaged(path)) from damage
+    except DAMAGE_ERRORS as damage:
+        raise InputError(describe_damage(path)) from damage
 
 
-def damaged(path: Path, how: str = "") -> str:
-    """Report that a file is not as a run has written it."""
+def describe_damage(path: Path, how: str = "") -> str:
+    """Return a message on a damaged file."""
     return f"{path} is damaged{how}: copy it again, or run again"
 
 
 def check_format(path: Path, file: h5py.File) -> None:
-    """Refuse a file that no run has written, or a later version of this package."""
+    """Refuse a file that was not written by a run, or by a later version of this package."""
     if file.attrs.get("mark", b"") == MARK.encode():
         number = int(file.attrs["format"])
         if number > FORMAT:
@@ -125,13 +126,13 @@ def check_format(path: Path, file: h5py.File) -> None:
                 f"this one reads formats up to {FORMAT}: install the later version"
             )
     elif begins_with_mark(path):
-        raise InputError(damaged(path))
+        raise InputError(describe_damage(path))
     elif not is_of_first_format(file):
         raise InputError(f"{path} is not a file that simulate wrote")
 
 
 def is_of_first_format(file: h5py.File) -> bool:
-    """Whether everything is there that version 0.1.0 wrote, and the run has a mark as it made."""
+    """Return True for a file of version 0.1.0, by its attributes, tables and run identifier."""
     return (
         FIRST_ATTRIBUTES <= set(file.attrs)
         and set("tqva") <= set(file)
@@ -140,23 +141,25 @@ def is_of_first_format(file: h5py.File) -> bool:
 
 
 def begins_with_mark(path: Path) -> bool:
-    """Whether a file is of a run by its first bytes, whatever has become of the others."""
+    """Return True if the first bytes identify the file of a run, even if it is damaged."""
     with path.open("rb") as file:
         return file.read(len(MARK)) == MARK.encode()
 
 
 def is_bare(path: Path) -> bool:
-    """Whether HDF5 has begun a file with room for a mark and put nothing into it.
+    """Return True for an empty HDF5 file with room for a mark.
 
-    A run that is killed before it marks its file leaves that.
+    A run that is killed before it marks its file leaves such a file.
     """
     with path.open("rb") as file:
-        content = file.read(BLOCK + FIRST + 1)
-    return len(content) <= BLOCK + FIRST and content.startswith(bytes(BLOCK) + SIGNATURE)
+        content = file.read(USER_BLOCK + FIRST_BYTES + 1)
+    return len(content) <= USER_BLOCK + FIRST_BYTES and content.startswith(
+        bytes(USER_BLOCK) + HDF5_SIGNATURE
+    )
 
 
-def text_of(file: h5py.File, name: str, missing: str | None = None) -> str:
-    """Return one of the texts of a file; those of format 1 are attributes, without checksum."""
+def read_text(file: h5py.File, name: str, missing: str | None = None) -> str:
+    """Return a text of a file; in format 1 texts are attributes without checksum."""
     if name in file:
         return bytes(file[name][:]).decode()
     if name not in file.attrs and missing is not None:
@@ -165,16 +168,16 @@ def text_of(file: h5py.File, name: str, missing: str | None = None) -> str:
     return value.decode() if isinstance(value, bytes) else str(value)
 
 
-def unreadable(path: Path, refused: BaseException) -> str:
-    """Explain why a file cannot be opened, without the jargon of HDF5."""
+def describe_failure(path: Path, refused: BaseException) -> str:
+    """Return the reason why a file cannot be opened, without terms of HDF5."""
     if not path.exists():
         return f"there is no file {path.absolute()}: it was moved, removed or never written"
     if path.is_dir():
         return f"{path} is a folder: give the name of a file in it"
     if isinstance(refused, OSError) and refused.errno and refused.errno != errno.EAGAIN:
         return f"{path} cannot be opened: {os.strerror(refused.errno)}"
-    if isinstance(refused, BlockingIOError) or in_use(path):
-        return f"{path} cannot be opened, because a run writes to it just now: wait for its end"
+    if isinstance(refused, BlockingIOError) or is_locked(path):
+        return f"{path} cannot be opened, because a run is writing to it: wait for its end"
     import h5py
 
     if begins_with_mark(path) or h5py.is_hdf5(path):

@@ -1,4 +1,4 @@
-"""Numbers by which a caller picks one of several."""
+"""Checks of indices."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from ancfsparse.messages import format_value
 
 
 def check_index(what: str, value: object, n: int) -> int:
-    """Return which one of `n` is addressed, counting from 0.
+    """Return an index from 0 to n - 1.
 
     Parameters
     ----------
     what : str
-        What is counted, for the message.
+        The indexed objects, for the message.
     value : object
-        What was given: an integer, from -n to n - 1.
+        The argument: an integer from -n to n - 1.
     n : int
-        How many there are.
+        Number of objects.
 
     Returns
     -------
@@ -28,7 +28,7 @@ def check_index(what: str, value: object, n: int) -> int:
     Raises
     ------
     InputError
-        If it is no integer, or beyond the last one.
+        If it is not an integer, or out of range.
     """
     # Differences of times are integers to NumPy.
     if isinstance(value, (bool, np.timedelta64)) or not isinstance(value, (int, np.integer)):

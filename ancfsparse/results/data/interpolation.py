@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def combine(places: tuple[NDArray[np.integer[Any]], Array], q: Array) -> Array:
+def interpolate(places: tuple[NDArray[np.integer[Any]], Array], q: Array) -> Array:
     """Evaluate a position or slope for all states.
 
     Parameters

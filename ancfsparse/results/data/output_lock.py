@@ -1,4 +1,4 @@
-"""Which files a run may write: new ones and those of earlier runs, one run at a time."""
+"""Exclusive access to the output file of a run, which must be new or of an earlier run."""
 
 from __future__ import annotations
 
@@ -6,69 +6,69 @@ import os
 from pathlib import Path
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.file_locks import in_use, locked, unlock
-from ancfsparse.results.data.hdf5_format import MARK, begins_with_mark, is_bare, opened
+from ancfsparse.results.data.file_locks import is_locked, try_lock, unlock
+from ancfsparse.results.data.hdf5_format import MARK, begins_with_mark, is_bare, open_file
 
 
-class Claim:
-    """The right to write a file, held until it is released.
+class OutputLock:
+    """An exclusive lock on an output file.
 
-    HDF5 empties a file before it locks it, and so a second run would destroy the file of the first
-    before it is refused.  This lock is taken before.
+    HDF5 truncates a file before it locks it, so that a second run would destroy the file of the
+    first before it is refused.  This lock is acquired earlier.
 
     Parameters
     ----------
     path : Path
-        The file; it is made if missing.
+        The file; it is created if missing.
 
     Raises
     ------
     InputError
-        If another run writes it, or it is the file of anybody else.
+        If another run is writing it, or it was not written by a run.
     OSError
-        If the system refuses it.
+        If the system denies access.
     """
 
     def __init__(self, path: Path) -> None:
         self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         try:
-            if not locked(self._file, alone=True):
+            if not try_lock(self._file, alone=True):
                 raise _busy(path)
-            check_replaceable(path, ours=True)
-        except BaseException:  # an interruption, too, must not leave the file locked
+            check_replaceable(path, is_locked_here=True)
+        except BaseException:  # also an interruption must not leave the file locked
             self.release()
             raise
 
     def begin(self) -> None:
-        """Write our mark to a new file; one of an earlier run stays as it is."""
+        """Write the mark to a new file; the file of an earlier run is not changed."""
         if os.fstat(self._file).st_size == 0:
             self.mark()
 
     def mark(self) -> None:
-        """Write our mark before what HDF5 has written."""
+        """Write the mark before the bytes of HDF5."""
         os.lseek(self._file, 0, os.SEEK_SET)
         os.write(self._file, MARK.encode())
 
     def release(self) -> None:
-        """Let others write the file."""
+        """Release the lock."""
         unlock(self._file)
         os.close(self._file)
 
 
-def check_replaceable(path: Path, *, ours: bool = False) -> None:
-    """Refuse to write where a folder is, a file of anybody else, or one that is being written.
+def check_replaceable(path: Path, *, is_locked_here: bool = False) -> None:
+    """Refuse to replace a folder, a file that is not of a run, or one that is being written.
 
     Parameters
     ----------
     path : Path
         The file.
-    ours : bool, optional
-        Whether the lock is ours already.
+    is_locked_here : bool, optional
+        This process holds the lock.
 
     Raises
     ------
     InputError
-        If there is one; files of earlier runs, damaged ones too, and empty ones may be replaced.
+        If it must not be replaced; files of earlier runs, even damaged ones, and empty files may.
     """
     output = f"output {str(path)!r}"
     if path.is_dir():
@@ -81,7 +81,7 @@ def check_replaceable(path: Path, *, ours: bool = False) -> None:
             raise InputError(f"{output} is not a file: take another name")
         return
     try:
-        if not ours and in_use(path):
+        if not is_locked_here and is_locked(path):
             raise _busy(path)
         if path.stat().st_size == 0 or begins_with_mark(path) or is_bare(path):
             return
@@ -89,7 +89,7 @@ def check_replaceable(path: Path, *, ours: bool = False) -> None:
         reason = os.strerror(refused.errno or 0)
         raise InputError(f"{output} cannot be written: {reason}; take another name") from None
     try:
-        with opened(path, locking=False if ours else None):
+        with open_file(path, locking=False if is_locked_here else None):
             pass
     except InputError as other:
         raise InputError(
@@ -99,6 +99,6 @@ def check_replaceable(path: Path, *, ours: bool = False) -> None:
 
 def _busy(path: Path) -> InputError:
     return InputError(
-        f"output {str(path)!r} is in use by another run just now: take another name, or wait for "
+        f"output {str(path)!r} is being written by another run: take another name, or wait for "
         "its end"
     )

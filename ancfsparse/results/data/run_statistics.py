@@ -1,4 +1,4 @@
-"""What a run cost, in counts first and in seconds second."""
+"""Operation counts and computing times of a run."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ from typing import NamedTuple
 
 
 class Event(NamedTuple):
-    """A step that its method could not solve, and what was tried next.
+    """A failed attempt at a step, and the next attempt.
 
     Attributes
     ----------
     step : int
-        Number of the step, from 1.  In a run to an accuracy, steps are numbered as ``stats.steps``
-        counts them: those that were accepted, of all its runs one after another.
+        Number of the step, from 1.  In an error-controlled run this is the number of accepted steps
+        of all its runs in sequence, as in ``stats.steps``.
     time : float
-        Time at its end [s]; each run to an accuracy starts at zero again.
+        Time at its end [s]; each run of an error-controlled simulation starts at zero.
     rung : str
-        What was tried next: ``"new seed"``, ``"damped Newton"``, ``"Newton from rest"``, which
-        starts without the acceleration of the last step, ``"descent"``, or ``"Newton"`` in place of
-        a solution that gained energy; ``"8 steps of 0.001 s"`` where it was crossed in shorter
-        ones, and ``"step of 0.001 s"`` or ``"shorter steps"`` where a run to an accuracy went on,
-        or was begun again, with those.
+        The next attempt: ``"new seed"``, ``"damped Newton"``, ``"Newton from rest"``, which starts
+        without the acceleration of the last step, ``"descent"``, or ``"Newton"`` in place of a
+        solution that gained energy; ``"8 steps of 0.001 s"`` if the step was subdivided, and
+        ``"step of 0.001 s"`` or ``"shorter steps"`` if an error-controlled run continued or
+        restarted with these.
     cause : str
-        Why the attempt before had failed: ``"too many"`` iterations, ``"diverged"``,
-        ``"not finite"``, or ``"indefinite"``: any of these on a factor with a wrong sign; or it
-        was solved, and ``"gained energy"``.
+        Cause of the failure: ``"too many"`` iterations, ``"diverged"``, ``"not finite"``, or
+        ``"indefinite"``: any of these with an indefinite factor; or ``"gained energy"`` of a
+        converged step.
     contraction : float
-        Last ratio of two residuals in that attempt; not a number if there was none.
+        Last ratio of two residuals in that attempt; NaN if there was none.
     """
 
     step: int
@@ -40,7 +40,7 @@ class Event(NamedTuple):
 
 
 def _comparable(value: object) -> object:
-    """Return a value with None for what is not a number, in sequences too."""
+    """Return a value with NaN replaced by None, also in sequences."""
     if isinstance(value, float) and math.isnan(value):
         return None
     if isinstance(value, (list, tuple)):
@@ -50,71 +50,69 @@ def _comparable(value: object) -> object:
 
 @dataclass
 class RunStats:
-    """Counts and times of one run.
+    """Operation counts and times of one run.
 
     Attributes
     ----------
     march_seconds : float
-        Time of the compiled march alone, without set-up and output [s]; in statics of all load
+        Time of the compiled time loop without set-up and output [s]; in statics time of all load
         steps.
     steps : int
         Accepted time steps or load steps.
     iterations : int
-        Corrections whose residual was looked at, or which ended a step by being small, summed over
-        all steps.
+        Corrections of all steps whose residual was evaluated, or that ended a step by their size.
     last_corrections : int
-        Corrections by the residual that ended a step; they cost no residual and are not looked at.
+        Final corrections by the residual that ended a step; their residual is not evaluated.
     residual_evaluations : int
-        Evaluations of the residual; accepted by residuals and without recoveries one more per step
-        than iterations.
+        Evaluations of the residual; one more per step than iterations, if steps are accepted by
+        their residual and without recovery.
     factorizations : int
         Sparse factorizations.
     indefinite : int
-        Those with a pivot of the wrong sign: compression beyond what the mass carries.
+        Factorizations with a pivot of the wrong sign: compression beyond buckling of the effective
+        stiffness.
     negative_pivots : int
-        Negative pivots of the stiffness at the equilibrium that statics found: directions in which
-        it is unstable.
+        Negative pivots of the stiffness at a static equilibrium: number of unstable directions.
     material_seeds : int
-        Indefinite ones that a factor with the material part of the stiffness alone replaced.
+        Indefinite factors replaced by those of the material part of the stiffness.
     rotating_seeds : int
-        Seeds that were turned with the body.
+        Seeds rotated with the body.
     single_seeds : int
-        Seeds that were kept in single precision, as those of large systems are.
+        Seeds stored in single precision, as for large systems.
     shifted_seeds : int
-        Incomplete seeds that broke down and were made with a larger diagonal.
+        Incomplete factorizations that broke down and were repeated with a larger diagonal.
     sweeps, products : int
-        Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 with
-        complete seeds, whose solutions are a sweep each.
+        Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 for
+        complete factors, which need one sweep per solution.
     solves : int
         Solutions with a factor or a dense inverse.
     pairs : int
-        Secant pairs that were handed to an update.
+        Secant pairs passed to an update.
     skipped_pairs : int
-        Secant pairs an update refused.
+        Secant pairs rejected by an update.
     recoveries : int
-        Steps that needed a rung of the ladder, from a new seed to another start.
+        Steps that needed the recovery sequence, from a new seed to another initial guess.
     events : list of Event
-        What was tried in them, at most the first thousand.
+        Attempts of the recovery sequence, at most the first thousand.
     short_steps : int
-        Shorter steps that were accepted where one of a fixed length had failed and was halved; each
-        of those counts once in `steps`.
+        Accepted substeps of failed fixed-length steps; each of the latter counts once in `steps`.
     rejected_steps : int
-        Steps that were solved and taken back because they were not accurate enough.
+        Converged steps rejected by the error estimate.
     runs : int
-        Motions that were begun to reach an accuracy, those included that were given up because
-        another method cost less; their counts are added up.
+        Runs of an error-controlled simulation, including those abandoned for a cheaper method; all
+        counts are sums over them.
     error : float
-        Estimated largest error of the position of a node at the saved times that the steps in time
-        cause [m]; not a number where no accuracy was asked for.  In statics the last correction of
-        a body, or how far the rounding of forces may move it if that is more.
+        Estimated maximum time discretization error of the position of a node at the saved times
+        [m]; NaN without a requested accuracy.  In statics the last correction of a body, or the
+        displacement by rounding errors of forces if that is larger.
     seconds : dict of str to float
-        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the march of an
-        implicit run split into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs
+        Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the time loop of an
+        implicit run divided into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs
         included) and ``"rest"``.
     solver : str
         The method and the reasons for its selection.
     threads : int
-        Threads that shared the work at most; 1 for systems so small that more would not pay.
+        Largest number of threads; 1 for small systems, where more would cost time.
     """
 
     march_seconds: float = 0.0
@@ -145,7 +143,7 @@ class RunStats:
     threads: int = 1
 
     def __post_init__(self) -> None:
-        """Make events of what a file gave."""
+        """Convert events read from a file."""
         self.events = [Event(*event) for event in self.events]
 
     def __eq__(self, other: object) -> bool:
@@ -161,6 +159,6 @@ class RunStats:
 
     @property
     def iterations_per_step(self) -> float:
-        """Mean number of iterations per step, whole or short; 0 if there was no step."""
-        taken = self.steps + self.short_steps
-        return self.iterations / taken if taken else 0.0
+        """Mean number of iterations per step or substep; 0 without steps."""
+        steps = self.steps + self.short_steps
+        return self.iterations / steps if steps else 0.0

@@ -1,7 +1,6 @@
-"""Tables of states that are not whole in memory, but are read as if they were.
+"""Tables of states in a file, or with selected columns, that are read like arrays.
 
-They support what results need of an array: ``shape``, rows ``[i]`` and ``[i:j]``, and columns
-``[..., places]``.
+They support ``shape``, rows ``[i]`` and ``[i:j]``, and columns ``[..., places]``.
 """
 
 from __future__ import annotations
@@ -14,21 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.hdf5_format import damaged, opened, text_of
+from ancfsparse.results.data.hdf5_format import describe_damage, open_file, read_text
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
 
-# Data sets of the last state: vectors, multipliers, and the rest as text.
-LAST, LAST_LAM, MEMORY = "last", "last_lam", "memory"
-# That of the stress-free shape of a run that started elsewhere.
-REFERENCE = "reference"
-# That of the scene, as the text of a file of its own.
-RECORDS = "records"
+# Names of data sets.
+LAST_STATE = "last"  # vectors of the last state
+LAST_MULTIPLIERS = "last_lam"  # its multipliers
+MEMORY = "memory"  # its other data, as text
+REFERENCE = "reference"  # stress-free shape of a run that started elsewhere
+SCENE_RECORDS = "records"  # the scene, as the text of a scene file
 
 
 class Readable(Protocol):
-    """What an array and a stored table have in common."""
+    """The common interface of an array and a stored table."""
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -41,19 +40,19 @@ class Readable(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Stored:
+class StoredTable:
     """A table in an HDF5 file, which is open only while it is read.
 
     Parameters
     ----------
     path : Path
-        The file, absolute: the working folder may change.
+        Absolute path of the file, because the working folder may change.
     name : str
         Name of the data set.
     run : str
-        The mark of the run it is of: a later one may have replaced the file.
+        Identifier of its run: a later run may have replaced the file.
     shape : (int, int)
-        Numbers of rows and columns.  Rows beyond were written in part, and do not count.
+        Numbers of rows and columns.  Incomplete rows at the end are not counted.
     """
 
     path: Path
@@ -66,36 +65,36 @@ class Stored:
         return self.shape[0]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        """Read all of it."""
+        """Read the entire table."""
         return np.asarray(self[:], dtype=dtype)
 
     def __getitem__(self, key: Any) -> Array:
-        """Read rows, or with ``[rows, places]`` columns of them, in any order and shape."""
+        """Read rows, or with ``[rows, places]`` columns, in any order and shape."""
         of_rows, of_columns = key if isinstance(key, tuple) else (key, ...)
         rows, row = _cover(of_rows, self.shape[0])
         columns, column = _cover(of_columns, self.shape[1])
         if not isinstance(rows, slice) and not isinstance(columns, slice):
             rows, row = slice(None, self.shape[0]), of_rows  # HDF5 takes one list, not two
-        with opened(self.path, self.run) as file:
-            values = whole(self.path, self.name, file[self.name][rows, columns])
+        with open_file(self.path, self.run) as file:
+            values = check_values(self.path, self.name, file[self.name][rows, columns])
         return np.asarray(values[row][..., column])
 
 
-def whole(path: Path, name: str, values: Array) -> Array:
-    """Return what was read of a table, and refuse numbers that no run writes.
+def check_values(path: Path, name: str, values: Array) -> Array:
+    """Return values read from a table, after a check for lost parts.
 
     Raises
     ------
     InputError
-        If some are not finite, as where a part of the file is lost.
+        If values are not finite, as in lost parts of a file.
     """
     if not np.isfinite(values).all():
-        raise InputError(damaged(path, f": a part of {name} is lost"))
+        raise InputError(describe_damage(path, f": a part of {name} is lost"))
     return values
 
 
 def _cover(key: Any, n: int) -> tuple[Any, Any]:
-    """Return what to read of an axis of length n, and where in it is what the key asks for."""
+    """Return the indices to read of an axis of length n, and the key relative to them."""
     if key is Ellipsis:
         key = slice(None)
     if isinstance(key, slice) and (key.step is None or key.step > 0):
@@ -112,33 +111,33 @@ def _cover(key: Any, n: int) -> tuple[Any, Any]:
 
 @dataclass(frozen=True, eq=False)
 class StoredState:
-    """The last state of a run in an HDF5 file, with what the steps after it depend on.
+    """The last state of a run in an HDF5 file, with the data to continue it.
 
     Parameters
     ----------
     path : Path
-        The file, absolute.
+        Absolute path of the file.
     run : str
-        The mark of the run it is of.
+        Identifier of its run.
     """
 
     path: Path
     run: str
 
     def read(self, system: System) -> State:
-        """Read it.
+        """Read the state.
 
         Raises
         ------
         InputError
             If the file is damaged or was replaced.
         """
-        import json  # what runs in memory do not need
+        import json  # not needed by runs in memory
 
-        with opened(self.path, self.run) as file:
-            rows = whole(self.path, LAST, file[LAST][:])
-            texts = json.loads(text_of(file, MEMORY))
-            lam = whole(self.path, LAST_LAM, file[LAST_LAM][:])
+        with open_file(self.path, self.run) as file:
+            rows = check_values(self.path, LAST_STATE, file[LAST_STATE][:])
+            texts = json.loads(read_text(file, MEMORY))
+            lam = check_values(self.path, LAST_MULTIPLIERS, file[LAST_MULTIPLIERS][:])
         memory = texts["memory"]
         memory |= dict(zip(texts["vectors"], rows[3:], strict=True))
         for name, value in memory.items():
@@ -149,8 +148,8 @@ class StoredState:
         return system.state(texts["t"], q, v, a, lam, b=b, memory=memory)
 
 
-def state_as_stored(state: State) -> tuple[Array, Array, str]:
-    """Return what a file keeps of a last state: vectors (k, n), multipliers (m,), and a text."""
+def encode_state(state: State) -> tuple[Array, Array, str]:
+    """Return the stored form of a last state: vectors (k, n), multipliers (m,), and a text."""
     import json
 
     memory: dict[str, Any] = dict(state.memory)
@@ -164,17 +163,17 @@ def state_as_stored(state: State) -> tuple[Array, Array, str]:
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
-    """Some columns of a table of states.
+class SelectedColumns:
+    """Selected columns of a table of states.
 
     Parameters
     ----------
     values : table, shape (k, c)
-        What was kept.
+        The stored columns.
     places : ndarray, shape (c,)
-        The columns they are in the whole table, ascending.
+        Their indices in the full table, ascending.
     n : int
-        Number of columns of the whole table.
+        Number of columns of the full table.
     """
 
     values: Readable
@@ -183,7 +182,7 @@ class Chosen:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers of rows and columns of the whole table."""
+        """Numbers of rows and columns of the full table."""
         return self.values.shape[0], self.n
 
     def __len__(self) -> int:
@@ -196,7 +195,7 @@ class Chosen:
         Raises
         ------
         InputError
-            If they were not kept, or whole rows are asked for.
+            If they are not stored, or complete rows are requested.
         """
         if not (isinstance(key, tuple) and len(key) == 2 and key[0] is Ellipsis):
             raise InputError(

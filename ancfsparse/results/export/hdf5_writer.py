@@ -16,18 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, OutputError
-from ancfsparse.results.data.file_locks import LOCKED_BY_HDF5
-from ancfsparse.results.data.hdf5_format import BLOCK, FORMAT, MARK
+from ancfsparse.results.data.file_locks import HDF5_LOCKS
+from ancfsparse.results.data.hdf5_format import FORMAT, MARK, USER_BLOCK
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.data.output_lock import Claim
+from ancfsparse.results.data.output_lock import OutputLock
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import (
-    LAST,
-    LAST_LAM,
+    LAST_MULTIPLIERS,
+    LAST_STATE,
     MEMORY,
-    RECORDS,
     REFERENCE,
-    state_as_stored,
+    SCENE_RECORDS,
+    encode_state,
 )
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.system.coordinates.state import State
@@ -91,7 +91,7 @@ class Writer:
         texts = {"settings": json.dumps(dict(settings), default=str)}
         texts["scene"] = json.dumps(dict(scene))
         try:
-            self._claim = Claim(self._path)
+            self._claim = OutputLock(self._path)
         except OSError as refused:
             raise self._refusal(refused) from None
         try:
@@ -111,7 +111,7 @@ class Writer:
         # HDF5 writes nothing of a file before it is flushed.
         _take_room(self._path, 0, SLACK + sum(map(len, texts.values())))
         self._file = h5py.File(
-            self._path, "w", locking=LOCKED_BY_HDF5, libver=LIBRARY, userblock_size=BLOCK
+            self._path, "w", locking=HDF5_LOCKS, libver=LIBRARY, userblock_size=USER_BLOCK
         )
         self._claim.mark()
         kept = n if self._places is None else len(self._places)
@@ -166,7 +166,7 @@ class Writer:
     def add_records(self, text: str) -> None:
         """Add the scene as the text of a file of its own, see `Scene.save`."""
         self._reserve(len(text))
-        self._text(RECORDS, text)
+        self._text(SCENE_RECORDS, text)
 
     def append(
         self, t: Array, q: Array, v: Array, a: Array, lam: Array, *, begin: int | None = None
@@ -206,7 +206,7 @@ class Writer:
         tables: dict[str, Array] = {}
         texts = {"stats": text}
         if last is not None:
-            tables[LAST], tables[LAST_LAM], texts[MEMORY] = state_as_stored(last)
+            tables[LAST_STATE], tables[LAST_MULTIPLIERS], texts[MEMORY] = encode_state(last)
         size = sum(map(len, texts.values())) + sum(table.nbytes for table in tables.values())
         if size > SLACK // 2:  # the room for less was taken with the last rows
             self._reserve(size)

@@ -17,12 +17,12 @@ from tqdm import tqdm
 
 from ancfsparse.checks import check_count, check_flag
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.fields.energy_balance import BLOCK
-from ancfsparse.results.geometry.deformed_shape import shapes, slopes
+from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
+from ancfsparse.results.geometry.deformed_shape import trace_elements, trace_slopes
 from ancfsparse.results.geometry.scene_outline import Outline
-from ancfsparse.results.geometry.wireframe import edges_of, wire
+from ancfsparse.results.geometry.wireframe import make_wireframe, trace_edges
 
 VERSION = 2, 2
 MOST_PIECES = 1000  # of an element: more show nothing more
@@ -59,7 +59,7 @@ def write_vtk(
         Gives the axial forces of every body from coordinates, rates and times, each
         (k, n_elements) [N].
     """
-    target = file_name("a VTKHDF file", path)
+    target = check_file_name("a VTKHDF file", path)
     if target.suffix.lower() not in (".vtkhdf", ".hdf"):
         raise InputError(f"a VTKHDF file is a .vtkhdf, got {str(target)!r}")
     if not target.absolute().parent.is_dir():
@@ -70,7 +70,7 @@ def write_vtk(
     check_flag("progress", progress)
     sizes = _sizes(outline, pieces)
     n_cells, n_points = len(sizes), int(sizes.sum())
-    rows = max(1, BLOCK // (8 * n_points))
+    rows = max(1, BLOCK_SIZE // (8 * n_points))
     np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made
     with h5py.File(target, "w", libver=("v108", "v108")) as file:
         root = _root(file, outline, sizes, len(t), forces is not None)
@@ -121,7 +121,7 @@ def _room(group: Any, name: str, rows: int, columns: int | None = None) -> None:
 
 def _counts(outline: Outline) -> list[int]:
     """Return the number of lines of every body: beams and meshes, then rigid bodies."""
-    edges = [len(wire(solid).edges) for solid in outline.solids]
+    edges = [len(make_wireframe(solid).edges) for solid in outline.solids]
     return [len(part.lengths) for part in outline.parts] + edges
 
 
@@ -144,13 +144,13 @@ def _append(
     """Write what states from number i on have at points and elements."""
     points, rates, strains = [], [], []
     for part in outline.parts:
-        points.append(_in_space(shapes(q, part, pieces)))
-        rates.append(_in_space(shapes(v, part, pieces)))
-        along = np.linalg.norm(slopes(q, part, pieces), axis=-1)
+        points.append(_in_space(trace_elements(q, part, pieces)))
+        rates.append(_in_space(trace_elements(v, part, pieces)))
+        along = np.linalg.norm(trace_slopes(q, part, pieces), axis=-1)
         strains.append(along.reshape(len(q), -1) - 1.0)
     for solid in outline.solids:
-        points.append(_in_space(edges_of(q, solid)))
-        rates.append(_in_space(edges_of(v, solid)))
+        points.append(_in_space(trace_edges(q, solid)))
+        rates.append(_in_space(trace_edges(v, solid)))
         strains.append(np.zeros(points[-1].shape[:2]))
     n_points = sum(each.shape[1] for each in points)
     there = slice(i * n_points, (i + len(q)) * n_points)

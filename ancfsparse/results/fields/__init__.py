@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.results.fields.energy_balance import energy_of
+    from ancfsparse.results.fields.energy_balance import evaluate_energy
     from ancfsparse.results.fields.joint_forces import joint_force, tension
-    from ancfsparse.results.fields.rigid_body_motion import motion_of
+    from ancfsparse.results.fields.rigid_body_motion import evaluate_motion
     from ancfsparse.results.fields.section_forces import (
         axial_forces,
         curvature,
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 __all__ = [
     "axial_forces",
     "curvature",
-    "energy_of",
+    "evaluate_energy",
+    "evaluate_motion",
     "joint_force",
-    "motion_of",
     "section_force",
     "strain",
     "tension",
@@ -31,9 +31,9 @@ __getattr__ = on_demand(
     {
         "axial_forces": "section_forces",
         "curvature": "section_forces",
-        "energy_of": "energy_balance",
+        "evaluate_energy": "energy_balance",
         "joint_force": "joint_forces",
-        "motion_of": "rigid_body_motion",
+        "evaluate_motion": "rigid_body_motion",
         "section_force": "section_forces",
         "strain": "section_forces",
         "tension": "joint_forces",

@@ -1,4 +1,4 @@
-"""The energy balance of a run."""
+"""The energy balance of a motion."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery.reactions import drive_power, drive_work
 from ancfsparse.system.system import System
 
-# Numbers of a table of states that are looked at together.
-BLOCK = 4_000_000
-# Share of the largest energy by which sums of energies are rounded.
-ROUNDING = 64.0 * float(np.finfo(float).eps)
+BLOCK_SIZE = 4_000_000  # entries of a table of states that are evaluated together
+ROUNDING = 64.0 * float(np.finfo(float).eps)  # of energy sums, over the largest energy
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +28,12 @@ class Energy:
     potential : ndarray, shape (k,)
         Potential of gravity, and of the centrifugal forces of a rotating frame [J].
     work : ndarray, shape (k,)
-        Work of drives and of all applied forces but gravity since the first saved state [J]: their
-        power, summed by the trapezoidal rule over the saved states, so save often where loads
-        change.  With `EnergyMomentum` and all steps saved, the work of drives is that of its mean
-        forces, without an error of the sum.
+        Work of prescribed motions and of all applied forces except gravity since the first saved
+        state [J]: their power, integrated by the trapezoidal rule over the saved states, which must
+        therefore resolve the loads.  With `EnergyMomentum` and all steps saved, the work of
+        prescribed motions is that of its mean forces, without quadrature error.
     dissipated : ndarray, shape (k,)
-        What damping took since the first saved state [J]: the power against its forces, summed
-        like ``work``.
+        Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     """
 
     kinetic: Array
@@ -47,24 +44,24 @@ class Energy:
 
     @property
     def total(self) -> Array:
-        """Kinetic, elastic and potential energy together, shape (k,) [J]."""
+        """Sum of kinetic, elastic and potential energy, shape (k,) [J]."""
         return self.kinetic + self.elastic + self.potential
 
     @property
     def drift(self) -> float:
-        """Largest energy gained or lost without cause, over the largest kinetic energy [-].
+        """Largest error of the energy balance, relative to the largest kinetic energy [-].
 
-        ``max |E(t) - E(0) - work(t) + dissipated(t)| / max kinetic``; 0 where that is rounding of
-        the energies, as where nothing ever moves.
+        ``max |E(t) - E(0) - work(t) + dissipated(t)| / max kinetic``; 0 if it is a rounding
+        error of the energies, for example at rest.
         """
-        gained = float(np.abs(self.total - self.total[0] - self.work + self.dissipated).max())
+        error = float(np.abs(self.total - self.total[0] - self.work + self.dissipated).max())
         parts = (self.kinetic, self.elastic, self.potential, self.work, self.dissipated)
-        if gained <= ROUNDING * max(float(np.abs(part).max()) for part in parts):
+        if error <= ROUNDING * max(float(np.abs(part).max()) for part in parts):
             return 0.0
-        return gained / float(self.kinetic.max())
+        return error / float(self.kinetic.max())
 
     def __repr__(self) -> str:
-        """Give the balance in one line."""
+        """Summarise the balance in one line."""
         return (
             f"Energy: {self.total[0]:.6g} J at the start, {self.total[-1]:.6g} J at the end, "
             f"work {self.work[-1]:.6g} J, dissipated {self.dissipated[-1]:.6g} J, "
@@ -72,7 +69,7 @@ class Energy:
         )
 
 
-def energy_of(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
+def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
     """Evaluate the energy balance.
 
     Parameters
@@ -91,9 +88,9 @@ def energy_of(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
         Energies at those times.
     """
     q, v, a, lam, t = states
-    # In blocks of rows: the states may be in a file and too large for memory.
-    step = max(1, BLOCK // max(1, q.shape[1]))
-    parts, works, wound = [], [], []
+    # Blocks of rows: the states may be in a file and exceed the memory.
+    step = max(1, BLOCK_SIZE // max(1, q.shape[1]))
+    parts, drive_works, parametric_works = [], [], []
     every_step = lag > 0.0 and np.allclose(np.diff(t), 2.0 * lag, rtol=1e-6, atol=0.0)
     for i in range(0, len(t), step):
         q_part, v_part = q[i : i + step], v[i : i + step]
@@ -109,26 +106,28 @@ def energy_of(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
             driving = drive_power(system, then)
             if every_step:
                 rows = slice(max(i - 1, 0), i + step)
-                works.append(drive_work(system, StateHistory(*(each[rows] for each in states))))
+                drive_works.append(
+                    drive_work(system, StateHistory(*(each[rows] for each in states)))
+                )
         lost = system.dissipation(q_part, v_part, lam[i : i + step])
         parts.append((*system.energies(q_part, v_part, t_part), power, driving, lost))
         if system.winds:
             rows = slice(max(i - 1, 0), i + step)
-            wound.append(system.winding(q[rows], t[rows]))
+            parametric_works.append(system.winding(q[rows], t[rows]))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))
     kinetic, elastic, potential, power, driving, lost = columns
-    work = _summed(t, power)
-    if works:
-        work[1:] += np.cumsum(np.concatenate(works))
+    work = _integrate(t, power)
+    if drive_works:
+        work[1:] += np.cumsum(np.concatenate(drive_works))
     else:
-        work += _summed(t, _caught_up(t, driving, lag) if lag else driving)
-    if wound:
-        work[1:] += np.cumsum(np.concatenate(wound))
-    return Energy(kinetic, elastic, potential, work, _summed(t, lost))
+        work += _integrate(t, _interpolate_lagged(t, driving, lag) if lag else driving)
+    if parametric_works:
+        work[1:] += np.cumsum(np.concatenate(parametric_works))
+    return Energy(kinetic, elastic, potential, work, _integrate(t, lost))
 
 
-def _caught_up(t: Array, values: Array, lag: float) -> Array:
-    """Return values at times t, from those at t - lag but for the first, by straight lines."""
+def _interpolate_lagged(t: Array, values: Array, lag: float) -> Array:
+    """Interpolate values linearly to times t, from times t - lag except for the first."""
     if len(t) < 3:
         return values
     then = np.append(t[0], t[1:] - lag)
@@ -137,7 +136,7 @@ def _caught_up(t: Array, values: Array, lag: float) -> Array:
     return out
 
 
-def _summed(t: Array, power: Array) -> Array:
+def _integrate(t: Array, power: Array) -> Array:
     """Integrate over time by the trapezoidal rule, from zero at the first state."""
     out = np.zeros(len(t))
     np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]), out=out[1:])

@@ -1,4 +1,4 @@
-"""Force and moment of a joint over time."""
+"""Force and moment of joints, tension of ropes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from ancfsparse.system.system import System
 
 @dataclass(frozen=True, eq=False)
 class JointForce:
-    """What a joint does to its first side; to the second it does the opposite.
+    """Force and moment of a joint on its first side; those on the second side are opposite.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class JointForce:
     moment: Array
 
     def at(self, k: int) -> JointForce:
-        """Return those of one state: ``force`` (dim,) and ``moment`` (3,) or ()."""
+        """Return force (dim,) and moment (3,) or () of one state."""
         return JointForce(self.force[k], self.moment[k])
 
 
@@ -51,21 +51,21 @@ def joint_force(system: System, joint: object, states: StateHistory, frame: str)
         return JointForce(force, moment)
     if np.isnan(axes).any():
         raise InputError(
-            f"the {joint.label} has no axes of its own, because its second side is a cable or a "
+            f"the {joint.label} has no axes, because its second side is a cable or a "
             "thin rod in space: take frame='space', or exchange its sides"
         )
-    turned = moment if moment.ndim == 1 else np.einsum("kij,kj->ki", axes, moment)
-    return JointForce(np.einsum("kij,kj->ki", axes, force), turned)
+    rotated = moment if moment.ndim == 1 else np.einsum("kij,kj->ki", axes, moment)
+    return JointForce(np.einsum("kij,kj->ki", axes, force), rotated)
 
 
 def tension(system: System, rope: object, states: StateHistory) -> Array:
-    """Return the tension of a rope, or of that of a winch, (k,) [N]."""
+    """Return the tension of a rope or of the rope of a winch, (k,) [N]."""
     if isinstance(rope, Rope):
         return joint_forces.rope_tension(system, rope, states)
     if not isinstance(rope, Winch):
         raise InputError(
             "tension needs what scene.rope(...) or scene.winch(...) returned, got "
-            f"{format_value(rope)}: of other joints ask for joint_force"
+            f"{format_value(rope)}: take joint_force for other joints"
         )
     rows = system.rows_of(rope)
     if not rows:

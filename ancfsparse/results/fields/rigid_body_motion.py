@@ -1,4 +1,4 @@
-"""How a rigid body moved: position, orientation, velocities, momenta and energy over time."""
+"""Motion of a rigid body: position, orientation, velocities, momenta and energy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class BodyMotion:
     Attributes
     ----------
     body : RigidBody
-        What moved.
+        The rigid body.
     vectors, rates : ndarray, shape (k, n_vectors + 1, dim)
         Origin [m] and unit vectors, and their velocities [m/s, 1/s].
     """
@@ -31,7 +31,7 @@ class BodyMotion:
     rates: Array
 
     def __repr__(self) -> str:
-        """Name the body."""
+        """Return the name of the body and the number of states."""
         return f"motion of {self.body.name}, {len(self.vectors)} states"
 
     @property
@@ -61,7 +61,7 @@ class BodyMotion:
         Raises
         ------
         InputError
-            If it is a thin rod in space, whose rotation about its axis is undefined.
+            For a thin rod in space, whose rotation about its axis is undefined.
         """
         axes = self.axes
         if axes.shape[1] == axes.shape[2]:
@@ -91,8 +91,8 @@ class BodyMotion:
     def angles(self) -> Array:
         """Angles of the rotation [rad], without jumps of full turns.
 
-        In the plane one, (k,).  In space (k, 3): about z, then about the new y, then about the
-        newest x (yaw, pitch, roll); the pitch is between -pi/2 and pi/2.
+        In the plane one angle, (k,).  In space (k, 3): yaw, pitch and roll, about z, the rotated y
+        and the twice rotated x; the pitch is between -pi/2 and pi/2.
         """
         rotation = self.rotation
         if rotation.shape[1] == 2:
@@ -111,10 +111,10 @@ class BodyMotion:
     @property
     def angular_velocity_in_body(self) -> Array:
         """Angular velocity along the axes of the body, (k, 3); in the plane the same, (k,)."""
-        spin = self.angular_velocity
-        if spin.ndim == 1:
-            return spin
-        return np.asarray(np.einsum("kij,ki->kj", self.rotation, spin))
+        velocity = self.angular_velocity
+        if velocity.ndim == 1:
+            return velocity
+        return np.asarray(np.einsum("kij,ki->kj", self.rotation, velocity))
 
     @property
     def momentum(self) -> Array:
@@ -138,21 +138,21 @@ class BodyMotion:
         return np.asarray(np.einsum("i,kid->kd", weights, vectors))
 
 
-def motion_of(system: System, q: Readable, v: Readable, body: RigidBody) -> BodyMotion:
+def evaluate_motion(system: System, q: Readable, v: Readable, body: RigidBody) -> BodyMotion:
     """Return the motion of a rigid body from coordinates and velocities (k, n).
 
     Raises
     ------
     InputError
-        If `body` is no rigid body of the scene.
+        If `body` is not a rigid body of the scene.
     """
     if not isinstance(body, RigidBody):
         raise InputError(
             f"a motion of a body needs a rigid body of the scene, got {format_value(body)}"
         )
-    where = system.rows(body.origin)[0]
+    indices = system.rows(body.origin)[0]
     vectors, rates = (
-        np.asarray(x[..., where]).reshape(-1, body.n_vectors + 1, body.dim) for x in (q, v)
+        np.asarray(x[..., indices]).reshape(-1, body.n_vectors + 1, body.dim) for x in (q, v)
     )
     return BodyMotion(body, vectors, rates)
 
@@ -165,7 +165,7 @@ def _cross(a: Array, b: Array) -> Array:
 
 
 def _quaternions(rotation: Array) -> Array:
-    """Return unit quaternions of rotation matrices, by the largest of their components."""
+    """Return unit quaternions of rotation matrices, computed from their largest component."""
     r = rotation
     trace = np.trace(r, axis1=1, axis2=2)
     # Four times the products of all pairs of components.

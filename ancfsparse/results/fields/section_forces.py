@@ -1,4 +1,4 @@
-"""Strains and curvatures of the axis, forces and moments in sections."""
+"""Strain and curvature of the axis, section forces and moments."""
 
 from __future__ import annotations
 
@@ -12,26 +12,25 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.fields import Points, axes, spread
-from ancfsparse.kernels.fields import curvature as turn_of
+from ancfsparse.kernels.fields import curvature as element_curvature
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
-from ancfsparse.results.fields.energy_balance import BLOCK
+from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.scene import ElasticBody, Mesh, Point
 from ancfsparse.scene.bodies.beam import NODE_SNAP
 from ancfsparse.system.recovery.element_end_forces import end_forces
 from ancfsparse.system.system import System
 from ancfsparse.system_memory import check_memory
 
-# Numbers that an evaluation keeps at a time for each coordinate of an element.
-WORK = 32
+WORK_ENTRIES = 32  # temporary numbers for each coordinate of an element
 
-Where = ArrayLike | Sequence[Point] | None
+SectionPoints = ArrayLike | Sequence[Point] | None
 
 
 @dataclass(frozen=True, eq=False)
 class SectionForce:
-    """What the part of a beam beyond a section, at larger s, puts on the part before it.
+    """Force and moment of the part of a beam at larger s on the part before the section.
 
     Shapes: k saved states (an `Equilibrium` has no such axis), p points.
 
@@ -41,29 +40,28 @@ class SectionForce:
         Axial force, positive in tension [N].
     Q : ndarray, shape (k, p) or (k, p, 2) or (k, p, 3)
         Shear force [N]: in the plane along the normal, 90 degrees to the left of the axis; of a
-        thick beam in space along e_y and e_z of the section, which all edges of a line of a mesh
-        have from the first of them; of a cable in space, which has no such
-        axes, as a vector in space at right angles to the axis.
+        thick beam in space along e_y and e_z of the section (of the first edge, along a line of a
+        mesh); of a cable in space, which has no section axes, as a vector normal to the axis.
     M : ndarray, of the shape of `Q`
         Bending moment [N m]: in the plane counterclockwise; of a thick beam in space about e_y and
         e_z; of a cable in space as a vector in space.
     T : ndarray, shape (k, p), or None
         Torsion [N m]; None where the element has none: in the plane and in cables.
     force : ndarray, shape (k, p, dim)
-        All of the force, in space [N].
+        Total force, in space [N].
     moment : ndarray, shape (k, p) in the plane or (k, p, 3)
-        All of the moment, in space [N m].
+        Total moment, in space [N m].
 
     Notes
     -----
     The axis of a cable is its slope; that of a thick beam is normal to its section.
 
-    Forces and moments are those that elements put on their nodes, damping included, and inside an
-    element what balances them.  So they balance reactions and loads at nodes to the accuracy of the
-    solution, on every mesh.  Loads along an element and its inertia act on its nodes too: with w of
-    them per length and elements of length h, a force is off by up to w h / 2, but in the middle of
-    an element not at all if w is uniform; a moment by up to w h^2 / 12, at the Gauss points,
-    (1 -+ 1 / sqrt(3)) h / 2 from the first end of an element, by h^3 in cables.
+    Forces and moments are the nodal forces of the elements, including damping, and inside an
+    element those in equilibrium with them.  They balance reactions and nodal loads to the accuracy
+    of the solution on every mesh.  Distributed loads and inertia act on the nodes too: for a load w
+    per length and elements of length h, the error of a force is at most w h / 2, and zero in the
+    middle of an element for uniform w; the error of a moment is at most w h^2 / 12, and of order
+    h^3 in cables at the Gauss points, (1 -+ 1 / sqrt(3)) h / 2 from the first end of an element.
     """
 
     N: Array
@@ -74,7 +72,7 @@ class SectionForce:
     moment: Array
 
     def at(self, state: int) -> SectionForce:
-        """Give those of one saved state, without the axis of states."""
+        """Return section forces of one saved state, without the axis of states."""
         torsion = None if self.T is None else self.T[state]
         parts = self.N[state], self.Q[state], self.M[state], torsion
         return SectionForce(*parts, self.force[state], self.moment[state])
@@ -86,29 +84,29 @@ def section_force(
     v: Readable,
     t: Readable,
     body: ElasticBody,
-    s: Where = None,
+    s: SectionPoints = None,
 ) -> SectionForce:
-    """Evaluate forces and moments in sections.
+    """Evaluate section forces and moments.
 
     Parameters
     ----------
     system : System
-        The system the states belong to.
+        The system of the states.
     q, v : table, shape (k, n)
-        Coordinates and their rates, which are read where the body is damped.
+        Coordinates and velocities; the latter are read if the body is damped.
     t : table, shape (k,)
-        Times, which are read where the shape of the body without stress changes [s].
+        Times, which are read if the stress-free shape of the body changes [s].
     body : Beam or Mesh
-        One of its bodies.
+        A body of the system.
     s : float, array_like of shape (p,), or sequence of Point, optional
-        Where, see `Trajectory.strain`.
+        Points, see `Trajectory.strain`.
 
     Returns
     -------
     SectionForce
-        For every state and point.
+        Values for every state and point.
     """
-    body, where = _where(system, body, s)
+    body, where = _locate_points(system, body, s)
     kind = system.kind_of(body)
     elements, first, at = np.unique(where.elements, return_index=True, return_inverse=True)
 
@@ -118,21 +116,21 @@ def section_force(
         force = spread(kind, each, "r")[:, :, 1]
         moment = np.cross(spread(kind, ends, "r")[:, :, 1] - points.r, force)
         for name in kind.vectors[1:]:
-            turned = np.cross(spread(kind, ends, name), spread(kind, each, name))
-            moment += turned[:, :, 1]
+            moments = np.cross(spread(kind, ends, name), spread(kind, each, name))
+            moment += moments[:, :, 1]
         return force, moment, axes(points)
 
-    force, moment, frames = _evaluated(system, body, where, q, v, evaluate)
+    force, moment, frames = _evaluate(system, body, where, q, v, evaluate)
     inside = np.einsum("kpij,kpj->kpi", frames, force), np.einsum("kpij,kpj->kpi", frames, moment)
     normal, torsion = inside[0][..., 0], None
-    # Along an edge that was turned round, the other part is the one beyond.
-    turn = where.direction[:, None]
-    force, moment = turn * force[..., : kind.dim], turn * moment
+    # Along a reversed edge the roles of both parts are exchanged.
+    sign = where.direction[:, None]
+    force, moment = sign * force[..., : kind.dim], sign * moment
     if kind.dim == 2:
         moment = moment[..., 2]
         shear, bending = inside[0][..., 1], moment
     elif kind.is_cable:
-        shear = turn * (force * turn - normal[..., None] * frames[:, :, 0])
+        shear = sign * (force * sign - normal[..., None] * frames[:, :, 0])
         bending = moment
     else:
         shear, bending, torsion = inside[0][..., 1:], inside[1][..., 1:], inside[1][..., 0]
@@ -145,52 +143,56 @@ def axial_forces(system: System, q: Array, v: Array, t: Array) -> list[Array]:
     return [section_force(system, q, v, t, body).N for body in beams]
 
 
-def strain(system: System, q: Readable, body: ElasticBody, s: Where = None) -> Array:
-    """Evaluate the stretch of the axis beyond 1; parameters as in `section_force`.
+def strain(system: System, q: Readable, body: ElasticBody, s: SectionPoints = None) -> Array:
+    """Evaluate the strain of the axis; parameters as in `section_force`.
 
     Returns
     -------
     ndarray, shape (k, p)
-        Elongation per length without stress, |r'| - 1 [-]; where that shape is curved, less the
-        value in it, which is not exactly zero inside elements.
+        Elongation per stress-free length, |r'| - 1 [-]; for curved beams relative to the
+        stress-free shape, in which |r'| is not exactly 1 inside elements.
     """
 
     def evaluate(points: Points, rates: Array, rows: slice) -> tuple[Array]:
         return (np.linalg.norm(points.r_x, axis=-1) - 1.0,)
 
-    body, where = _where(system, body, s)
-    values = _evaluated(system, body, where, q, q, evaluate)[0]
+    body, where = _locate_points(system, body, s)
+    values = _evaluate(system, body, where, q, q, evaluate)[0]
     if body.kind.is_curved:
         rest = system.q_ref[None]
-        values = values - _evaluated(system, body, where, rest, rest, evaluate)[0]
+        values = values - _evaluate(system, body, where, rest, rest, evaluate)[0]
     return values
 
 
-def curvature(system: System, q: Readable, body: ElasticBody, s: Where = None) -> Array:
-    """Evaluate how sections turn along the axis; parameters as in `section_force`.
+def curvature(system: System, q: Readable, body: ElasticBody, s: SectionPoints = None) -> Array:
+    """Evaluate the rotation of sections along the axis; parameters as in `section_force`.
 
     Returns
     -------
     ndarray, shape (k, p) in the plane or (k, p, 3)
-        Turn per length of the reference shape [1/m], see `Trajectory.curvature`.
+        Rotation per length of the reference shape [1/m], see `Trajectory.curvature`.
     """
-    body, where = _where(system, body, s)
-    turns = _evaluated(system, body, where, q, q, lambda points, *_: (turn_of(points),))[0]
-    turns = where.direction[:, None] * turns
-    return turns[..., 2] if body.dim == 2 else turns
+    body, where = _locate_points(system, body, s)
+    curvatures = _evaluate(
+        system, body, where, q, q, lambda points, *_: (element_curvature(points),)
+    )[0]
+    curvatures = where.direction[:, None] * curvatures
+    return curvatures[..., 2] if body.dim == 2 else curvatures
 
 
 @dataclass(frozen=True)
-class _Where:
-    """Points on a body: elements, places in them, and whether s runs along the element or back."""
+class _ElementPoints:
+    """Points on a body: elements, relative positions, and 1 or -1 for the direction of s."""
 
     elements: NDArray[np.intp]
     xi: Array
     direction: Array
 
 
-def _where(system: System, body: ElasticBody, s: Where) -> tuple[ElasticBody, _Where]:
-    """Return the body of the run, and the points on it."""
+def _locate_points(
+    system: System, body: ElasticBody, s: SectionPoints
+) -> tuple[ElasticBody, _ElementPoints]:
+    """Return a body of the run, and points on it."""
     if not isinstance(body, ElasticBody):
         raise InputError(f"a beam or a mesh of the run is needed, got {format_value(body)}")
     listed: Any = [s] if isinstance(s, Point) else s
@@ -199,33 +201,33 @@ def _where(system: System, body: ElasticBody, s: Where) -> tuple[ElasticBody, _W
     own: Any = system.own(body)
     if not own.n_elements:
         raise InputError(
-            f"{body.name} is a rigid rod in this run, which has no strains and no forces in "
-            "sections: ask for them in the plan, or give the beam an element"
+            f"{body.name} is a rigid rod in this run, which has no strains and no section "
+            "forces: request them in the plan, or give the beam an element"
         )
     return own, _points_on(own, listed)
 
 
-def _points_on(body: ElasticBody, listed: Where) -> _Where:
+def _points_on(body: ElasticBody, listed: SectionPoints) -> _ElementPoints:
     forward = np.ones(body.n_elements)
     if isinstance(body, Mesh):
         forward[body.flipped] = -1.0
     if listed is None:
         elements = np.arange(body.n_elements)
-        return _Where(elements, np.full(len(elements), 0.5), forward)
+        return _ElementPoints(elements, np.full(len(elements), 0.5), forward)
     if isinstance(listed, Sequence) and any(isinstance(each, Point) for each in listed):
-        places = [_of_point(body, each) for each in listed]
+        places = [_locate_point(body, each) for each in listed]
         elements = np.array([e for e, _ in places], dtype=np.intp)
-        return _Where(elements, np.array([xi for _, xi in places]), forward[elements])
+        return _ElementPoints(elements, np.array([xi for _, xi in places]), forward[elements])
     if isinstance(body, Mesh):
         raise InputError(
             f"s on {body.name} must be points on its edges, such as [mesh.at(edge, s)], or left "
             f"out for the middle of every edge, got {format_value(listed)}"
         )
-    return _along(body, listed, forward)
+    return _locate_arcs(body, listed, forward)
 
 
-def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
-    """Return element and place of a point; at a node of a beam, those of the element beyond."""
+def _locate_point(body: ElasticBody, point: object) -> tuple[int, float]:
+    """Return element and relative position of a point; at a node the element beyond it."""
     if not isinstance(point, Point) or point.beam is not body:
         raise InputError(f"s must be points of {body.name}, got {format_value(point)}")
     if point.xi:
@@ -239,8 +241,8 @@ def _of_point(body: ElasticBody, point: object) -> tuple[int, float]:
     return point.index - last, float(last)
 
 
-def _along(beam: ElasticBody, s: object, forward: Array) -> _Where:
-    """Find the elements at arc coordinates."""
+def _locate_arcs(beam: ElasticBody, s: object, forward: Array) -> _ElementPoints:
+    """Return the elements at arc coordinates."""
     arcs = np.atleast_1d(check_reals(f"s on {beam.name}", s, "arc coordinates in m"))
     if arcs.ndim != 1 or not len(arcs):
         raise InputError(
@@ -256,18 +258,18 @@ def _along(beam: ElasticBody, s: object, forward: Array) -> _Where:
         )
     elements = np.searchsorted(nodes[1:-1], arcs + slack, side="right")
     xi = np.clip((arcs - nodes[elements]) / beam.lengths[elements], 0.0, 1.0)
-    return _Where(elements, xi, forward[elements])
+    return _ElementPoints(elements, xi, forward[elements])
 
 
-def _evaluated(
+def _evaluate(
     system: System,
     body: ElasticBody,
-    where: _Where,
+    where: _ElementPoints,
     q: Readable,
     v: Readable,
     evaluate: Callable[[Points, Array, slice], tuple[Array, ...]],
 ) -> list[Array]:
-    """Evaluate what depends on elements, some states at a time, and join the states."""
+    """Evaluate a function of elements in blocks of states, and join the states."""
     kind, states = system.kind_of(body), q.shape[0]
     places = system.elements(body)[where.elements]
     check_memory(
@@ -275,7 +277,7 @@ def _evaluated(
         8.0 * states * len(places) * 24,
         "fewer points, or a run with a larger save_every",
     )
-    step = max(1, BLOCK // max(1, WORK * places.size))
+    step = max(1, BLOCK_SIZE // max(1, WORK_ENTRIES * places.size))
     lengths = body.lengths[where.elements]
     parts = []
     for i in range(0, states, step):

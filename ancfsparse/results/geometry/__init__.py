@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.results.geometry.scene_outline import outline_of
+    from ancfsparse.results.geometry.scene_outline import make_outline
 
-__all__ = ["outline_of"]
+__all__ = ["make_outline"]
 
-__getattr__ = on_demand(__name__, {"outline_of": "scene_outline"})
+__getattr__ = on_demand(__name__, {"make_outline": "scene_outline"})

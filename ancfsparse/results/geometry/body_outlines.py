@@ -24,7 +24,7 @@ PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": 
 
 
 @dataclass(frozen=True, eq=False)
-class Solid:
+class RigidOutline:
     """The outline of a rigid body.
 
     Attributes
@@ -50,7 +50,7 @@ class Solid:
     points: Array
 
 
-def solid_of(system: System, body: RigidBody, used: Iterable[Point]) -> Solid:
+def make_solid(system: System, body: RigidBody, used: Iterable[Point]) -> RigidOutline:
     """Return the outline of a rigid body, which is joined or tied at points in `used`."""
     places = system.rows(body.origin)[0].reshape(body.n_vectors + 1, body.dim).astype(np.int32)
     centre = body.masses[0, 1:] / body.mass
@@ -61,14 +61,14 @@ def solid_of(system: System, body: RigidBody, used: Iterable[Point]) -> Solid:
         reach = np.zeros(3)
         reach[:n] = np.sqrt(3.0 * np.maximum(second, 0.0))
         points = [node.offsets or (0.0,) * n for node in used]
-        return Solid(body.name, FORMS[0], places, reach, np.array([centre, *points]))
+        return RigidOutline(body.name, FORMS[0], places, reach, np.array([centre, *points]))
     form = f"cylinder {shape.axis}" if isinstance(shape, Cylinder) else type(shape).__name__.lower()
     # A rod goes from its origin to its end wherever its centre of mass is.
     middle = shape.centre[:1] if shape.is_line else centre
-    return Solid(body.name, form, places, shape.half_extent, middle[None])
+    return RigidOutline(body.name, form, places, shape.half_extent, middle[None])
 
 
-def write_solids(group: h5py.Group, solids: list[Solid]) -> None:
+def write_solids(group: h5py.Group, solids: list[RigidOutline]) -> None:
     """Put outlines of rigid bodies into a group, as tables that all of them share."""
     group.attrs["rigid bodies"] = len(solids)
     if not solids:
@@ -85,7 +85,7 @@ def write_solids(group: h5py.Group, solids: list[Solid]) -> None:
         group.create_dataset(f"rigid {name}", data=table, **PACKED)
 
 
-def read_solids(group: h5py.Group) -> list[Solid]:
+def read_solids(group: h5py.Group) -> list[RigidOutline]:
     """Read them back; none from a file of a version that wrote none.
 
     Raises
@@ -103,7 +103,7 @@ def read_solids(group: h5py.Group) -> list[Solid]:
     for name, form, (n, k), extents in zip(names, forms, sizes, reach, strict=True):
         size = k * (n - 1)
         own = points[number : number + size].reshape(k, n - 1)
-        solid = Solid(name.decode(), FORMS[form], places[row : row + n], extents, own)
+        solid = RigidOutline(name.decode(), FORMS[form], places[row : row + n], extents, own)
         solids.append(solid)
         row, number = row + n, number + size
     if (row, number) != (len(places), len(points)):

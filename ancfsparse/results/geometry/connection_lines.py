@@ -22,7 +22,7 @@ TABLES = ("places", "weights", "fixed", "springs")
 
 
 @dataclass(frozen=True, eq=False)
-class Links:
+class ConnectionLines:
     """Lines without mass between points of bodies, or fixed ones.
 
     Attributes
@@ -57,15 +57,15 @@ class Links:
             group.create_dataset(f"link {name}", data=getattr(self, name), **PACKED)
 
 
-def no_links(dim: int) -> Links:
+def no_connections(dim: int) -> ConnectionLines:
     """Return none."""
-    return Links(
+    return ConnectionLines(
         np.zeros((0, 2, dim, 0), np.int32), np.zeros((0, 2, 0)), np.zeros((0, 2, dim)),
         np.zeros(0, bool),
     )  # fmt: skip
 
 
-def read_links(group: h5py.Group, dim: int) -> Links:
+def read_connections(group: h5py.Group, dim: int) -> ConnectionLines:
     """Read them back; none from a file of a version that wrote none.
 
     Raises
@@ -74,15 +74,15 @@ def read_links(group: h5py.Group, dim: int) -> Links:
         If the tables are damaged.
     """
     if "link places" not in group:
-        return no_links(dim)
-    links = Links(*(np.asarray(group[f"link {name}"]) for name in TABLES))
+        return no_connections(dim)
+    links = ConnectionLines(*(np.asarray(group[f"link {name}"]) for name in TABLES))
     n, _, _, p = links.places.shape
     if links.weights.shape != (n, 2, p) or links.fixed.shape != (n, 2, dim):
         raise ValueError("tables of lines do not fit each other")
     return links
 
 
-def links_of(system: System) -> Links:
+def make_connections(system: System) -> ConnectionLines:
     """Return the lines of everything that holds points of a system together along lines."""
     rows, springs = [], []
     things: tuple[Joint | Attached, ...] = (*system.joints, *system.attached)
@@ -91,9 +91,9 @@ def links_of(system: System) -> Links:
             rows.append(tuple(_end(system, each) for each in pair))
             springs.append(isinstance(thing, Spring))
     if not rows:
-        return no_links(system.scene.dim)
+        return no_connections(system.scene.dim)
     most = max(len(weights) for ends in rows for _, weights, _ in ends)
-    links = Links(
+    links = ConnectionLines(
         np.zeros((len(rows), 2, system.scene.dim, most), np.int32),
         np.zeros((len(rows), 2, most)),
         np.zeros((len(rows), 2, system.scene.dim)),

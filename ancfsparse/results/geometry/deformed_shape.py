@@ -10,22 +10,22 @@ from numpy.typing import NDArray
 
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.data.stored_tables import Chosen, Readable
-from ancfsparse.results.geometry.scene_outline import Part
+from ancfsparse.results.data.stored_tables import Readable, SelectedColumns
+from ancfsparse.results.geometry.scene_outline import BodyAxis
 from ancfsparse.system_memory import check_memory
 
 # Pieces of an element in a picture: the most, and how many all elements have together.
 FINEST, PIECES = 12, 2400
 
 
-def rows_of(q: Readable, rows: NDArray[np.intp]) -> Array:
+def read_rows(q: Readable, rows: NDArray[np.intp]) -> Array:
     """Read some rows of a table of states, all columns that it has."""
-    if isinstance(q, Chosen):  # read like an array, though not one
-        return cast(Array, Chosen(np.asarray(q.values[rows]), q.places, q.n))
+    if isinstance(q, SelectedColumns):  # read like an array, though not one
+        return cast(Array, SelectedColumns(np.asarray(q.values[rows]), q.places, q.n))
     return np.asarray(q[rows])
 
 
-def shapes(q: Array, part: Part, pieces: int) -> Array:
+def trace_elements(q: Array, part: BodyAxis, pieces: int) -> Array:
     """Trace every element of a body.
 
     Parameters
@@ -43,22 +43,22 @@ def shapes(q: Array, part: Part, pieces: int) -> Array:
         Points [m], from the first end of each element: the cubic through positions and slopes at
         both ends, of strings a straight line.
     """
-    return _traced(q, part, pieces, position_weights)
+    return _trace(q, part, pieces, position_weights)
 
 
-def slopes(q: Array, part: Part, pieces: int) -> Array:
-    """Give the slopes at the points of `shapes`, of the same shape [-]."""
-    return _traced(q, part, pieces, slope_weights)
+def trace_slopes(q: Array, part: BodyAxis, pieces: int) -> Array:
+    """Give the slopes at the points of `trace_elements`, of the same shape [-]."""
+    return _trace(q, part, pieces, slope_weights)
 
 
-def pieces_for(parts: list[Part]) -> int:
+def count_pieces(parts: list[BodyAxis]) -> int:
     """Return how many pieces per element make a smooth picture that is quick to draw."""
     count = sum(len(part.lengths) for part in parts)
     return int(np.clip(PIECES // max(count, 1), 1, FINEST))
 
 
-def _traced(
-    q: Array, part: Part, pieces: int, weigh: Callable[[Array, Array, bool], Array]
+def _trace(
+    q: Array, part: BodyAxis, pieces: int, weigh: Callable[[Array, Array, bool], Array]
 ) -> Array:
     n_elements, n_vectors, dim = part.places.shape
     numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim

@@ -10,16 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.hdf5_format import DAMAGE, damaged
+from ancfsparse.results.data.hdf5_format import DAMAGE_ERRORS, describe_damage
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import (
     PACKED,
-    Solid,
+    RigidOutline,
+    make_solid,
     read_solids,
-    solid_of,
     write_solids,
 )
-from ancfsparse.results.geometry.connection_lines import Links, links_of, no_links, read_links
+from ancfsparse.results.geometry.connection_lines import (
+    ConnectionLines,
+    make_connections,
+    no_connections,
+    read_connections,
+)
 from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.joint import Mark
@@ -33,7 +38,7 @@ KINDS = ("pin", "clamp", "rod", "joint")
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class BodyAxis:
     """The axis of a beam or a mesh.
 
     Attributes
@@ -96,10 +101,10 @@ class Outline:
     """
 
     gravity: Array
-    parts: list[Part]
-    solids: list[Solid]
+    parts: list[BodyAxis]
+    solids: list[RigidOutline]
     supports: list[Support]
-    links: Links
+    links: ConnectionLines
 
     @property
     def dim(self) -> int:
@@ -156,20 +161,20 @@ class Outline:
                 body = group[f"body {k}"]
                 name = bytes(body.attrs["name"]).decode()
                 lengths, places = np.asarray(body["lengths"]), np.asarray(body["places"])
-                parts.append(Part(name, lengths, places, float(body.attrs["radius"])))
+                parts.append(BodyAxis(name, lengths, places, float(body.attrs["radius"])))
             solids = read_solids(group)
             supports = _read_supports(group) if "support kinds" in group else []
             gravity = np.asarray(group.attrs["gravity"])
-            links = read_links(group, len(gravity))
+            links = read_connections(group, len(gravity))
             # Files of earlier versions have no such number, and at least one body.
             lost = len(parts) != group.attrs.get("bodies", max(len(parts), 1))
-        except DAMAGE as error:
-            raise InputError(damaged(path, ": its outline is lost")) from error
+        except DAMAGE_ERRORS as error:
+            raise InputError(describe_damage(path, ": its outline is lost")) from error
         if not (lost or parts or solids):
             return None
         every = [each.places for some in (parts, solids, supports, [links]) for each in some]
         if lost or any(((each < 0) | (each >= n)).any() for each in every):
-            raise InputError(damaged(path, ": its outline is lost"))
+            raise InputError(describe_damage(path, ": its outline is lost"))
         return Outline(gravity, parts, solids, supports, links)
 
 
@@ -186,15 +191,15 @@ def _read_supports(group: h5py.Group) -> list[Support]:
     return [Support(KINDS[kind], *rest) for kind, *rest in rows]
 
 
-def part_of(system: System, body: ElasticBody) -> Part:
+def make_part(system: System, body: ElasticBody) -> BodyAxis:
     """Return the axis of one body of a system."""
     ends, kind = system.elements(body).reshape(body.n_elements, 2, -1), body.kind
     each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
     places = np.stack(each, axis=1)
-    return Part(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
+    return BodyAxis(body.name, body.lengths, places, float(np.sqrt(body.section.area / np.pi)))
 
 
-def outline_of(system: System, of: Body | None = None) -> Outline:
+def make_outline(system: System, of: Body | None = None) -> Outline:
     """Return the outline of a system, or of one of its bodies."""
     bodies = system.bodies if of is None else (of,)
     supports = []
@@ -214,11 +219,11 @@ def outline_of(system: System, of: Body | None = None) -> Outline:
     for end in tied:
         if isinstance(end, Point):
             used.setdefault(end.beam.name, []).append(end)
-    parts = [part_of(system, body) for body in bodies if isinstance(body, ElasticBody)]
+    parts = [make_part(system, body) for body in bodies if isinstance(body, ElasticBody)]
     solids = [
-        solid_of(system, body, used.get(body.name, []))
+        make_solid(system, body, used.get(body.name, []))
         for body in bodies
         if isinstance(body, RigidBody)
     ]
-    links = links_of(system) if of is None else no_links(system.scene.dim)
+    links = make_connections(system) if of is None else no_connections(system.scene.dim)
     return Outline(system.scene.gravity, parts, solids, supports, links)

@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.geometry.body_outlines import Solid
+from ancfsparse.results.geometry.body_outlines import RigidOutline
 
 Links = NDArray[np.int64]
 Shape = tuple[Array, Sequence[tuple[int, ...]], Sequence[tuple[int, ...]]]
 
 # Points on a circle, a multiple of 4, and pieces of a meridian, an even number.
-AROUND, ALONG = 32, 16
+CIRCLE_POINTS, MERIDIAN_PIECES = 32, 16
 # Arms of a body given by its inertia beside the distance of its farthest joint.
 ARM = 0.25
 
 
-class Wire(NamedTuple):
+class Wireframe(NamedTuple):
     """A rigid body as it is drawn.
 
     Attributes
@@ -39,26 +39,26 @@ class Wire(NamedTuple):
     facets: Links
 
 
-def wire(solid: Solid) -> Wire:
+def make_wireframe(solid: RigidOutline) -> Wireframe:
     """Return how a rigid body is drawn."""
     points, edges, facets = _shape(solid)
     weights = np.column_stack([np.ones(len(points)), points])
-    return Wire(weights, np.array(edges).reshape(-1, 2), np.array(facets, int).reshape(-1, 3))
+    return Wireframe(weights, np.array(edges).reshape(-1, 2), np.array(facets, int).reshape(-1, 3))
 
 
-def traced(q: Array, solid: Solid, drawn: Wire) -> Array:
+def trace_points(q: Array, solid: RigidOutline, drawn: Wireframe) -> Array:
     """Return the points of a wire (j, p, dim) [m] from coordinates (j, n), or their velocities."""
     vectors = np.asarray(q[..., solid.places])
     return np.asarray(np.einsum("pk,jkd->jpd", drawn.weights, vectors))
 
 
-def edges_of(q: Array, solid: Solid) -> Array:
-    """Return the ends of the edges of a rigid body, (j, e, 2, dim), as `traced` does."""
-    drawn = wire(solid)
-    return np.asarray(traced(q, solid, drawn)[:, drawn.edges])
+def trace_edges(q: Array, solid: RigidOutline) -> Array:
+    """Return the ends of the edges of a rigid body, (j, e, 2, dim), as `trace_points` does."""
+    drawn = make_wireframe(solid)
+    return np.asarray(trace_points(q, solid, drawn)[:, drawn.edges])
 
 
-def _shape(solid: Solid) -> Shape:
+def _shape(solid: RigidOutline) -> Shape:
     """Return points in the frame of the body, edges and facets."""
     reach, form, n = solid.reach, solid.form, solid.points.shape[1]
     if form == "inertia":
@@ -77,7 +77,7 @@ def _shape(solid: Solid) -> Shape:
     return points + solid.points[0], edges, facets
 
 
-def _star(solid: Solid) -> Shape:
+def _star(solid: RigidOutline) -> Shape:
     """Lines from the centre to the points that are joined, and along the axes both ways.
 
     Light bodies of large inertia would cover a mechanism, so arms are no longer than a quarter of
@@ -104,33 +104,33 @@ def _box(reach: Array) -> Shape:
 
 def _circle() -> Array:
     """Return points of the unit circle, (n, 2)."""
-    angles = np.linspace(0.0, 2.0 * np.pi, AROUND, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_POINTS, endpoint=False)
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
 def _ring(first: int) -> list[tuple[int, int]]:
     """Link points around a circle."""
-    return [(first + k, first + (k + 1) % AROUND) for k in range(AROUND)]
+    return [(first + k, first + (k + 1) % CIRCLE_POINTS) for k in range(CIRCLE_POINTS)]
 
 
 def _disc(radius: float) -> Shape:
     """Make a disc in the plane, with a radius that shows how it is turned."""
     points = np.concatenate([radius * _circle(), np.zeros((1, 2))])
-    return points, [*_ring(0), (AROUND, 0)], [(AROUND, *pair) for pair in _ring(0)]
+    return points, [*_ring(0), (CIRCLE_POINTS, 0)], [(CIRCLE_POINTS, *pair) for pair in _ring(0)]
 
 
 def _cylinder(reach: Array, axis: int) -> Shape:
     """Make a cylinder: two circles, four lines along it, and a radius on each end."""
     aside, up = (axis + 1) % 3, (axis + 2) % 3
-    one = np.zeros((AROUND + 1, 3))
-    one[:AROUND, [aside, up]] = reach[aside] * _circle()
+    one = np.zeros((CIRCLE_POINTS + 1, 3))
+    one[:CIRCLE_POINTS, [aside, up]] = reach[aside] * _circle()
     along = reach[axis] * np.eye(3)[axis]
     # The points of one end and its centre, then those of the other.
-    n = AROUND + 1
+    n = CIRCLE_POINTS + 1
     low, high = _ring(0), _ring(n)
-    edges = [*low, *high, (AROUND, 0), (n + AROUND, n)]
-    edges += [(k, n + k) for k in range(0, AROUND, AROUND // 4)]
-    facets = [(AROUND, b, a) for a, b in low] + [(n + AROUND, a, b) for a, b in high]
+    edges = [*low, *high, (CIRCLE_POINTS, 0), (n + CIRCLE_POINTS, n)]
+    edges += [(k, n + k) for k in range(0, CIRCLE_POINTS, CIRCLE_POINTS // 4)]
+    facets = [(CIRCLE_POINTS, b, a) for a, b in low] + [(n + CIRCLE_POINTS, a, b) for a, b in high]
     for (a, b), (c, d) in zip(low, high, strict=True):
         facets += [(a, b, d), (a, d, c)]
     return np.concatenate([one - along, one + along]), edges, facets
@@ -138,16 +138,16 @@ def _cylinder(reach: Array, axis: int) -> Shape:
 
 def _sphere(radius: float) -> Shape:
     """Make a sphere: its equator and two full meridians, on a grid of parallels."""
-    heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, ALONG + 1)[1:-1]
+    heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, MERIDIAN_PIECES + 1)[1:-1]
     rings = [
-        np.column_stack([np.cos(height) * _circle(), np.full(AROUND, np.sin(height))])
+        np.column_stack([np.cos(height) * _circle(), np.full(CIRCLE_POINTS, np.sin(height))])
         for height in heights
     ]
     points = np.concatenate([*rings, [(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)]])
     south, north = len(points) - 2, len(points) - 1
-    starts = [AROUND * k for k in range(len(rings))]
+    starts = [CIRCLE_POINTS * k for k in range(len(rings))]
     edges = _ring(starts[len(rings) // 2])
-    for k in range(0, AROUND, AROUND // 4):
+    for k in range(0, CIRCLE_POINTS, CIRCLE_POINTS // 4):
         edges += pairwise([south, *(start + k for start in starts), north])
     facets = [(south, b, a) for a, b in _ring(0)] + [(north, *pair) for pair in _ring(starts[-1])]
     for one, other in pairwise(starts):

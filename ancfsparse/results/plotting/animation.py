@@ -18,11 +18,11 @@ from tqdm import tqdm
 from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.geometry.deformed_shape import rows_of
+from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline
-from ancfsparse.results.plotting.canvas import Canvas, film
+from ancfsparse.results.plotting.canvas import Canvas, trace_scene
 
 # By default a film lasts as long as the motion, within these limits [s].
 SHORTEST, LONGEST = 2.0, 10.0
@@ -60,7 +60,7 @@ def animate(
     path, seconds, fps, dpi, view, progress
         As there.
     """
-    target = file_name("a film", path)
+    target = check_file_name("a film", path)
     writer = _writer(target, check_count("fps", fps))
     if check_count("dpi", dpi, 10) > MOST_DPI:
         raise InputError(f"dpi must be at most {MOST_DPI}, got {format_value(dpi)}")
@@ -79,7 +79,7 @@ def animate(
     n_frames = max(2, round(n_frames))
     rows = _rows(t, n_frames)
     distinct, place = np.unique(rows, return_inverse=True)
-    states = film(outline, rows_of(q, distinct))
+    states = trace_scene(outline, read_rows(q, distinct))
     canvas = Canvas(states, None, view, legend=False)
     digits = int(np.clip(np.ceil(-np.log10(np.diff(t[distinct]).max(initial=1e-9))), 0, 12))
     artists: list[Any] = []

@@ -19,10 +19,10 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.interpolation import Array, combine
-from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes
+from ancfsparse.results.data.interpolation import Array, interpolate
+from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements
 from ancfsparse.results.geometry.scene_outline import Outline
-from ancfsparse.results.geometry.wireframe import edges_of
+from ancfsparse.results.geometry.wireframe import trace_edges
 
 # Share of the scene below which its extent in one direction counts as none, and room around it.
 FLAT, MARGIN = 1e-6, 0.06
@@ -54,7 +54,7 @@ _WALL = Path(
 
 
 @dataclass(frozen=True)
-class Film:
+class TracedScene:
     """The shapes of bodies in some states, and where their supports are.
 
     Attributes
@@ -96,13 +96,13 @@ class Film:
         return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
 
 
-def film(outline: Outline, q: Array) -> Film:
+def trace_scene(outline: Outline, q: Array) -> TracedScene:
     """Trace bodies in some states, whose coordinates are q, shape (j, n)."""
-    pieces = pieces_for(outline.parts)
-    lines = [shapes(q, part, pieces) for part in outline.parts]
-    lines += [edges_of(q, solid) for solid in outline.solids]
-    held = [combine((each.places, each.weights), q) for each in outline.supports]
-    return Film(outline, lines, held, outline.links.ends(q))
+    pieces = count_pieces(outline.parts)
+    lines = [trace_elements(q, part, pieces) for part in outline.parts]
+    lines += [trace_edges(q, solid) for solid in outline.solids]
+    held = [interpolate((each.places, each.weights), q) for each in outline.supports]
+    return TracedScene(outline, lines, held, outline.links.ends(q))
 
 
 class Canvas:
@@ -127,14 +127,14 @@ class Canvas:
     """
 
     def __init__(
-        self, of: Film, ax: object = None, view: object = None, *, legend: bool = True
+        self, of: TracedScene, ax: object = None, view: object = None, *, legend: bool = True
     ) -> None:
         self.film = of
-        self.axes = _components(of, view, of.box)
-        limits = _limits(of.box[:, self.axes])
+        self.axes = _select_components(of, view, of.box)
+        limits = _axis_limits(of.box[:, self.axes])
         self._new = ax is None
         if ax is None:
-            self.ax = _new(limits, LEGEND if legend else RIGHT)
+            self.ax = _make_axes(limits, LEGEND if legend else RIGHT)
         elif isinstance(ax, Axes):
             self.ax = ax
         else:
@@ -148,7 +148,7 @@ class Canvas:
             elevation, azimuth = view if isinstance(view, tuple) else EYE
             self.ax.view_init(elev=elevation, azim=azimuth)
             if self._new:
-                _fit(self.ax, self.figure, limits)
+                _fill_figure(self.ax, self.figure, limits)
 
     def draw(self, state: int, colour: Any, *, alpha: float = 1.0, label: str = "") -> list[Any]:
         """Draw all bodies in one state; every body is one artist, ropes and springs are others."""
@@ -234,7 +234,7 @@ class Canvas:
             ax.grid(alpha=0.3)
 
 
-def _components(of: Film, view: object, box: Array) -> list[int]:
+def _select_components(of: TracedScene, view: object, box: Array) -> list[int]:
     """Return the components that are drawn: two, or three in perspective."""
     if isinstance(view, str):
         axes = ["xyz".find(letter) for letter in view]
@@ -256,12 +256,12 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
             )
         if of.outline.dim == 2:
             raise InputError("the scene is planar and has no view from aside: leave view out")
-        return upright(of.outline.gravity)
+        return upright_components(of.outline.gravity)
     extent = box[1] - box[0]
     wide = [k for k in range(of.outline.dim) if extent[k] > FLAT * extent.max()]
     if of.outline.dim == 2:
         return [0, 1]
-    ahead, aside, up = upright(of.outline.gravity)
+    ahead, aside, up = upright_components(of.outline.gravity)
     if len(wide) == 3:
         return [ahead, aside, up]
     if up not in wide and len(wide) == 2:
@@ -269,13 +269,13 @@ def _components(of: Film, view: object, box: Array) -> list[int]:
     return [ahead if aside not in wide else aside, up]
 
 
-def upright(gravity: Array) -> list[int]:
+def upright_components(gravity: Array) -> list[int]:
     """Return the three components in cyclic order, that along gravity last, else z."""
     up = int(np.argmax(np.abs(gravity))) if gravity.any() else 2
     return [(up + 1) % 3, (up + 2) % 3, up]
 
 
-def _limits(box: Array) -> Array:
+def _axis_limits(box: Array) -> Array:
     """Return the ends of all axes, shape (2, c) [m]: with room around, and nothing too narrow."""
     extent = box[1] - box[0]
     size = float(extent.max()) or 1.0
@@ -284,7 +284,7 @@ def _limits(box: Array) -> Array:
     return np.stack([middle - half, middle + half])
 
 
-def _new(limits: Array, right: float) -> Axes:
+def _make_axes(limits: Array, right: float) -> Axes:
     """Return the axes of a new figure that they fill, but for `right` [inch] beside them."""
     size = limits[1] - limits[0]
     if len(size) == 3:
@@ -297,7 +297,7 @@ def _new(limits: Array, right: float) -> Axes:
     return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
 
 
-def _fit(ax: Any, figure: Any, limits: Array) -> None:
+def _fill_figure(ax: Any, figure: Any, limits: Array) -> None:
     """Let a box in perspective, its labels and a title fill the figure."""
     size = limits[1] - limits[0]
     whole = figure.get_size_inches()

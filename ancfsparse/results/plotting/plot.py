@@ -17,14 +17,14 @@ from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.results.fields.section_forces import curvature, section_force, strain
-from ancfsparse.results.geometry.deformed_shape import rows_of
-from ancfsparse.results.geometry.scene_outline import Outline, outline_of
-from ancfsparse.results.plotting.canvas import Canvas, film
+from ancfsparse.results.geometry.deformed_shape import read_rows
+from ancfsparse.results.geometry.scene_outline import Outline, make_outline
+from ancfsparse.results.plotting.canvas import Canvas, trace_scene
 from ancfsparse.scene import Beam, Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.system import System
 
-SECTIONS = {
+SECTION_QUANTITIES = {
     "N": ("axial force", "N"),
     "Q": ("shear force", "N"),
     "M": ("bending moment", "N m"),
@@ -34,9 +34,9 @@ SECTIONS = {
 }
 """What sections have, over time or along a beam, and units."""
 ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
-INSTANTS = 6
+N_TIMES = 6
 # Amplitude of a mode as a share of the size of the scene.
-MODE_SHARE = 0.1
+MODE_AMPLITUDE = 0.1
 
 
 def plot_motion(
@@ -49,23 +49,23 @@ def plot_motion(
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
     """Draw shapes at instants, or a quantity; see `Trajectory.plot`."""
-    check_choice("what to plot", what, ("shape", "energy", *UNITS, *SECTIONS))
+    check_choice("what to plot", what, ("shape", "energy", *UNITS, *SECTION_QUANTITIES))
     if what == "shape":
         return draw_shapes(outline_for(run.system, of), run.t, run.q, times, ax, view)
     if view is not None:
         raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
     if what == "energy":
-        return _energies(run, of, times, ax)
+        return _plot_energies(run, of, times, ax)
     if isinstance(of, Point):
         if times is not None:
             raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
-        return _over_time(run, what, of, ax)
+        return _plot_over_time(run, what, of, ax)
     if what in UNITS:
         raise InputError(f"{what} is that of a point, such as rod.end, got {format_value(of)}")
     rows = nearest_rows(run.t, times)
-    colours, labels = _colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
-    q, v = rows_of(run.q, rows), rows_of(run.v, rows)
-    ax = _along(run.system, q, v, run.t[rows], what, of, ax, colours, labels)
+    colours, labels = _time_colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
+    q, v = read_rows(run.q, rows), read_rows(run.v, rows)
+    ax = _plot_along(run.system, q, v, run.t[rows], what, of, ax, colours, labels)
     ax.legend(title="time", fontsize="small")
     return ax
 
@@ -80,8 +80,8 @@ def draw_shapes(
 ) -> Axes:
     """Draw shapes at instants; parameters as in `Trajectory.plot`, for states (k, n) at times t."""
     rows = nearest_rows(t, times)
-    canvas = Canvas(film(outline, rows_of(q, rows)), ax, view)
-    for k, (row, colour) in enumerate(zip(rows, _colours(len(rows)), strict=True)):
+    canvas = Canvas(trace_scene(outline, read_rows(q, rows)), ax, view)
+    for k, (row, colour) in enumerate(zip(rows, _time_colours(len(rows)), strict=True)):
         canvas.draw(k, colour, label=f"{t[row]:.3g} s")
     canvas.draw_supports(len(rows) - 1)
     canvas.add_legend("time")
@@ -99,14 +99,14 @@ def plot_equilibrium(
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
     """Draw an equilibrium beside its reference shape, or a quantity; see `Equilibrium.plot`."""
-    check_choice("what to plot", what, ("shape", *SECTIONS))
+    check_choice("what to plot", what, ("shape", *SECTION_QUANTITIES))
     if what != "shape":
         if view is not None:
             raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
         still = np.zeros((1, len(q)))
-        return _along(system, q[None, :], still, np.array([t]), what, of, ax, ["C0"], [""])
+        return _plot_along(system, q[None, :], still, np.array([t]), what, of, ax, ["C0"], [""])
     outline = outline_for(system, of)
-    canvas = Canvas(film(outline, np.stack([system.q_ref, q])), ax, view)
+    canvas = Canvas(trace_scene(outline, np.stack([system.q_ref, q])), ax, view)
     canvas.draw(0, "0.7", label="reference")
     canvas.draw(1, "C0", label="equilibrium")
     canvas.draw_supports(1)
@@ -127,9 +127,11 @@ def plot_mode(
     """Draw both ends of a vibration about q, by `unit` times an amplitude; see `Modes.plot`."""
     outline = outline_for(system, None)
     if amplitude is None:
-        amplitude = MODE_SHARE * float(np.max(np.ptp(film(outline, q[None]).box, axis=0)))
+        amplitude = MODE_AMPLITUDE * float(
+            np.max(np.ptp(trace_scene(outline, q[None]).box, axis=0))
+        )
     moved = amplitude * unit
-    canvas = Canvas(film(outline, np.stack([q, q + moved, q - moved])), ax, view)
+    canvas = Canvas(trace_scene(outline, np.stack([q, q + moved, q - moved])), ax, view)
     canvas.draw(0, "0.7", label="at rest")
     canvas.draw(1, "C0", label=name)
     canvas.draw(2, "C0", alpha=0.35)
@@ -147,7 +149,7 @@ def plot_load_path(
     ax: Axes | None,
 ) -> Axes:
     """Draw load factors (k,) over the displacements (k, dim) of a point; see `LoadPath.plot`."""
-    ax = _empty(ax)
+    ax = _prepare_axes(ax)
     axis = check_index("axis", axis, displacements.shape[1])
     x = displacements[:, axis]
     ax.plot(x, factors, "C0--", linewidth=1.0)
@@ -158,10 +160,10 @@ def plot_load_path(
     return ax
 
 
-def _energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
+def _plot_energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
     if of is not None or times is not None:
         raise InputError("energies are those of the whole scene over all times: leave the rest out")
-    ax = _empty(ax)
+    ax = _prepare_axes(ax)
     for name in ENERGIES:
         values = getattr(run.energy, name)
         if values.any():
@@ -173,15 +175,15 @@ def _energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | None)
     return ax
 
 
-def _over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Axes:
+def _plot_over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Axes:
     if what in UNITS:
         values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
     else:
         if not isinstance(point.beam, ElasticBody):
             raise InputError(f"{what} needs a point of a beam or a mesh, got {point!r}")
-        values = _section(run.system, run.q, run.v, run.t, what, point.beam, [point])[:, 0]
-        label = "{} [{}]".format(*SECTIONS[what])
-    ax = _empty(ax)
+        values = _evaluate_section(run.system, run.q, run.v, run.t, what, point.beam, [point])[:, 0]
+        label = "{} [{}]".format(*SECTION_QUANTITIES[what])
+    ax = _prepare_axes(ax)
     for values_of, name in _components(values, what, point.beam):
         ax.plot(run.t, values_of, linewidth=1.4, label=name or None)
     ax.set_title(repr(point), fontsize="medium")
@@ -192,7 +194,7 @@ def _over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Axes:
     return ax
 
 
-def _along(
+def _plot_along(
     system: System,
     q: Readable,
     v: Readable,
@@ -210,8 +212,8 @@ def _along(
             f"rod.at(0.5), got {format_value(of)}"
         )
     middles = np.cumsum(of.lengths) - 0.5 * of.lengths
-    values = _section(system, q, v, t, what, of, None)
-    ax = _empty(ax)
+    values = _evaluate_section(system, q, v, t, what, of, None)
+    ax = _prepare_axes(ax)
     styles = ("-", "--", ":")
     for state, colour, label in zip(values, colours, labels, strict=True):
         for (each, name), style in zip(_components(state, what, of), styles, strict=False):
@@ -219,13 +221,13 @@ def _along(
             ax.plot(middles, each, style, marker=".", color=colour, linewidth=1.4, label=text)
     ax.set_title(of.name, fontsize="medium")
     ax.set_xlabel("arc coordinate s [m]")
-    ax.set_ylabel("{} [{}]".format(*SECTIONS[what]))
+    ax.set_ylabel("{} [{}]".format(*SECTION_QUANTITIES[what]))
     if values.ndim > 2:
         ax.legend(fontsize="small")
     return ax
 
 
-def _section(
+def _evaluate_section(
     system: System,
     q: Readable,
     v: Readable,
@@ -256,7 +258,7 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
     if values.ndim == 1:
         return [(values, "")]
     names = ["x", "y", "z"][: values.shape[1]]
-    if what in SECTIONS and not body.kind.is_cable:
+    if what in SECTION_QUANTITIES and not body.kind.is_cable:
         names = ["twist", "about y", "about z"] if what == "curvature" else ["y", "z"]
     return list(zip(values.T, names, strict=True))
 
@@ -264,7 +266,7 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
 def nearest_rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
     """Return the numbers of the saved states nearest to some times, each once."""
     if times is None:
-        instants = np.linspace(t[0], t[-1], INSTANTS)
+        instants = np.linspace(t[0], t[-1], N_TIMES)
     else:
         instants = np.atleast_1d(check_reals("times", times, "a list of times in s"))
         if instants.ndim != 1 or not instants.size:
@@ -292,15 +294,15 @@ def outline_for(system: System, of: object) -> Outline:
         raise InputError(
             f"a beam, a mesh or a rigid body of the run is needed, got {format_value(of)}"
         )
-    return outline_of(system, of)
+    return make_outline(system, of)
 
 
-def _colours(n: int) -> list[object]:
+def _time_colours(n: int) -> list[object]:
     """Return colours for instants, early ones light and late ones dark."""
     return list(plt.get_cmap("viridis_r")(np.linspace(0.2, 0.95, n) if n > 1 else [0.7]))
 
 
-def _empty(ax: object) -> Axes:
+def _prepare_axes(ax: object) -> Axes:
     if ax is None:
         ax = plt.subplots(figsize=(6.4, 4.0), layout="constrained")[1]
     if not isinstance(ax, Axes):

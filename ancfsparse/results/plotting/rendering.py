@@ -10,13 +10,13 @@ import numpy as np
 from ancfsparse.checks import check_finite, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.geometry.body_outlines import Solid
-from ancfsparse.results.geometry.deformed_shape import pieces_for, shapes, slopes
-from ancfsparse.results.geometry.scene_outline import Outline, Part
-from ancfsparse.results.geometry.wireframe import traced, wire
-from ancfsparse.results.plotting.canvas import EYE, upright
+from ancfsparse.results.geometry.body_outlines import RigidOutline
+from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements, trace_slopes
+from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
+from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
+from ancfsparse.results.plotting.canvas import EYE, upright_components
 
 try:
     import pyvista as pv
@@ -54,7 +54,7 @@ def render(
     path, view, size, strain
         As there.
     """
-    target = file_name("a picture", path)
+    target = check_file_name("a picture", path)
     if target.suffix.lower() not in (".png", ".jpg"):
         raise InputError(f"a picture must end in .png or .jpg, got {str(target)!r}")
     if not target.absolute().parent.is_dir():
@@ -68,7 +68,7 @@ def render(
             f"size must be two numbers of pixels such as (1000, 750), got {format_value(size)}"
         )
     check_flag("strain", strain)
-    axes = upright(outline.gravity) if outline.dim == 3 else [0, 1, 2]
+    axes = upright_components(outline.gravity) if outline.dim == 3 else [0, 1, 2]
     if outline.dim == 2:  # seen from the front
         tilt, turn, axes = 0.0, 0.5 * np.pi, [0, 2, 1]
     eye, up = np.zeros(3), np.zeros(3)
@@ -76,7 +76,7 @@ def render(
     up[axes[2]] = 1.0
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size))
     try:
-        pieces = pieces_for(outline.parts)
+        pieces = count_pieces(outline.parts)
         for part in outline.parts:
             tube = _tube(q[None, :], part, pieces)
             bar = {"title": "strain [-]\n", "color": "black", "fmt": "%.2g"}
@@ -97,9 +97,9 @@ def render(
     return target
 
 
-def _tube(q: Array, part: Part, pieces: int) -> Any:
+def _tube(q: Array, part: BodyAxis, pieces: int) -> Any:
     """Return the surface of a body, round with the area of its section."""
-    lines, stretch = shapes(q, part, pieces)[0], slopes(q, part, pieces)[0]
+    lines, stretch = trace_elements(q, part, pieces)[0], trace_slopes(q, part, pieces)[0]
     n_elements, n_points, dim = lines.shape
     points = np.zeros((n_elements * n_points, 3))
     points[:, :dim] = lines.reshape(-1, dim)
@@ -110,10 +110,10 @@ def _tube(q: Array, part: Part, pieces: int) -> Any:
     return mesh.tube(radius=part.radius, n_sides=SIDES, capping=True)
 
 
-def _meshes(q: Array, solid: Solid) -> list[Any]:
+def _meshes(q: Array, solid: RigidOutline) -> list[Any]:
     """Return the surface of a rigid body, or thin tubes where it has none."""
-    drawn = wire(solid)
-    there = traced(q, solid, drawn)[0]
+    drawn = make_wireframe(solid)
+    there = trace_points(q, solid, drawn)[0]
     points = np.zeros((len(there), 3))
     points[:, : there.shape[1]] = there
     if len(drawn.facets):

@@ -1,4 +1,4 @@
-"""Where an assembly has put a scene, read by the names of the scene."""
+"""An assembled configuration of a scene."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from ancfsparse.system.system import System
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assembly(Configurations):
-    """A state in which all joints hold and all drives are where they should be.
+    """A configuration that satisfies all joints and prescribed motions.
 
     Parameters
     ----------
     system : System
-        The system that was assembled.
+        The discrete system.
     q : ndarray, shape (n,)
         Coordinates, m for positions and dimensionless for slopes.
     t : float
-        The time of the drives [s].
+        Time of the prescribed motions [s].
     violation : float
-        Largest violation of a joint or a drive in the reference shape [m].
+        Largest violation of a joint or a prescribed motion in the reference shape [m].
     worst : str
-        The joint of which it was, empty if it was a drive or none.
+        The joint with this violation; empty for a prescribed motion or no violation.
     multipliers : ndarray, shape (m,)
-        Multipliers of the constraints at rest without loads, zero.
+        Lagrange multipliers at rest without loads, zero.
     """
 
     system: System
@@ -40,7 +40,7 @@ class Assembly(Configurations):
     multipliers: Array
 
     def __repr__(self) -> str:
-        """State in one line what was moved and why."""
+        """Summarise the displacements and their cause in one line."""
         if self.violation == 0.0:
             return "Assembly: everything was in place"
         body, node, moved = self._farthest
@@ -52,7 +52,7 @@ class Assembly(Configurations):
 
     @property
     def moved(self) -> float:
-        """How far the node that moved farthest has moved [m]."""
+        """Largest displacement of a node [m]."""
         return self._farthest[2]
 
     @property
@@ -68,6 +68,6 @@ class Assembly(Configurations):
 
     @property
     def state(self) -> State:
-        """The state, at rest, from which a motion or statics may start."""
+        """The state at rest, an initial state for a motion or an equilibrium."""
         rest, lam = np.zeros_like(self.q), self.multipliers
         return self.system.state(self.t, self.q, rest, rest, lam)

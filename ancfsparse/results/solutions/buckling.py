@@ -1,4 +1,4 @@
-"""Buckling loads and shapes, addressed by the handles of a scene."""
+"""Buckling loads and shapes."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ancfsparse.system.system import System
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Buckling(ModeShapes):
-    """Multiples of the loads under which a scene buckles, in ascending order.
+    """Buckling load factors of a scene, in ascending order.
 
     Parameters
     ----------
     system : System
-        The system that buckles.
+        The discrete system.
     about : State
-        The state about which its stiffness was taken.
+        State of linearisation.
     factors : ndarray, shape (k,)
-        Multiples of all loads of the scene, gravity included [-].
+        Load factors of all loads of the scene, including gravity [-].
     shapes : ndarray, shape (k, n_all)
         Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
         mass ``x.M x`` of 1 kg m2.
@@ -40,5 +40,5 @@ class Buckling(ModeShapes):
         return f"Buckling: at {first}{', ...' * (len(self) > 6)} times the loads"
 
     def _name(self, mode: int) -> str:
-        """Return its number and the multiple of the loads."""
+        """Return the index and the load factor of a mode."""
         return f"buckling {mode % len(self)}, {self.factors[mode]:.4g} times the loads"

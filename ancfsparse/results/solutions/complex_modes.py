@@ -1,4 +1,4 @@
-"""Damped and growing motions of a scene about a state, addressed by its handles."""
+"""Damped and unstable modes of a scene about a state."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from ancfsparse.system.system import System
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ComplexModes(ModeShapes):
-    """Small motions ``x exp(w t)`` about a state, by the size of w.
+    """Small motions ``x exp(w t)`` about a state, in ascending order of |w|.
 
     Parameters
     ----------
     system : System
-        The system that moves.
+        The discrete system.
     about : State
-        The state.
+        State of linearisation.
     eigenvalues : ndarray of complex, shape (n,)
         The w [1/s]; of each conjugate pair the one with positive imaginary part.
     shapes : ndarray of complex, shape (n, n_all)
         Motions of the coordinates, m for positions and dimensionless for slopes, with ``x^H M x``
-        of 1 kg m2, turned so that ``x.M x`` is real and positive.
+        of 1 kg m2, with a phase for which ``x.M x`` is real and positive.
     rounding : ndarray, shape (n,)
-        Bound of the error of each eigenvalue from rounding of the matrices [1/s].  Where two
-        eigenvalues are about to meet, as at the onset of flutter, errors are larger.
+        Bound on the error of each eigenvalue by rounding of the matrices [1/s].  Errors are larger
+        if two eigenvalues nearly coincide, as at the onset of flutter.
     """
 
     system: System
@@ -50,17 +50,17 @@ class ComplexModes(ModeShapes):
 
     @property
     def frequencies(self) -> Array:
-        """Frequencies of the damped vibrations, (n,) [Hz]; 0 where nothing oscillates."""
+        """Frequencies of the damped vibrations, (n,) [Hz]; 0 without oscillation."""
         return np.asarray(self.eigenvalues.imag / (2.0 * np.pi))
 
     @property
     def growth(self) -> Array:
-        """Rates of growth, (n,) [1/s], negative where a motion decays."""
+        """Growth rates, (n,) [1/s], negative for decaying motions."""
         return np.asarray(self.eigenvalues.real)
 
     @property
     def damping(self) -> Array:
-        """Damping ratios ``-Re w / |w|``, (n,) [-]: 1 without oscillation; NaN where w is 0."""
+        """Damping ratios ``-Re w / |w|``, (n,) [-]: 1 without oscillation; NaN for w = 0."""
         size = np.abs(self.eigenvalues)
         ratio = np.full(len(size), np.nan)
         np.divide(-self.eigenvalues.real, size, out=ratio, where=size > 0.0)
@@ -68,7 +68,7 @@ class ComplexModes(ModeShapes):
 
     @property
     def stable(self) -> bool:
-        """Whether none of these motions grows, beyond rounding."""
+        """True if none of these motions grows beyond rounding errors."""
         return not self._growing.any()
 
     @property
@@ -83,9 +83,9 @@ class ComplexModes(ModeShapes):
         Parameters
         ----------
         mode : int
-            Which, from 0; from the last one if negative.
+            Its index, from 0; from the last one if negative.
         amplitude : float
-            Displacement of the node that moves farthest [m]; small compared with the scene.
+            Largest displacement of a node [m]; small compared with the scene.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""The shape at rest that a static solution found, read by the names of the scene."""
+"""A static equilibrium."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equilibrium(Solution):
-    """A state of rest under the loads at a time.
+    """A static equilibrium under the loads at a time.
 
     Parameters
     ----------
     system : System
-        The system at rest.
+        The discrete system.
     q : ndarray, shape (n,)
         Coordinates, m for positions and dimensionless for slopes.
     lam : ndarray, shape (m,)
-        Multipliers of the constraints.
+        Lagrange multipliers of the constraints.
     stats : RunStats
-        What the solution cost; its steps are load steps.
+        Operation counts and times; steps are load steps.
     t : float
-        The time of loads and drives [s].
+        Time of loads and prescribed motions [s].
     """
 
     system: System
@@ -44,7 +44,7 @@ class Equilibrium(Solution):
     t: float = 0.0
 
     def __repr__(self) -> str:
-        """Sum the solution up in one line."""
+        """Summarise the solution in one line."""
         return (
             f"Equilibrium: {len(self.q)} coordinates, {len(self.lam)} multipliers, "
             f"{self.stats.steps} load steps, {self.stats.iterations} iterations"
@@ -54,17 +54,16 @@ class Equilibrium(Solution):
 
     @property
     def state(self) -> State:
-        """The state of rest at time t that ``simulate(..., start=equilibrium)`` starts from."""
+        """The state at rest at time t from which ``simulate(..., start=equilibrium)`` starts."""
         rest = np.zeros_like(self.q)
         return self.system.state(self.t, self.q, rest, rest, self.lam)
 
     @property
     def stable(self) -> bool:
-        """Whether it is stable: every small displacement from it takes energy.
+        """True if the equilibrium is stable: every small displacement requires energy.
 
-        The stiffness is then definite.  Of moments about fixed axes in space, which have no
-        potential, its symmetric part is looked at: where that is not definite the equilibrium may
-        be stable all the same.
+        The stiffness is then positive definite.  For moments about fixed axes in space, which have
+        no potential, the criterion is its symmetric part, which is sufficient but not necessary.
         """
         return self.stats.negative_pivots == 0
 
@@ -81,7 +80,7 @@ class Equilibrium(Solution):
 
     @property
     def multipliers(self) -> Array:
-        """Multipliers of the constraints, shape (m,); another name for `lam`."""
+        """Lagrange multipliers of the constraints, shape (m,); the same as `lam`."""
         return self.lam
 
     @property
@@ -98,20 +97,20 @@ class Equilibrium(Solution):
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,
     ) -> Axes:
-        """Draw the shape beside the reference shape, or a quantity along a beam.
+        """Plot the deformed and the reference shape, or a quantity along a beam.
 
         Parameters
         ----------
         what : str, optional
             ``"shape"``, ``"N"``, ``"Q"``, ``"M"``, ``"T"``, ``"strain"`` or ``"curvature"``.
         of : Beam or Mesh, optional
-            Of which body; by default all.
+            Body; by default all.
         ax, view
             As in `Trajectory.plot`.
 
         Returns
         -------
         Axes
-            The axes drawn into.
+            The axes.
         """
         return plotting.plot_equilibrium(self.system, self.q, self.t, what, of, ax=ax, view=view)

@@ -1,4 +1,4 @@
-"""A path of equilibria, addressed by the handles of a scene."""
+"""A path of equilibria under proportional loads."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LoadPath(Configurations):
-    """Equilibria under multiples of the loads, in the order in which they follow each other.
+    """Equilibria under multiples of the loads, in the order of the path.
 
     Parameters
     ----------
     system : System
-        The system at rest.
+        The discrete system.
     factors : ndarray, shape (k,)
-        Multiples of all loads [-], from 0.
+        Load factors of all loads [-], from 0.
     q : ndarray, shape (k, n)
         Coordinates, m for positions and dimensionless for slopes.
     lam : ndarray, shape (k, m)
-        Multipliers of the constraints.
+        Lagrange multipliers of the constraints.
     negative_pivots : ndarray of int, shape (k,)
-        Independent directions in which each equilibrium is unstable.
+        Number of independent unstable directions of each equilibrium.
     turns : ndarray of int
-        Numbers of the points where the load turns, the limit points.
+        Indices of the limit points, where the load factor has an extremum.
     forks : ndarray of int
-        Number of the point where another branch was followed, if one was.
+        Index of the bifurcation point where the path leaves its branch, if any.
     complete : bool
-        Whether the path got to the multiple that was asked for, and not to ten times the opposite.
+        True if the path reached the requested load factor.
     stats : RunStats
-        What it cost.
+        Operation counts and times.
     t : float
-        The time of loads and drives [s].
+        Time of loads and prescribed motions [s].
     """
 
     system: System
@@ -61,7 +61,7 @@ class LoadPath(Configurations):
     t: float = 0.0
 
     def __repr__(self) -> str:
-        """Sum the path up in one line."""
+        """Summarise the path in one line."""
         limits = ", ".join(f"{each:.6g}" for each in self.limits)
         return (
             f"LoadPath: {len(self)} points to {self.factors[-1]:.6g} times the loads"
@@ -76,28 +76,28 @@ class LoadPath(Configurations):
 
     @property
     def limits(self) -> Array:
-        """Multiples of the loads where the load turns [-]."""
+        """Load factors of the limit points [-]."""
         return np.asarray(self.factors[self.turns])
 
     @property
     def stable(self) -> NDArray[np.bool_]:
-        """Whether every small motion away from each equilibrium takes energy, (k,)."""
+        """True for each stable equilibrium, (k,): every small displacement requires energy."""
         return np.asarray(self.negative_pivots == 0)
 
     def state(self, point: int) -> State:
-        """Return the state of rest at a point, from which ``simulate(..., start=...)`` starts.
+        """Return the state at rest of a point of the path, for ``simulate(..., start=...)``.
 
         Parameters
         ----------
         point : int
-            Its number, from 0; from the last one if negative.
+            Its index, from 0; from the last one if negative.
         """
         k = check_index("point", point, len(self))
         rest = np.zeros(self.q.shape[1])
         return self.system.state(self.t, self.q[k], rest, rest, self.lam[k])
 
     def plot(self, node: Point, axis: int = -1, *, ax: Axes | None = None) -> Axes:
-        """Draw the multiples of the loads over the displacement of a point.
+        """Plot load factors over the displacement of a point.
 
         Parameters
         ----------
@@ -106,12 +106,12 @@ class LoadPath(Configurations):
         axis : int, optional
             Component of the displacement; by default the last one.
         ax : Axes, optional
-            Where to draw.
+            Axes to plot into; by default those of a new figure.
 
         Returns
         -------
         Axes
-            The axes drawn into; unstable parts of the path are dashed.
+            The axes; unstable parts of the path are dashed.
         """
         x = self.displacement(node)
         return plotting.plot_load_path(x, self.factors, self.stable, self.turns, axis, ax)

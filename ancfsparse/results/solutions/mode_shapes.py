@@ -1,4 +1,4 @@
-"""Shapes in which a scene vibrates or buckles, addressed by its handles."""
+"""Shapes of vibration and buckling modes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ancfsparse.checks import MAX_MAGNITUDE, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.results import plotting
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.interpolation import Array, combine
+from ancfsparse.results.data.interpolation import Array, interpolate
 from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def check_amplitude(amplitude: object) -> float:
-    """Return an amplitude [m] whose products with frequencies are in the range of numbers."""
+    """Return an amplitude [m] whose products with frequencies do not overflow."""
     size = check_finite("amplitude", amplitude, "m")
     if abs(size) > MAX_MAGNITUDE:
         raise InputError(f"amplitude must be at most {MAX_MAGNITUDE:g} m, got {size:g} m")
@@ -35,9 +35,9 @@ class ModeShapes(ABC):
     Attributes
     ----------
     system : System
-        The system that moves.
+        The discrete system.
     about : State
-        The state.
+        State of linearisation.
     shapes : ndarray, shape (n, n_all)
         Motions of the coordinates, m for positions and dimensionless for slopes; they may be
         complex.
@@ -49,7 +49,7 @@ class ModeShapes(ABC):
 
     @abstractmethod
     def _name(self, mode: int) -> str:
-        """Return what a picture calls a mode."""
+        """Return the label of a mode in plots."""
 
     def __len__(self) -> int:
         """Return the number of modes."""
@@ -66,25 +66,25 @@ class ModeShapes(ABC):
         Returns
         -------
         ndarray, shape (n, dim)
-            Displacements [m] of `shapes`, with their scale; complex if they are.
+            Displacements [m] in the scale of `shapes`; complex for complex modes.
         """
-        return combine(self.system.point(node), self.shapes)
+        return interpolate(self.system.point(node), self.shapes)
 
     def position(self, node: Point) -> Array:
-        """Return the position of a point in the state of reference, shape (dim,) [m]."""
-        return combine(self.system.point(node), self.about.q)
+        """Return the position of a point in the state `about`, shape (dim,) [m]."""
+        return interpolate(self.system.point(node), self.about.q)
 
     def state(self, mode: int, amplitude: float) -> State:
-        """Return the state of rest at the turning point of a vibration in one mode.
+        """Return the state at maximum displacement of a vibration in one mode, at rest.
 
         ``simulate(scene, ..., start=modes.state(0, 1e-3))`` releases it.
 
         Parameters
         ----------
         mode : int
-            Which, from 0; from the last one if negative.
+            Its index, from 0; from the last one if negative.
         amplitude : float
-            Displacement of the node that moves farthest [m]; small compared with the scene.
+            Largest displacement of a node [m]; small compared with the scene.
 
         Returns
         -------
@@ -96,7 +96,7 @@ class ModeShapes(ABC):
         return replace(self.about, q=moved, v=rest, a=rest, b=None, memory={})
 
     def _unit(self, mode: object) -> Array:
-        """Return the shape whose real part moves the node that moves farthest by 1 m."""
+        """Return the shape scaled to a largest nodal displacement of its real part of 1 m."""
         shape, dim = self.shapes[check_index("mode", mode, len(self))], self.system.scene.dim
         moves = [
             np.sum(shape.real[p[:, :dim]] ** 2, axis=1).max() for p in self.about.layout.places
@@ -114,21 +114,21 @@ class ModeShapes(ABC):
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,
     ) -> Axes:
-        """Draw a mode to both sides, and the state it is about.
+        """Plot both extreme shapes of a mode, and the state of linearisation.
 
         Parameters
         ----------
         mode : int, optional
-            Which, from 0; from the last one if negative.
+            Its index, from 0; from the last one if negative.
         amplitude : float, optional
-            As in `state` [m]; by default a tenth of the size of the scene.
+            As in `state` [m]; by default a tenth of the extent of the scene.
         ax, view
             As in `Trajectory.plot`.
 
         Returns
         -------
         Axes
-            The axes drawn into.
+            The axes.
         """
         unit, q = self._unit(mode).real, self.about.q
         if amplitude is not None:

@@ -1,4 +1,4 @@
-"""Natural frequencies and mode shapes, addressed by the handles of a scene."""
+"""Natural frequencies and mode shapes."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ class Modes(ModeShapes):
     Parameters
     ----------
     system : System
-        The system that vibrates.
+        The discrete system.
     about : State
-        The state.
+        State of linearisation.
     eigenvalues : ndarray, shape (n,)
-        Squares of the angular frequencies [1/s2]: negative where the state is unstable, and 0
-        within rounding, as for free rigid motions.
+        Squares of the angular frequencies [1/s2]: negative for unstable modes, and 0
+        within rounding errors for free rigid-body motions.
     shapes : ndarray, shape (n, n_all)
         Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
         mass ``x.M x`` of 1 kg m2.
     damping_rates : ndarray, shape (n,)
         ``x.C x`` with the damping matrix C [1/s].
     rounding : ndarray, shape (n,)
-        Bound of the rounding error of each eigenvalue [1/s2].
+        Bound on the rounding error of each eigenvalue [1/s2].
     effective_masses : ndarray, shape (n, dim)
         Effective mass of each mode along each axis [kg]; the sum over all modes is at most the
         mass of the scene.
@@ -66,15 +66,15 @@ class Modes(ModeShapes):
 
     @property
     def stable(self) -> bool:
-        """Whether no small motion grows."""
+        """True if no small motion grows."""
         return not (self.eigenvalues < 0.0).any()
 
     @property
     def damping(self) -> Array:
         """Damping ratios, (n,) [-], to first order in the damping; NaN without a frequency.
 
-        Exact where damping is a combination of mass and stiffness matrix, as Rayleigh's is about
-        the stress-free shape.
+        Exact if the damping matrix is a combination of mass and stiffness matrix, such as Rayleigh
+        damping about the stress-free shape.
         """
         omega = 2.0 * np.pi * self.frequencies
         ratio = np.full(len(omega), np.nan)

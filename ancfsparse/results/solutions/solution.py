@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from ancfsparse.results import fields
-from ancfsparse.results.data.interpolation import Array, combine
+from ancfsparse.results.data.interpolation import Array, interpolate
 from ancfsparse.scene import ElasticBody, Joint, Point
 from ancfsparse.system import recovery
 from ancfsparse.system.coordinates.state import StateHistory
@@ -16,7 +16,7 @@ from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.results.fields.joint_forces import JointForce
-    from ancfsparse.results.fields.section_forces import SectionForce, Where
+    from ancfsparse.results.fields.section_forces import SectionForce, SectionPoints
     from ancfsparse.scene.force_elements.ropes import Rope
     from ancfsparse.scene.mechanisms.winch import Winch
 
@@ -50,7 +50,7 @@ class Configurations:
         ndarray, shape (dim,) or (k, dim)
             Position [m].
         """
-        return combine(self.system.point(node), self.q)
+        return interpolate(self.system.point(node), self.q)
 
     def displacement(self, node: Point) -> Array:
         """Return the displacement of a point from the reference shape.
@@ -80,7 +80,7 @@ class Configurations:
         ndarray, shape (dim,) or (k, dim)
             Slope [-]; its length is the local stretch.
         """
-        return combine(self.system.slope(node), self.q)
+        return interpolate(self.system.slope(node), self.q)
 
 
 class Solution(Configurations):
@@ -160,7 +160,7 @@ class Solution(Configurations):
         states = StateHistory(*map(np.asarray, self._states))
         return self._select(fields.tension(self.system, rope, states))
 
-    def strain(self, body: ElasticBody, s: Where = None) -> Array:
+    def strain(self, body: ElasticBody, s: SectionPoints = None) -> Array:
         """Return the strain of the axis.
 
         Parameters
@@ -184,7 +184,7 @@ class Solution(Configurations):
         """
         return self._select(fields.strain(self.system, self._states.q, body, s))
 
-    def curvature(self, body: ElasticBody, s: Where = None) -> Array:
+    def curvature(self, body: ElasticBody, s: SectionPoints = None) -> Array:
         """Return the curvature of the axis.
 
         Parameters
@@ -201,7 +201,7 @@ class Solution(Configurations):
         """
         return self._select(fields.curvature(self.system, self._states.q, body, s))
 
-    def section_force(self, body: ElasticBody, s: Where = None) -> SectionForce:
+    def section_force(self, body: ElasticBody, s: SectionPoints = None) -> SectionForce:
         """Return axial force, shear, bending moment and torsion.
 
         Parameters

@@ -1,4 +1,4 @@
-"""The motion a simulation found, read by the names of the scene."""
+"""The motion computed by a simulation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum
 from ancfsparse.results import fields
-from ancfsparse.results.data.interpolation import Array, combine
+from ancfsparse.results.data.interpolation import Array, interpolate
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.data.stored_tables import Chosen, StoredState
+from ancfsparse.results.data.stored_tables import SelectedColumns, StoredState
 from ancfsparse.results.solutions.solution import Values
-from ancfsparse.results.solutions.trajectory_output import Outputs
+from ancfsparse.results.solutions.trajectory_output import TrajectoryOutput
 from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State, StateHistory
 from ancfsparse.system.system import System
@@ -28,26 +28,26 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Outputs):
-    """Saved states of a run, the first one included.
+class Trajectory(TrajectoryOutput):
+    """Saved states of a run, including the initial state.
 
     Parameters
     ----------
     system : System
-        The system that moved.
+        The discrete system.
     t : ndarray, shape (k,)
         Times [s].
     q, v, a : ndarray, shape (k, n)
-        Coordinates (m for positions, dimensionless for slopes), their rates and second rates; of
-        a run with ``output`` or ``save_nodes`` tables that are read like arrays (`tables`).
+        Coordinates (m for positions, dimensionless for slopes), velocities and accelerations; for a
+        run with ``output`` or ``save_nodes`` tables that are read like arrays.
     lam : ndarray, shape (k, m)
-        Multipliers of the constraints, none for joints made by numbering.
+        Lagrange multipliers of the constraints; joints by numbering have none.
     stats : RunStats
-        What the run cost.
+        Operation counts and times.
     settings : mapping, optional
-        What it was run with.
+        Arguments of the run.
     ending : State or StoredState, optional
-        The last state with what the steps after it depend on, where that is known.
+        The last state with the data to continue the run, if available.
     """
 
     system: System
@@ -61,7 +61,7 @@ class Trajectory(Outputs):
     ending: State | StoredState | None = None
 
     def __repr__(self) -> str:
-        """Sum the run up in two lines."""
+        """Summarise the run in two lines."""
         stats = self.stats
         return (
             f"Trajectory: {len(self.t)} states from t = {self.t[0]:.6g} s to {self.t[-1]:.6g} s, "
@@ -73,14 +73,14 @@ class Trajectory(Outputs):
                 + f", {stats.iterations_per_step:.2f} iterations per step, "
                 f"{stats.factorizations} factorizations, {stats.march_seconds:.3g} s"
                 if stats.steps or len(self.t) == 1
-                else "ended without its counts"
+                else "interrupted, without operation counts"
             )
             + (f", {stats.method}" if stats.solver else "")
         )
 
     @property
     def finished(self) -> bool:
-        """Whether the run came to the end, and to the accuracy, that it was started for."""
+        """True if the run reached its final time and the requested accuracy."""
         accuracy = self.settings.get("accuracy")
         return self._ended and (accuracy is None or self.stats.error <= accuracy)
 
@@ -91,7 +91,7 @@ class Trajectory(Outputs):
 
     @property
     def _aim(self) -> str:
-        """Report what the run did not reach."""
+        """Return the unfulfilled aim of an unfinished run."""
         if self._ended:
             error = f"the error is about {self.stats.error:.3g} m"
             return f"accuracy is {self.settings['accuracy']:.3g} m, {error}"
@@ -106,7 +106,7 @@ class Trajectory(Outputs):
 
     @property
     def multipliers(self) -> Array:
-        """Multipliers of the constraints, shape (k, m); another name for `lam`."""
+        """Lagrange multipliers of the constraints, shape (k, m); the same as `lam`."""
         return self.lam
 
     @property
@@ -116,54 +116,54 @@ class Trajectory(Outputs):
         Raises
         ------
         InputError
-            If only some coordinates were kept, and the run was ended from outside.
+            If only some coordinates were saved and the run was interrupted.
         """
         if self.ending is not None:
             return self.ending if isinstance(self.ending, State) else self.ending.read(self.system)
-        if isinstance(self.q, Chosen):
+        if isinstance(self.q, SelectedColumns):
             raise InputError(
-                "the run ended early and kept only some coordinates (save_nodes), so its last "
-                "state is not known: run again without save_nodes, or with an earlier t_end"
+                "the run ended early and saved only some coordinates (save_nodes), so its last "
+                "state is unknown: run again without save_nodes, or with an earlier t_end"
             )
         rows = (np.array(table[-1]) for table in (self.q, self.v, self.a, self.lam))
         return self.system.state(float(self.t[-1]), *rows)
 
     @cached_property
     def energy(self) -> Energy:
-        """The energy balance, worked out when first asked for."""
-        means = self.settings.get("integrator") == repr(EnergyMomentum())
-        lag = 0.5 * self.settings["dt"] if means else 0.0
-        return fields.energy_of(self.system, self._states, lag)
+        """The energy balance, evaluated on first use."""
+        saves_means = self.settings.get("integrator") == repr(EnergyMomentum())
+        lag = 0.5 * self.settings["dt"] if saves_means else 0.0
+        return fields.evaluate_energy(self.system, self._states, lag)
 
     def velocity(self, node: Point) -> Array:
-        """Give the velocity of a point over time.
+        """Return the velocity of a point.
 
         Parameters
         ----------
         node : Point
-            Any point of a beam.
+            Any point of a body.
 
         Returns
         -------
         ndarray, shape (k, dim)
             Velocities [m/s].
         """
-        return combine(self.system.point(node), self.v)
+        return interpolate(self.system.point(node), self.v)
 
     def acceleration(self, node: Point) -> Array:
-        """Give the acceleration of a point over time.
+        """Return the acceleration of a point.
 
         Parameters
         ----------
         node : Point
-            Any point of a beam.
+            Any point of a body.
 
         Returns
         -------
         ndarray, shape (k, dim)
             Accelerations [m/s2].
         """
-        return combine(self.system.point(node), self.a)
+        return interpolate(self.system.point(node), self.a)
 
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body.
@@ -171,7 +171,7 @@ class Trajectory(Outputs):
         Parameters
         ----------
         body : RigidBody
-            One of the scene, as `add_body` returned it.
+            A rigid body of the scene, as `add_body` returned it.
 
         Returns
         -------
@@ -179,4 +179,4 @@ class Trajectory(Outputs):
             Over time: ``centre``, ``velocity``, ``rotation``, ``quaternion``, ``angles``,
             ``angular_velocity``, ``momentum``, ``angular_momentum`` and ``kinetic_energy``.
         """
-        return fields.motion_of(self.system, self.q, self.v, body)
+        return fields.evaluate_motion(self.system, self.q, self.v, body)

@@ -1,4 +1,4 @@
-"""Pictures, films and files of a run, whose makers are loaded where they are used."""
+"""Plots, animations and files of a trajectory; the modules that write them load on first use."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from ancfsparse.results.fields.energy_balance import Energy
 
 
-class Outputs(Solution):
-    """Plots, films and files of a `Trajectory`."""
+class TrajectoryOutput(Solution):
+    """Plots, animations and files of a `Trajectory`."""
 
     t: Array
     v: Array
@@ -43,29 +43,29 @@ class Outputs(Solution):
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,
     ) -> Axes:
-        """Draw shapes at instants, or any quantity, into axes of matplotlib.
+        """Plot shapes at some times, or a quantity, into axes of matplotlib.
 
         Parameters
         ----------
         what : str, optional
             ``"shape"``; ``"energy"``; of a point, over time, ``"position"``, ``"velocity"``,
             ``"acceleration"``, ``"slope"`` or ``"reaction"``; ``"N"``, ``"Q"``, ``"M"``, ``"T"``,
-            ``"strain"`` or ``"curvature"``, over time at a point or along a beam at instants.
+            ``"strain"`` or ``"curvature"``, over time at a point or along a beam at some times.
         of : Beam, Mesh, RigidBody or Point, optional
-            What it is of, ``rod`` or ``rod.end``; by default all bodies.
+            Body or point, such as ``rod`` or ``rod.end``; by default all bodies.
         times : array_like, optional
-            Instants [s] of shapes and of quantities along a beam; the nearest saved states are
-            drawn.  By default six, from the first to the last.
+            Times [s] of shapes and of quantities along a beam, rounded to those of saved states.
+            By default six, from the first to the last.
         ax : Axes, optional
-            Where to draw; a new figure if not given.
+            Axes to plot into; by default those of a new figure.
         view : str or (float, float), optional
-            For shapes in space: a plane such as ``"xz"``, or elevation and azimuth of the eye
-            [degrees].  By default the plane that nothing leaves, else perspective.
+            For shapes in space: a plane such as ``"xz"``, or elevation and azimuth of the viewpoint
+            [degrees].  By default the plane of a planar motion, else perspective.
 
         Returns
         -------
         Axes
-            The axes drawn into; ``run.plot().figure.savefig("run.png")`` writes a file.
+            The axes; ``run.plot().figure.savefig("run.png")`` writes a file.
 
         Raises
         ------
@@ -74,9 +74,9 @@ class Outputs(Solution):
 
         Notes
         -----
-        A rigid body is drawn by the edges of its shape, one given by its inertia by lines from its
-        centre to the points that joints use, and along its axes, as long as those of the box of
-        the same mass and inertia.
+        A rigid body is represented by the edges of its shape.  A body without shape is represented
+        by lines from its centre of mass to its joints, and along its axes, with the lengths of the
+        box of equal mass and inertia.
         """
         return plotting.plot_motion(self, what, of, times=times, ax=ax, view=view)
 
@@ -92,28 +92,28 @@ class Outputs(Solution):
         trace: Sequence[Point] = (),
         progress: bool = True,
     ) -> Path:
-        """Write a film of the motion.
+        """Write an animation of the motion.
 
         Parameters
         ----------
         path : str or Path
-            Name of the file, ``"run.gif"`` or ``"run.mp4"``; the latter needs the program ffmpeg.
-            A file of that name is replaced.
+            File name, such as ``"run.gif"`` or ``"run.mp4"``; the latter needs the program ffmpeg.
+            An existing file is replaced.
         of : Beam, Mesh or RigidBody, optional
-            Which body; by default all.
+            Body; by default all.
         seconds : float, optional
-            How long the film lasts [s]; by default as long as the motion, but at least 2 and at
-            most 10.
+            Duration of the animation [s]; by default that of the motion, but at least 2 and at most
+            10.
         fps : int, optional
-            Pictures per second, each of the saved state nearest in time.
+            Frames per second; each shows the saved state nearest in time.
         dpi : int, optional
-            Pixels per inch; a picture is about 6.4 inches wide.
+            Pixels per inch; a frame is about 6.4 inches wide.
         view
             As in `plot`.
         trace : sequence of Point, optional
-            Points whose way is drawn, such as ``[rod.end]``.
+            Points whose paths are drawn, such as ``[rod.end]``.
         progress : bool, optional
-            Whether to draw a progress bar, on a terminal only.
+            Show a progress bar, on a terminal only.
 
         Returns
         -------
@@ -143,22 +143,22 @@ class Outputs(Solution):
         size: tuple[int, int] = (1000, 750),
         strain: bool = False,
     ) -> Path:
-        """Draw one state with sections in their true size, by PyVista, without a display.
+        """Render one state with sections in true size, by PyVista, without a display.
 
         Parameters
         ----------
         path : str or Path
-            Name of the picture, ``"run.png"``.  A file of that name is replaced.
+            File name, such as ``"run.png"``.  An existing file is replaced.
         time : float, optional
-            Instant [s], of which the nearest saved state is drawn; by default the last.
+            Time [s]; the nearest saved state is rendered.  By default the last.
         of : Beam, Mesh or RigidBody, optional
-            Which body; by default all.
+            Body; by default all.
         view : (float, float), optional
-            Elevation and azimuth of the eye in a spatial scene [degrees].
+            Elevation and azimuth of the viewpoint in a spatial scene [degrees].
         size : (int, int), optional
             Width and height in pixels.
         strain : bool, optional
-            Whether colours show the strain of the axis.
+            Colour beams by the strain of the axis.
 
         Returns
         -------
@@ -172,30 +172,30 @@ class Outputs(Solution):
 
         Notes
         -----
-        Sections are drawn round, with their area; thin rods, and the lines of bodies given by their
-        inertia, as thick as shows.
+        Sections are drawn as circles of equal area; thin rods and the lines of bodies without shape
+        have a visible thickness.
         """
         row = plotting.nearest_rows(self.t, [self.t[-1] if time is None else time])[0]
         outline = plotting.outline_for(self.system, of)
         return plotting.render(outline, self.q[row], path, view=view, size=size, strain=strain)
 
     def to_vtk(self, path: str | Path, *, per_element: int = 4, progress: bool = True) -> Path:
-        """Write all states as VTKHDF, which the reader of VTK opens with its times.
+        """Write all states as a VTKHDF file with time steps.
 
-        Every element is a polyline.  Its points carry ``Velocity`` [m/s], ``Strain`` of the axis
-        [-] and ``Radius`` [m], that of the circle with the area of the section, by which a tube
-        filter thickens the lines; every element has its ``AxialForce`` [N] and the number of its
-        ``Body``.  The edges of rigid bodies are lines without strain and radius, whose axial force
-        is NaN; their numbers follow those of beams and meshes.  Numbers are in single precision.
+        Every element is a polyline.  Its points have ``Velocity`` [m/s], ``Strain`` of the axis [-]
+        and ``Radius`` [m], the radius of the circle of equal area for a tube filter; every element
+        has its ``AxialForce`` [N] and the number of its ``Body``.  The edges of rigid bodies are
+        lines with zero strain and radius and an axial force of NaN; their numbers follow those of
+        beams and meshes.  Values are in single precision.
 
         Parameters
         ----------
         path : str or Path
-            Name of the file, ``"run.vtkhdf"``.  A file of that name is replaced.
+            File name, such as ``"run.vtkhdf"``.  An existing file is replaced.
         per_element : int, optional
-            Pieces per element.
+            Straight pieces per element.
         progress : bool, optional
-            Whether to draw a progress bar, on a terminal only.
+            Show a progress bar, on a terminal only.
 
         Returns
         -------
@@ -205,33 +205,33 @@ class Outputs(Solution):
         Raises
         ------
         InputError
-            If an argument is invalid, or the run kept only some points.
+            If an argument is invalid, or the run saved only some points.
         """
         forces = partial(fields.axial_forces, self.system)
         return export.write_vtk(
-            geometry.outline_of(self.system), self.t, self.q, self.v, path, per_element=per_element,
-            forces=forces, progress=progress,
+            geometry.make_outline(self.system), self.t, self.q, self.v, path,
+            per_element=per_element, forces=forces, progress=progress,
         )  # fmt: skip
 
     def to_csv(
         self, path: str | Path, points: Sequence[Point], quantities: Sequence[str] = ("position",)
     ) -> Path:
-        """Write the motion of points as CSV, one row for every saved state.
+        """Write the motion of points as a CSV file with one row for every saved state.
 
         Parameters
         ----------
         path : str or Path
-            Name of the file, ``"run.csv"``.  A file of that name is replaced.
+            File name, such as ``"run.csv"``.  An existing file is replaced.
         points : sequence of Point
-            Such as ``[rod.end]``.
+            Points, such as ``[rod.end]``.
         quantities : sequence of str, optional
-            Of ``"position"``, ``"velocity"``, ``"acceleration"``, ``"slope"``, ``"reaction"``.
+            Any of ``"position"``, ``"velocity"``, ``"acceleration"``, ``"slope"``, ``"reaction"``.
 
         Returns
         -------
         Path
-            The file: its first row names quantity, component, point and unit of every column, and
-            numbers have all their digits.
+            The file.  Its first row gives quantity, component, point and unit of every column;
+            values have all digits.
 
         Raises
         ------

@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results import Trajectory
-from ancfsparse.results.data.hdf5_format import file_name
+from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.data.output_lock import check_replaceable
 from ancfsparse.results.export.hdf5_writer import Writer
-from ancfsparse.results.geometry.scene_outline import outline_of
-from ancfsparse.results.hdf5_reader import read
+from ancfsparse.results.geometry.scene_outline import make_outline
+from ancfsparse.results.hdf5_reader import read_run
 from ancfsparse.scene.storage.json_file import written
 from ancfsparse.system import System
 
 
 def check_file(output: object) -> None:
     """Check that a file can be written, or replaced if it exists."""
-    path = file_name("output", output)
+    path = check_file_name("output", output)
     folder = path.absolute().parent
     if not folder.is_dir():
         raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
@@ -55,7 +55,7 @@ def record_to_file(
         if settings["t_start"] is not None:
             writer.add_reference(system.q_ref)
         if columns is None:
-            writer.add_outline(outline_of(system))
+            writer.add_outline(make_outline(system))
         with suppress(InputError):  # functions that a file cannot distinguish
             writer.add_records(written(system.scene))
         yield writer
@@ -63,4 +63,4 @@ def record_to_file(
 
 def read_recorded(output: Path, system: System) -> Trajectory:
     """Return the trajectory in a file that a run of this system has written."""
-    return read(output, system)
+    return read_run(output, system)

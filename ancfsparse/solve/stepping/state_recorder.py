@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.data.stored_tables import Chosen
+from ancfsparse.results.data.stored_tables import SelectedColumns
 from ancfsparse.scene import Point
 from ancfsparse.solve import stepping
 from ancfsparse.system import System
@@ -86,7 +86,7 @@ class MemoryRecorder:
         """Hand back what was taken."""
         t, q, v, a, lam = (table[: self.rows] for table in self._tables)
         if self._places is not None:
-            q, v, a = (cast(Vector, Chosen(x, self._places, self._n)) for x in (q, v, a))
+            q, v, a = (cast(Vector, SelectedColumns(x, self._places, self._n)) for x in (q, v, a))
         return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last)
 
 

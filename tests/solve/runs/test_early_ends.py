@@ -230,7 +230,7 @@ def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path,
             raise KeyboardInterrupt
         return read(*arguments)
 
-    monkeypatch.setattr(file_recording, "read", interrupted)
+    monkeypatch.setattr(file_recording, "read_run", interrupted)
     scene, _ = pendulum()
     with pytest.raises(KeyboardInterrupt) as caught:
         ancf.simulate(scene, 0.1, 1e-3, output=tmp_path / "run.h5")
