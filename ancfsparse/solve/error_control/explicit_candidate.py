@@ -18,7 +18,7 @@ from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuiti
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.phase_error import DominantFrequency, frequency, phase_lost
 from ancfsparse.solve.error_models.stagnation import StagnationCheck
-from ancfsparse.solve.stepping.sampled_states import SampledStates, distance, grew_from_rounding
+from ancfsparse.solve.stepping.sampled_states import SampledStates, differs_by_rounding, distance
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -171,7 +171,7 @@ class ExplicitCandidate:
             self.failure = self._convergence.add(self.error)
         doubtful = self.steps > MANY and self.error > DOUBTED * self._accuracy
         if self._rounding is None and last is not None and doubtful:
-            grew = grew_from_rounding(self._system, last, states, self.steps)
+            grew = differs_by_rounding(self._system, last, states, self.steps)
             self._rounding = True if grew else None
         if self._other is not None and self.states is not None:
             # Two ways have no error in common.

@@ -101,7 +101,7 @@ class RankDeficiency:
         for k in range(max(0, len(t) - MOST_STEPS), len(t) - 1):
             step = slice(k, k + 2)
             near = BETWEEN * self._turn(
-                interpolation.cubic(SHARES, t[k + 1] - t[k], *q[step], *v[step])
+                interpolation.interpolate_cubic(SHARES, t[k + 1] - t[k], *q[step], *v[step])
             )
             if max(self._dependent(end, near) for end in q[step]) > first:
                 place = self._place(t[step], q[step], v[step])
@@ -111,7 +111,7 @@ class RankDeficiency:
 
     def _place(self, t: Vector, q: Vector, v: Vector) -> float | None:
         """Return when more constraints than at the start are dependent between two states [s]."""
-        states = interpolation.cubic(SHARES, t[1] - t[0], *q, *v)
+        states = interpolation.interpolate_cubic(SHARES, t[1] - t[0], *q, *v)
         turn = self._turn(states)
         # Constraints that are so at both ends are so for longer, by the shape of the mechanism.
         first = self._dependent(self._system.q0, turn)

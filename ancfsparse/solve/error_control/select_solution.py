@@ -38,7 +38,7 @@ from ancfsparse.solve.stepping.explicit_setup import (
     check_explicit_scene,
     check_no_equations_options,
 )
-from ancfsparse.solve.stepping.sampled_states import largest_place
+from ancfsparse.solve.stepping.sampled_states import largest_coordinate
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
@@ -174,7 +174,7 @@ def solve_accurately(
     StepError, EnergyIncreaseError, InstabilityError
         If no step is short enough.  They count the steps of the last run alone.
     """
-    size = largest_place(system)
+    size = largest_coordinate(system)
     if accuracy < NOISE * size:
         raise InputError(
             "{accuracy} is below what double precision can hold in a scene of {size:.3g} m, about "

@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
-from ancfsparse.solve.stepping.sampled_states import SampledStates, moves
+from ancfsparse.solve.stepping.sampled_states import SampledStates, nodal_differences
 from ancfsparse.system import System
 
 SMALLEST_POWER = 0.1  # of the step with which an error is thought to fall
@@ -69,7 +69,8 @@ def frequency(
     names = ("q", "a") if resolved else ("q", "v")
     tables = [(getattr(one, name), getattr(other, name)) for name in names]
     below, above = (
-        max(float(np.max(np.abs(apart))) for apart in moves(system, *pair)) for pair in tables
+        max(float(np.max(np.abs(apart))) for apart in nodal_differences(system, *pair))
+        for pair in tables
     )
     ratio = above / below if below > 0.0 else 0.0
     return math.sqrt(ratio) if resolved else ratio

@@ -1,9 +1,9 @@
-"""Steps at places where constraints depend on one another, solved with compliant constraints.
+"""Recovery of steps near singular configurations by compliant constraints.
 
-There a linkage could go on in more than one way, as bars do that lie in one line.  Multipliers of
-the exact equations grow without bound towards such a place, and those of a step have no solution
-close to it.  With phi(q) = epsilon lam in place of phi(q) = 0 they have one, inertia decides the
-way, and the next step, with exact constraints, takes back what they gave.
+In a singular configuration, such as collinear bars, a linkage has several continuations.  The
+multipliers of the exact equations grow without bound towards it, and a step close to it has no
+solution.  With phi(q) = epsilon lam in place of phi(q) = 0 it has one, inertia selects the
+continuation, and the next step with exact constraints removes the violation.
 """
 
 from __future__ import annotations
@@ -33,40 +33,39 @@ if TYPE_CHECKING:
 
 Table = NDArray[np.float64]
 
-# Shares of the smallest phi_q M^-1 phi_q^T that are added as compliance, in this order.
-SOFTNESS = (1e-3, 1e-2, 1e-4)
-# Share of a gradient that is independent of the others, from which no place is near.
-NEAR = 0.1
-# Steps at which velocities are put on the constraints: 1, 2, 4, ... and the last so many apart.
-LAST_SETTLED = 64
-# Largest violation of a constraint, as a share of how far the step moves anything.
-VIOLATION = 1e-3
+COMPLIANCES = (1e-3, 1e-2, 1e-4)  # compliance over the smallest phi_q M^-1 phi_q^T, in this order
+MAX_INDEPENDENT_RATIO = (
+    0.1  # independent part of a gradient below which the configuration is nearly singular
+)
+LAST_PROJECTION = 64  # last step after a recovery, of 1, 2, 4, ..., with a projection of velocities
+MAX_VIOLATION_RATIO = 1e-3  # of a constraint, over the largest displacement in the step
 
 
 class CompliantConstraints:
-    """Cross failed steps of a march with compliant constraints.
+    """Recover failed steps with compliant constraints.
 
-    Damped Newton comes after that: it could find the other way on, which takes an impact.
+    Damped Newton is tried afterwards: it can converge to another continuation, which would require
+    an impact.
 
     Parameters
     ----------
     system, march, iteration, seed
-        What moves, its compiled loops, and what their equations are solved with.
+        The moving system, its compiled loops, and their seed.
     integrator
         As in `simulate`.
-    clock : Clock
+    clock : TimeGrid
         Times of the steps.
 
     Attributes
     ----------
     events : list of Event
-        The steps that were crossed.
+        The recovered steps.
     seconds : float
-        Time of the compiled march in them [s].
+        Time of the compiled loop in them [s].
     stuck : bool
-        Always False, as the march stands in a state of the run.
+        Always False: the time loop is in a state of the run.
     unsettled : int
-        Steps after which the run should `settle`, 0 if there is nothing to settle.
+        Steps until velocities are projected next by `settle`; 0 for none.
     """
 
     stuck = False
@@ -90,14 +89,14 @@ class CompliantConstraints:
         iteration.yields = True
 
     def cross(self, step: int, outcome: Outcome) -> Outcome:
-        """Try a step again.
+        """Try a step again, and return the outcome.
 
         Parameters
         ----------
         step : int
             Number of the failed step, from 1.
         outcome : Outcome
-            Why it failed.
+            Outcome of the failed step.
         """
         if outcome == Outcome.WOULD_GAIN:
             return outcome
@@ -105,8 +104,8 @@ class CompliantConstraints:
         loads = inputs_at(self._system, np.array([self._clock.at(step)]))
         clock = time.perf_counter()
         if self._is_near():
-            for share in SOFTNESS:
-                self._soften(share)
+            for ratio in COMPLIANCES:
+                self._soften(ratio)
                 crossed = self._try(step, loads, outcome)
                 self._soften(0.0)
                 if crossed is not None:
@@ -120,16 +119,16 @@ class CompliantConstraints:
         return outcome
 
     def settle(self, t: float) -> int:
-        """Take the velocities out that break constraints; return when to do so again.
+        """Remove velocities that violate constraints; return the steps until the next projection.
 
-        The exact step after a softer one moves everything back to its constraints, at a velocity
-        that a scheme without damping would keep for ever, with another sign in each step.  So do
-        multipliers that change much from step to step, the less the further the place is away.
+        The exact step after a compliant one corrects the violation, at a velocity that a scheme
+        without damping would retain with alternating sign.  Multipliers that change quickly have a
+        similar effect, which decreases with the distance from the configuration.
 
         Parameters
         ----------
         t : float
-            Time of the march [s].
+            Time of the state [s].
 
         Returns
         -------
@@ -140,9 +139,9 @@ class CompliantConstraints:
         q, v, _, lam = self._march.state
         rate = -(system.constraints.jacobian(q) @ v)
         if system.prescribed.n_equations:
-            followed = system.prescribed.at(t).s_rate
-            rate[-len(followed) :] += followed
-        regularize(system, self._scale, SOFTNESS[0])
+            prescribed = system.prescribed.at(t).s_rate
+            rate[-len(prescribed) :] += prescribed
+        regularize(system, self._scale, COMPLIANCES[0])
         loads = system.loads.amplitudes(np.array([t]))[0]
         self._seed.factor(system.assembly.matrix(1.0, 0.0, q, 0.0 * lam, loads))
         regularize(system, self._scale)
@@ -150,11 +149,11 @@ class CompliantConstraints:
         change[:n] = self._seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         self._march.change_step(self._clock.dt, self._integrator, 0.0 * change, change)
         self._iteration.mark_stale()
-        self.unsettled = 2 * self.unsettled if self.unsettled < LAST_SETTLED else 0
+        self.unsettled = 2 * self.unsettled if self.unsettled < LAST_PROJECTION else 0
         return self.unsettled
 
     def warn(self) -> None:
-        """Warn of the steps that were crossed.
+        """Warn of the recovered steps.
 
         Warns
         -----
@@ -163,38 +162,44 @@ class CompliantConstraints:
         """
         if self.events:
             warnings.warn(
-                f"constraints came to depend on one another at t = {self.events[0].time:.6g} s, "
-                f"where a linkage can go on in several ways: {len(self.events)} steps "
-                f"(stats.events) were solved with constraints that gave way by up to "
-                f"{self._largest:.2g} m, so that inertia decides; shorter steps make that less",
+                f"constraints became dependent at t = {self.events[0].time:.6g} s, where a linkage "
+                f"has several continuations: {len(self.events)} steps (stats.events) were solved "
+                f"with compliant constraints, violated by up to {self._largest:.2g} m, so that "
+                "inertia selects one; shorter steps reduce that",
                 RedundantConstraintsWarning,
                 stacklevel=5,
             )
 
     def _is_near(self) -> bool:
-        """Whether more constraints are nearly dependent now, or after the step, than at first."""
+        """Return whether more constraints are near dependent than at first, now or after a step."""
         q, v = self._march.state[:2]
         after = q + self._clock.dt * v
         if self._at_first is None:
-            self._at_first = count_near_dependent(self._system, self._system.q0, NEAR)
-        return any(count_near_dependent(self._system, x, NEAR) > self._at_first for x in (q, after))
+            self._at_first = count_near_dependent(
+                self._system, self._system.q0, MAX_INDEPENDENT_RATIO
+            )
+        return any(
+            count_near_dependent(self._system, x, MAX_INDEPENDENT_RATIO) > self._at_first
+            for x in (q, after)
+        )
 
-    def _soften(self, share: float) -> None:
-        value = regularize(self._system, self._scale, share) if share else 0.0
+    def _soften(self, ratio: float) -> None:
+        """Set the compliance of the constraints; zero restores exact ones."""
+        value = regularize(self._system, self._scale, ratio) if ratio else 0.0
         self._march.soften(value)
-        if not share:
+        if not ratio:
             regularize(self._system, self._scale)
         self._iteration.mark_stale()
 
     def _try(self, step: int, loads: Table, cause: Outcome) -> Outcome | None:
-        """Take the step if its solution violates constraints by little; otherwise return None."""
+        """Take the step if its solution hardly violates constraints; otherwise return None."""
         rate, velocity = self._iteration.contraction, self._march.state[1]
         self._iteration.step = step - 1
         self._march.prepare(loads)
         if Outcome(self._iteration.solve()) != Outcome.CONVERGED:
             return None
         violation = float(np.max(np.abs(self._march.unbalanced[1])))
-        if violation > VIOLATION * self._clock.dt * float(np.max(np.abs(velocity))):
+        if violation > MAX_VIOLATION_RATIO * self._clock.dt * float(np.max(np.abs(velocity))):
             return None
         begin = self._march.steps
         outcome = self._advance(step, loads)

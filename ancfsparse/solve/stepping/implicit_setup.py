@@ -36,31 +36,29 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Unknowns from which accelerations are extrapolated: the sums for it cost a pendulum of ten
-# elements 6 to 10 % of its instructions.
-MIN_EXTRAPOLATED_UNKNOWNS = 1000
-# By what share of their size unknowns are moved for finite differences: about the cube root of
-# rounding, where its error and that of cutting the series off are alike.
-DIFFERENCE_STEP = 1e-6
+# The sums for it cost a pendulum of ten elements 6 to 10 % of its instructions.
+MIN_EXTRAPOLATED_UNKNOWNS = 1000  # unknowns from which accelerations are extrapolated
+# About the cube root of rounding, where rounding and truncation errors are alike.
+DIFFERENCE_STEP = 1e-6  # step of finite differences over the size of an unknown
 
 
 class ImplicitSetup(NamedTuple):
-    """What an implicit run consists of.
+    """Parts of an implicit run.
 
     Attributes
     ----------
     march, iteration
         Compiled loops of the integrator and of the nonlinear solver.
     seed : Seed
-        The seed that corrections are solved with.
-    criterion : Criterion
-        The criterion for a solved step.
+        The initial inverse of corrections.
+    criterion : ConvergenceCriterion
+        Convergence criterion of a step.
     why : str
-        The method, and why this one.
+        The method, with the reason for its choice.
     a : (n_all,) float
         Accelerations at the start [m/s2, 1/s2].
-    back : WayBack or None
-        Leads to a complete seed where an incomplete one was chosen.
+    back : SwitchToDirect or None
+        Comparison with a complete seed, if an incomplete one was selected by "auto".
     """
 
     march: ControlledLoop
@@ -84,18 +82,18 @@ def prepare_implicit(
     kind: str = "complete",
     state: State | None = None,
 ) -> ImplicitSetup:
-    """Set an implicit run up.
+    """Set up an implicit run.
 
-    The seed is of a kind of `SEEDS`.  A factor is refused if it does not fit in memory together
-    with what else is `needed`.  From the last `state` of a run with the same integrator and step,
-    the run continues as if it had not been interrupted.
+    The seed is of a `kind` in `FACTORIZATIONS`, and must fit in memory together with the `needed`
+    rest.  From the last `state` of a run with the same integrator and step, the run continues as if
+    it had not been interrupted.
     """
     pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed, dt)
     method, why = choose_solver(
         solver, seed, system.constraints.linear, lambda: _is_linkage(system)
     )
-    sparing = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
+    is_low_memory = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
     if not restore_contributions(state, system):
@@ -103,7 +101,7 @@ def prepare_implicit(
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = ConvergenceCriterion(system, integrator, tolerance)
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
-    restore_contributions(state, system)  # the march has begun them
+    restore_contributions(state, system)  # the time loop has reset them
     measures = criterion.at(dt).by_correction
     extrapolates = measures and _extrapolates(system, integrator, method, criterion, dt)
     march.weigh(criterion.mass, criterion.total, measures, extrapolates)
@@ -111,10 +109,10 @@ def prepare_implicit(
         initial_conditions.prescribe_motions_of_loop(system, march, a, start.lam)
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
-    papers = tolerance == "paper" and method.is_dense
+    is_paper = tolerance == "paper" and method.is_dense
     frame = None if method.frame == "fixed" else frame_of(system)
     inverse = make_inverse(
-        method, seed, None if papers else weights, criterion.norm, criterion.smallest_change(dt)
+        method, seed, None if is_paper else weights, criterion.norm, criterion.smallest_change(dt)
     )
     iteration = make_iteration(
         march,
@@ -125,7 +123,7 @@ def prepare_implicit(
         iteration_costs(system, integrator, seed, frame),
         frame,
         difference_steps(system) if method.by_differences else DIFFERENCE_STEP,
-        sparing=sparing,
+        sparing=is_low_memory,
     )
     divide_among_threads(system, threads, march, iteration, inverse)
     if continues_run(state, system, integrator, dt):
@@ -133,23 +131,25 @@ def prepare_implicit(
     if method.by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:
-        most = max_fill(system)
-        why += f"; a complete one would have more than {most:g} blocks for each of the matrix"
+        limit = max_fill(system)
+        why += f"; a complete one would have more than {limit:g} blocks for each of the matrix"
     if groups is None:
         return ImplicitSetup(march, iteration, seed, criterion, why, a, None)
 
-    def take_exact() -> Seed:
-        exact = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
-        own = ModifiedNewton(seed_frame=method.frame) if sparing else method
-        inverse = make_inverse(own, exact, weights, criterion.norm, criterion.smallest_change(dt))
+    def take_complete() -> Seed:
+        complete = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+        used = ModifiedNewton(seed_frame=method.frame) if is_low_memory else method
+        noise = criterion.smallest_change(dt)
+        inverse = make_inverse(used, complete, weights, criterion.norm, noise)
         inverse.set_threads(threads)
-        cost = iteration_costs(system, integrator, exact, frame)
-        iteration.take_seed(exact, turned(inverse, own, frame), True, cost.iteration, cost.seed)
-        return exact
+        cost = iteration_costs(system, integrator, complete, frame)
+        rotated = turned(inverse, used, frame)
+        iteration.take_seed(complete, rotated, True, cost.iteration, cost.seed)
+        return complete
 
     assert isinstance(seed, IncompleteSeed)
     back = SwitchToDirect(
-        groups, lambda each: iteration_costs(system, integrator, each, None), seed, take_exact
+        groups, lambda other: iteration_costs(system, integrator, other, None), seed, take_complete
     )
     return ImplicitSetup(march, iteration, seed, criterion, why, a, back)
 
@@ -157,11 +157,11 @@ def prepare_implicit(
 def _extrapolates(
     system: System, integrator: Implicit, method: Method, criterion: ConvergenceCriterion, dt: float
 ) -> bool:
-    """Whether steps may start from an acceleration extrapolated from its last changes.
+    """Return whether steps may start from an extrapolated acceleration.
 
-    Fewer corrections then leave more of what a step may leave: along stiff bodies that does work of
-    one sign.  Newton's method makes as many corrections either way:
-    its errors are squares of the last.
+    Fewer corrections then leave a larger part of the allowed error: along stiff bodies that does
+    work of one sign.  Newton's method needs as many corrections either way, since it converges
+    quadratically.
     """
     return (
         system.n_free >= MIN_EXTRAPOLATED_UNKNOWNS
@@ -173,35 +173,33 @@ def _extrapolates(
 
 
 def _is_linkage(system: System) -> bool:
-    """Whether a scene has rigid bodies only, and their joints let them move."""
+    """Return whether a scene consists of rigid bodies whose joints let them move."""
     if any(body.n_elements for body in system.scene.bodies):
         return False
     if system.n_free > system.n_multipliers:
         return True
-    return (
-        system.n_multipliers - initial_conditions.find_redundant_constraints(system, system.q0)[0]
-        < system.n_free
-    )
+    n_redundant = initial_conditions.find_redundant_constraints(system, system.q0)[0]
+    return system.n_multipliers - n_redundant < system.n_free
 
 
 def difference_steps(system: System) -> Vector:
-    """Return by how much coordinates are moved for finite differences, shape (n,).
+    """Return the steps of coordinates for finite differences, shape (n,).
 
-    Positions by a millionth of an element [m], slopes by a millionth [-].  Multipliers find their
-    own, see `finite_difference`.
+    A millionth of an element for positions [m], a millionth for slopes [-].  Those of multipliers
+    are found by `finite_difference`.
     """
     steps = np.full(system.n_free + system.n_multipliers, DIFFERENCE_STEP)
-    for body, places in zip(system.scene.bodies, system.vectors("r"), strict=True):
-        steps[places[places < system.n_free]] = DIFFERENCE_STEP * body.shortest
+    for body, indices in zip(system.scene.bodies, system.vectors("r"), strict=True):
+        steps[indices[indices < system.n_free]] = DIFFERENCE_STEP * body.shortest
     return steps
 
 
 def iteration_costs(
     system: System, integrator: Implicit, seed: Seed | Fill, frame: Frame | None
 ) -> Costs:
-    """Weigh an iteration and a seed by the kernels that an integrator calls for them."""
+    """Return the costs of an iteration and a seed by the kernels that an integrator calls."""
     residual, tangent = (
-        sum(times * system.operations(kernel) for kernel, times in kernels.items())
+        sum(calls * system.operations(kernel) for kernel, calls in kernels.items())
         for kernels in (integrator.residual_kernels, integrator.matrix_kernels)
     )
     return Costs.of(residual, tangent, seed, frame)

@@ -1,4 +1,4 @@
-"""States between steps, by polynomials through the states at their ends."""
+"""Interpolate states between steps by polynomials through the states at their ends."""
 
 from __future__ import annotations
 
@@ -12,53 +12,55 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 
 
-def cubic(s: Vector, h: Vector, q0: Vector, q1: Vector, v0: Vector, v1: Vector) -> Vector:
-    """Return the cubic with these values and rates at the ends of a step, a share `s` into it."""
+def interpolate_cubic(
+    s: Vector, h: Vector, q0: Vector, q1: Vector, v0: Vector, v1: Vector
+) -> Vector:
+    """Return the cubic with these values and rates at the ends of a step, at the fraction `s`."""
     r = 1.0 - s
     return (1.0 + 2.0 * s) * r**2 * q0 + (1.0 + 2.0 * r) * s**2 * q1 + h * s * r * (r * v0 - s * v1)
 
 
-def smooth(
+def interpolate_smooth(
     s: Vector, k: NDArray[np.intp], h: float, q: Vector, v: Vector, a: Vector
 ) -> tuple[Vector, Vector]:
-    """Return places and velocities in equal steps that resolve all vibrations.
+    """Return positions and velocities in equal steps that resolve all vibrations.
 
-    The polynomial takes places, velocities and accelerations at up to four ends of steps: near the
-    limit of stability a step is almost half a vibration, and its two ends do not determine how it
-    continues.
+    The polynomial interpolates positions, velocities and accelerations at up to four ends of steps:
+    near the limit of stability a step is almost half a vibration, and its two ends do not determine
+    its continuation.
 
     Parameters
     ----------
     s : (j,) float
-        Shares of steps.
+        Fractions of steps.
     k : (j,) int
         Numbers of the ends before.
     h : float
         Step [s].
     q, v, a : (n_ends, n) float
-        At the ends of the steps; two or more.
+        States at the ends of the steps; two or more.
     """
     points = min(4, len(q))
     first = np.clip(k - (points - 1) // 2, 0, len(q) - points)
     x = s + (k - first) - 0.5 * (points - 1)  # from the middle of those ends
-    inverse = _inverse(points)
+    inverse = _hermite_coefficients(points)
     powers = np.arange(3.0 * points)
     basis = x[:, None] ** powers
     rates = powers[1:] * x[:, None] ** powers[:-1]
     weights, speeds = basis @ inverse, rates @ inverse[1:]
     centre = q[k]
-    place, speed = centre.copy(), np.zeros_like(centre)
+    position, velocity = centre.copy(), np.zeros_like(centre)
     for j in range(points):
-        # What differs from the state before, so that weights are not rounded beside the whole.
+        # Differences from the state before, so that weights are not rounded relative to positions.
         terms = (q[first + j] - centre, h * v[first + j], h**2 * a[first + j])
         for i, term in enumerate(terms):
-            place += weights[:, i * points + j, None] * term
-            speed += speeds[:, i * points + j, None] * term
-    return place, speed / h
+            position += weights[:, i * points + j, None] * term
+            velocity += speeds[:, i * points + j, None] * term
+    return position, velocity / h
 
 
 @lru_cache(maxsize=4)
-def _inverse(points: int) -> Vector:
+def _hermite_coefficients(points: int) -> Vector:
     """Return coefficients, lowest power first, from values and two rates at equal distances."""
     nodes = [Fraction(2 * j + 1 - points, 2) for j in range(points)]
     size = 3 * points
@@ -70,7 +72,7 @@ def _inverse(points: int) -> Vector:
         for d in range(3)
         for x in nodes
     ]
-    # Gauss and Jordan, exactly: in doubles a third of the digits would be lost.
+    # Exact Gauss-Jordan elimination: floating-point numbers would lose a third of the digits.
     table = [[Fraction(y) for y in row] + [Fraction(i == j) for j in range(size)]
              for i, row in enumerate(rows)]  # fmt: skip
     for i in range(size):

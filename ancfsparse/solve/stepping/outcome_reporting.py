@@ -20,13 +20,12 @@ from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Seed
 from ancfsparse.system import System
 
-# Rungs of the ladder as the compiled loop numbers them.
+# Names of the causes of recoveries.
 CAUSE_NAMES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
 CAUSE_NAMES[Outcome.WOULD_GAIN] = CAUSE_NAMES[Outcome.GAINED_ENERGY]
-# What a step that is taken in another way may cure.
+# Outcomes after which a step may be solved in another way.
 RECOVERABLE_OUTCOMES = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
-# Where a run gained energy.
-HOW_TO_CONTINUE = " max_energy_gain=inf goes on all the same."
+HOW_TO_CONTINUE = " max_energy_gain=inf continues regardless."
 
 
 def count_costs(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
@@ -55,7 +54,7 @@ def count_costs(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None
 def recovery_events(
     found: Iterable[tuple[int, int, int, float]], now: float, dt: float
 ) -> list[Event]:
-    """Return what was tried to save steps of a length, counted from those before the time `now`."""
+    """Return the recoveries of steps of a length, counted from the step before the time `now`."""
     return [
         Event(step, now + step * dt, Rung(rung).words, CAUSE_NAMES[Outcome(cause)], rate)
         for step, rung, cause, rate in found
@@ -74,9 +73,9 @@ def step_error(
     path: Trajectory | None,
     advice: str,
 ) -> StepError:
-    """Return the error for a run that came to a time in a number of steps, and no further.
+    """Return the error of a run that has stopped at a time after a number of steps.
 
-    Without a trajectory it was a run to an accuracy.
+    A run to an accuracy has no trajectory.
     """
     if outcome == Outcome.GAINED_ENERGY:
         gain, exchanged = march.energy_gain
@@ -93,7 +92,7 @@ def step_error(
         gain, exchanged = march.refused_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
-    # The place where the last iterate is furthest off.
+    # Location of the largest residual of the last iterate.
     r, phi = march.unbalanced
     worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
     where, size, unit = system.describe(worst), abs(float(r[worst])), system.unit(worst)

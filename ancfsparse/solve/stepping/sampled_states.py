@@ -1,4 +1,4 @@
-"""States of a motion at the times asked for, taken from its steps, and how far two differ."""
+"""States of a motion at given times, interpolated from its steps, and their differences."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Vector = NDArray[np.float64]
 
 @dataclass
 class SampledStates:
-    """States at the times asked for.
+    """States at given times.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class SampledStates:
     lam : (k, m) float
         Multipliers.
     rows : int
-        How many of them are there by now.
+        Number of states that are known.
     """
 
     t: Vector
@@ -41,12 +41,12 @@ class SampledStates:
 
     @classmethod
     def empty(cls, t: Vector, n: int, m: int) -> SampledStates:
-        """Return room for states with so many coordinates and multipliers."""
+        """Return empty states with numbers of coordinates and multipliers."""
         q, v, a, lam = (np.empty((len(t), width)) for width in (n, n, n, m))
         return cls(t, q, v, a, lam)
 
     def begin(self, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
-        """Take the first state."""
+        """Set the first state."""
         for table, row in zip((self.q, self.v, self.a, self.lam), (q, v, a, lam), strict=True):
             table[0] = row
         self.rows = 1
@@ -61,82 +61,89 @@ class SampledStates:
         *,
         resolved: bool = False,
     ) -> slice:
-        """Interpolate the states asked for in (t[0], t[-1]] from accepted steps.
+        """Interpolate the states in (t[0], t[-1]] from accepted steps; return their rows.
 
         Coordinates and velocities are cubic Hermite polynomials between steps; accelerations and
-        multipliers are linear.  Of equal steps that resolve all vibrations, coordinates and
-        velocities are polynomials through several steps.  Returns the rows that were filled.
+        multipliers are linear.  If equal steps resolve all vibrations, coordinates and velocities
+        are polynomials through several steps.
         """
         span = slice(self.rows, int(np.searchsorted(self.t, t[-1], side="right")))
         if span.start >= span.stop:
             return span
         k = np.clip(np.searchsorted(t, self.t[span], side="left") - 1, 0, len(t) - 2)
         h = t[k + 1] - t[k]
-        share = np.clip((self.t[span] - t[k]) / h, 0.0, 1.0)
-        s, ends = share[:, None], (q[k], q[k + 1], v[k], v[k + 1], a[k], a[k + 1])
+        fraction = np.clip((self.t[span] - t[k]) / h, 0.0, 1.0)
+        s, ends = fraction[:, None], (q[k], q[k + 1], v[k], v[k + 1], a[k], a[k + 1])
         if resolved:
             step = float(t[-1] - t[0]) / (len(t) - 1)
-            self.q[span], self.v[span] = interpolation.smooth(share, k, step, q, v, a)
+            self.q[span], self.v[span] = interpolation.interpolate_smooth(
+                fraction, k, step, q, v, a
+            )
         else:
-            self.q[span] = interpolation.cubic(s, h[:, None], *ends[:4])
-            self.v[span] = interpolation.cubic(s, h[:, None], *ends[2:])
+            self.q[span] = interpolation.interpolate_cubic(s, h[:, None], *ends[:4])
+            self.v[span] = interpolation.interpolate_cubic(s, h[:, None], *ends[2:])
         self.a[span] = (1.0 - s) * a[k] + s * a[k + 1]
         self.lam[span] = (1.0 - s) * lam[k] + s * lam[k + 1]
         self.rows = span.stop
         return span
 
     def extrapolated(self, coarse: SampledStates, weight: float) -> SampledStates:
-        """Return these states and so many times what they are off from those of another run."""
+        """Return these states plus a multiple of their difference from those of another run."""
         pairs = ((self.q, coarse.q), (self.v, coarse.v), (self.a, coarse.a), (self.lam, coarse.lam))
         q, v, a, lam = (x + weight * (x - y) for x, y in pairs)
         return SampledStates(self.t, q, v, a, lam, self.rows)
 
 
-# Rounding of a motion over that of one step and the root of their number, at most; and the share of
-# its way after which a motion is under way.
-ROUNDING, UNDER_WAY = 100.0, 0.01
+MAX_ROUNDING_UNITS = 100.0  # of a motion, over that of a step and the root of the number of steps
+MIN_MOTION_RATIO = 0.01  # of the largest displacement, from which a motion has begun
 
 
-def largest_place(system: System) -> float:
-    """Return the largest coordinate of a node at the start, which positions are rounded by [m]."""
+def largest_coordinate(system: System) -> float:
+    """Return the largest coordinate of a node at the start, the scale of rounding [m]."""
     return float(np.max(np.abs(system.q0[system.positions])))
 
 
 def distance(system: System, one: SampledStates, other: SampledStates) -> float:
-    """Return the largest distance of a node from itself in another motion [m]."""
+    """Return the largest distance of a node between two motions [m]."""
     return float(np.max(_distances(system, one.q, other.q), initial=0.0))
 
 
-def grew_from_rounding(
+def differs_by_rounding(
     system: System, one: SampledStates, other: SampledStates, steps: int
 ) -> bool:
-    """Whether two runs differ by rounding alone when their motion is already under way.
+    """Return whether two runs differ by rounding alone after the motion has begun.
 
-    Errors of steps begin with the motion, unless loads change suddenly later on.
+    Errors of steps begin with the motion, unless loads change suddenly later.
     """
-    apart = _distances(system, one.q, other.q)
-    way = _distances(system, one.q, np.broadcast_to(one.q[:1], one.q.shape))
-    rounding = ROUNDING * np.finfo(float).eps * math.sqrt(steps) * largest_place(system)
-    return bool(np.any(apart[way > UNDER_WAY * np.max(way)] <= rounding))
+    difference = _distances(system, one.q, other.q)
+    displacement = _distances(system, one.q, np.broadcast_to(one.q[:1], one.q.shape))
+    rounding = (
+        MAX_ROUNDING_UNITS * np.finfo(float).eps * math.sqrt(steps) * largest_coordinate(system)
+    )
+    has_begun = displacement > MIN_MOTION_RATIO * np.max(displacement)
+    return bool(np.any(difference[has_begun] <= rounding))
 
 
 def _distances(system: System, one: Vector, other: Vector) -> Vector:
-    """Return the largest distance of a node from itself in another motion, (k,) [m]."""
+    """Return the largest distance of a node between two motions at each time, (k,) [m]."""
     pairs = zip(one[:, None], other[:, None], strict=True)
-    squares = [max(np.max(np.sum(x**2, axis=1)) for x in moves(system, *pair)) for pair in pairs]
+    squares = [
+        max(np.max(np.sum(x**2, axis=1)) for x in nodal_differences(system, *pair))
+        for pair in pairs
+    ]
     return np.sqrt(squares)
 
 
-def moves(system: System, one: Vector, other: Vector) -> Iterator[Vector]:
-    """Yield how far nodes are apart in the coordinates of two motions, (n, dim) at a time [m].
+def nodal_differences(system: System, one: Vector, other: Vector) -> Iterator[Vector]:
+    """Yield the differences of nodal positions of two motions at each time, (n, dim) [m].
 
-    A rigid body turns about its node, so points on its axes count too, at its size from the origin.
+    A rigid body rotates about its node, so points on its axes at its radius of gyration count too.
     """
-    where = system.positions.reshape(-1, system.dim)
-    rigid = [each for each in system.scene.bodies if not isinstance(each, ElasticBody)]
+    positions = system.positions.reshape(-1, system.dim)
+    rigid = [body for body in system.scene.bodies if not isinstance(body, ElasticBody)]
     frames = [(system.rows(body.node(0))[0], body.size) for body in rigid]
     for a, b in zip(one, other, strict=True):
-        yield a[where] - b[where]
+        yield a[positions] - b[positions]
         for rows, size in frames:
             origin, *axes = (a[rows] - b[rows]).reshape(-1, system.dim)
             reach = size * np.array(axes)

@@ -1,4 +1,4 @@
-"""The last rung of the ladder: a step that cannot be solved is crossed in shorter ones."""
+"""Last recovery of a step that does not converge: subdivide it."""
 
 from __future__ import annotations
 
@@ -22,35 +22,36 @@ if TYPE_CHECKING:
 
 
 class StepHalving:
-    """Cross failed steps of a march in 2, 4, 8 ... parts.
+    """Recover failed steps by 2, 4, 8 ... parts.
 
-    The integrator's own acceleration and the multipliers get no correction for the change of step:
-    for some steps the multipliers are of first order.
+    Pseudo-acceleration and multipliers are not corrected for the change of the step size: for some
+    steps the multipliers are of first order.
 
     Parameters
     ----------
     system, march, iteration
-        What moves, and its compiled loops.
+        The moving system and its compiled loops.
     integrator
         As in `simulate`.
-    clock : Clock
+    clock : TimeGrid
         Times of the steps.
-    criterion : Criterion
-        Bounds for steps of another length.
-    most : int
-        Halvings of a step that are allowed.
+    criterion : ConvergenceCriterion
+        Bounds for steps of any size.
+    max_halvings : int
+        Largest number of halvings of a step.
 
     Attributes
     ----------
     events : list of Event
-        The steps that were crossed.
+        The recovered steps.
     short_steps : int
-        Parts of steps that were accepted.
+        Accepted parts of steps.
     seconds : float
-        Time of the compiled march in them [s].
+        Time of the compiled loop in them [s].
     stuck : bool
-        Whether the march stands inside a step, in a state that is not one of the run.
+        Whether the time loop is inside a step, in a state that is not one of the run.
     unsettled : int
+        Always 0: no projection of velocities follows.
         Always 0: the next steps need no care.
     """
 
@@ -64,10 +65,10 @@ class StepHalving:
         integrator: Implicit,
         criterion: ConvergenceCriterion,
         clock: TimeGrid,
-        most: int,
+        max_halvings: int,
     ) -> None:
         self._system, self._march, self._iteration = system, march, iteration
-        self._integrator, self._criterion, self._most = integrator, criterion, most
+        self._integrator, self._criterion, self._limit = integrator, criterion, max_halvings
         self._clock, self._dt = clock, clock.dt
         march.may_shorten()
         iteration.halves = True
@@ -76,41 +77,41 @@ class StepHalving:
         self.stuck = False
 
     def cross(self, step: int, outcome: Outcome) -> Outcome:
-        """Try a step in parts, each time from where the last attempt came to.
+        """Try a step in parts, each attempt from the state that the last one has reached.
 
         Parameters
         ----------
         step : int
             Number of the failed step, from 1.
         outcome : Outcome
-            Why it failed.
+            Outcome of the failed step.
         """
-        cause, rate, level, left = outcome, self._iteration.contraction, 0, 1
+        cause, rate, level, remaining = outcome, self._iteration.contraction, 0, 1
         n, m = self._system.n_all, self._system.n_multipliers
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
-        while left and outcome in RECOVERABLE_OUTCOMES and level < self._most:
-            level, left = level + 1, 2 * left
-            self._iteration.halves = level < self._most
+        while remaining and outcome in RECOVERABLE_OUTCOMES and level < self._limit:
+            level, remaining = level + 1, 2 * remaining
+            self._iteration.halves = level < self._limit
             dt = self._dt / 2**level
             self._change(dt)
             outcome = Outcome.CONVERGED
-            while left and outcome == Outcome.CONVERGED:
+            while remaining and outcome == Outcome.CONVERGED:
                 self._iteration.step = step - 1
-                left -= 1
-                when = np.array([self._clock.at(step) - dt * left])
+                remaining -= 1
+                when = np.array([self._clock.at(step) - dt * remaining])
                 loads = inputs_at(self._system, when)
                 clock = time.perf_counter()
                 _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
                 self.seconds += time.perf_counter() - clock
                 outcome = Outcome(code)
                 self.short_steps += outcome == Outcome.CONVERGED
-            left += outcome != Outcome.CONVERGED
+            remaining += outcome != Outcome.CONVERGED
         self._iteration.halves = True
         self._change(self._dt)
-        self.stuck = level > 0 and left > 0
+        self.stuck = level > 0 and remaining > 0
         if outcome == Outcome.CONVERGED:
-            what = f"{2**level} steps of {self._dt / 2**level:.3g} s"
-            self.events.append(Event(step, self._clock.at(step), what, CAUSE_NAMES[cause], rate))
+            name = f"{2**level} steps of {self._dt / 2**level:.3g} s"
+            self.events.append(Event(step, self._clock.at(step), name, CAUSE_NAMES[cause], rate))
         return outcome
 
     def _change(self, dt: float) -> None:

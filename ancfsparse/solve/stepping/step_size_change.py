@@ -1,4 +1,4 @@
-"""How a march goes on with steps of another length, or after a jump of the loads."""
+"""Correct the state of a time loop for a change of the step size or a jump of the loads."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ Vector = NDArray[np.float64]
 
 
 class StepSizeChange:
-    """What such a change asks of the state.
+    """Corrections of the state at changes of the step size and jumps of the loads.
 
     Parameters
     ----------
     system, integrator, march
-        What moves, and how.
+        The moving system, its integrator and compiled time loop.
     seed : SparseSeed or IncompleteSeed
-        It is left with another factor where one was needed.
+        Its factor is replaced if another one is needed.
 
     Attributes
     ----------
     factors : int
-        Those that were made, each for one solution or two.
+        Number of factorizations, each for one or two solutions.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class StepSizeChange:
         self.factors = 0
 
     def change(self, old: float, dt: float, now: float) -> None:
-        """Go from one step to another [s], with what keeps multipliers of second order."""
+        """Change the step size [s], with corrections for multipliers of second order."""
         system, integrator = self._system, self._integrator
         jerk = self._march.jerk
         change_v = np.zeros(system.n_all)
@@ -48,18 +48,18 @@ class StepSizeChange:
             n = system.n_free
             phi_q = system.constraints.jacobian(self._march.state[0])
             rate = integrator.velocity_constant * (dt**2 - old**2) * (phi_q @ jerk)
-            # Across the constraints as they are now, not as they were when the seed was made; and
-            # spread by the stiffness: by the mass alone it would shake the nodes that are held.
+            # Across the constraints of the present state; and distributed by the stiffness, since
+            # by mass alone it would make the constrained nodes vibrate.
             self._factor(dt, system.loads.amplitudes(np.array([now]))[0])
             change_v[:n] = self._seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         change_b = integrator.shift * (dt - old) * jerk
         self._march.change_step(dt, integrator, change_b, change_v)
 
     def jump(self, dt: float, before: float, after: float) -> None:
-        """Let the accelerations follow a jump of the loads between two times.
+        """Correct the accelerations for a jump of the loads between two times.
 
-        Only the low-frequency part that a step can follow, as at the start (`resolved` in
-        `solve.initial_conditions.consistent_state`).
+        Only the low-frequency part that a step can resolve, as at the start
+        (`low_frequency_part` in `solve.initial_conditions.consistent_state`).
         """
         system = self._system
         loads = system.loads.amplitudes(np.array([before, after]))
@@ -84,7 +84,7 @@ class StepSizeChange:
         return out
 
     def _factor(self, dt: float, loads: Vector) -> None:
-        """Factor the matrix of a step here; of a stress that no mass carries, the material part."""
+        """Factor the matrix of a step; if it is indefinite, its material part."""
         q, _, _, lam = self._march.state
         scale, damping = self._integrator.scale * dt**2, self._integrator.damping_scale * dt
         assembly = self._system.assembly
