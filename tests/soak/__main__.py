@@ -1,4 +1,4 @@
-"""Look for what breaks: random scenes, odd calls, units, damaged files, interruptions.
+"""Random trials: scenes, spoiled calls, units, damaged files, interruptions.
 
 ``make soak ARGS="--seed 3 --seconds 120"`` makes trials of all kinds in turn until the time is
 over, prints what it tried and found, writes it to results/soak.json, and fails if it found

@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
-from tests.soak import accuracy, bodies, callables, mechanisms, motions, units, worker
+from tests.soak import accuracy, bodies, motions, units, worker
 from tests.soak.__main__ import soak
 from tests.soak.exactly import Steps
 from tests.soak.report import Find, Report, Tally, as_json, table
@@ -271,19 +271,3 @@ def test_energies_of_bodies_are_computed_independently():
     assert motions.judge(drawn, scheme, path) == []
     drawn.bodies.pop()
     assert "computed independently" in motions.judge(drawn, scheme, path)[0]
-
-
-@pytest.mark.parametrize(
-    "call",
-    [
-        lambda scene, rod: callables.driven(lambda t: (1e300, 1e300) if t else (0.0, 0.0)),
-        lambda scene, rod: mechanisms.ramp((1e300, 1e300), 0.1, 0.0, smooth=False),
-        lambda scene, rod: scene.spring(rod.end, (3, 0), stiffness=1.0, length=1e308),
-        lambda scene, rod: scene.add_beam(
-            "thick", (0, 0), (1, 0), 2, rod.section, rod.material, length=1e-300
-        ),
-    ],
-)
-def test_numbers_at_the_ends_of_their_range_are_refused_in_a_sentence(call):
-    with pytest.raises(ancf.AncfError):
-        call(*callables.scene_of())

@@ -11,14 +11,23 @@ import traceback
 import warnings
 from pathlib import Path
 
-import ancfsparse as ancf
-from tests.soak import accuracy, bodies, files, interruptions, motions, nets, odd, statics, units
+from tests.soak import (
+    accuracy,
+    bodies,
+    files,
+    interruptions,
+    motions,
+    nets,
+    spoiled_calls,
+    statics,
+    units,
+)
 from tests.soak.report import Report
 
 KINDS = {
     "motions": motions.run,
     "accuracy": accuracy.run,
-    "odd-calls": odd.run,
+    "odd-calls": spoiled_calls.run,
     "units": units.run,
     "bodies": bodies.run,
     "statics": statics.run,
@@ -26,11 +35,6 @@ KINDS = {
     "files": files.run,
     "interruptions": interruptions.run,
 }
-ON_PURPOSE = (
-    ancf.UnstableEquilibriumWarning,
-    ancf.RedundantConstraintsWarning,
-    ancf.ApproximateModesWarning,
-)
 # Longest time of a trial on a processor [s], of which a run takes seconds; and how many times that
 # by the clock, if the machine has more to do, before it is taken to wait for ever.
 LIMIT, IDLE = 60.0, 5.0
@@ -50,7 +54,7 @@ def one(kind, seed, index):
             text = " ".join(str(raw).split())[:200]
             where = f"{os.path.basename(last.filename)}:{last.lineno}"
             report = Report("broke", [f"raw {type(raw).__name__} at {where}: {text}"])
-    foreign = [each for each in caught if not issubclass(each.category, ON_PURPOSE)]
+    foreign = [each for each in caught if not issubclass(each.category, spoiled_calls.ON_PURPOSE)]
     for each in {f"{w.category.__name__}: {w.message}": w for w in foreign}.values():
         where = f"{os.path.basename(each.filename)}:{each.lineno}"
         report.finds.append(f"{each.category.__name__} at {where}: {each.message}")
