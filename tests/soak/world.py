@@ -238,7 +238,7 @@ GIVEN = {
         "mass": 1.0, "position": w.at(5, 5), "inertia": (1, 1, 1) if w.dim == 3 else 1.0
     },
     "Scene.add_body, a shape": lambda w: {
-        "shape": ancf.Box(1, 0.5, 0.2), "mass": 1.0, "position": w.at(5, 5),
+        "shape": ancf.Box(length=1, width=0.2, height=0.5), "mass": 1.0, "position": w.at(5, 5),
         "velocity": w.at(1, 0), "angular_velocity": TURN[w.dim],
     },
     "Scene.add_mass": lambda w: {"mass": 1.0},
