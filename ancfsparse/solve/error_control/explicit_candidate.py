@@ -16,7 +16,11 @@ from ancfsparse.solve.error_control.explicit_error_estimate import ExplicitError
 from ancfsparse.solve.error_control.explicit_march import ExplicitMarch
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
-from ancfsparse.solve.error_models.phase_error import DominantFrequency, frequency, phase_lost
+from ancfsparse.solve.error_models.phase_error import (
+    DominantFrequency,
+    difference_frequency,
+    phase_error,
+)
 from ancfsparse.solve.error_models.stagnation import StagnationCheck
 from ancfsparse.solve.stepping.sampled_states import SampledStates, differs_by_rounding, distance
 from ancfsparse.system import System
@@ -54,11 +58,11 @@ class ExplicitCandidate:
         As `solve_accurately` takes them.
     integrators : list of Explicit
         Those that may be taken, by ascending order.
-    breaks : Breaks
+    discontinuities : Breaks
         Where loads jump or kink.
     watch : callable
         Is given the states of a run whenever there are more of them.
-    waves : Waves or None
+    spectrum : Waves or None
         What the motion is made of, where that is known.
 
     Attributes
@@ -84,15 +88,17 @@ class ExplicitCandidate:
         accuracy: float,
         integrators: list[Explicit],
         max_energy_gain: float,
-        breaks: LoadDiscontinuities,
+        discontinuities: LoadDiscontinuities,
         watch: Callable[[SampledStates], None],
-        waves: ModalSpectrum | None,
+        spectrum: ModalSpectrum | None,
     ) -> None:
         self._system, self._t_end, self._length = system, float(t[-1]), float(t[-1] - t[0])
-        self._waves, self._convergence = waves, StagnationCheck(accuracy)
+        self._spectrum, self._convergence = spectrum, StagnationCheck(accuracy)
         self._accuracy, self._integrators = accuracy, integrators
-        self._march = ExplicitMarch(system, t, max_energy_gain, breaks, watch, integrators[-1])
-        self._errors = ExplicitErrors(system, self._length, self._march, waves)
+        self._march = ExplicitMarch(
+            system, t, max_energy_gain, discontinuities, watch, integrators[-1]
+        )
+        self._errors = ExplicitErrors(system, self._length, self._march, spectrum)
         self.force_cost = self._march.force_cost
         # Integrators and by how much their steps were shorter than stable ones, the best last.
         self._made: list[tuple[Explicit, float]] = []
@@ -121,7 +127,7 @@ class ExplicitCandidate:
             )
             return math.inf
         if not self._march.is_set_up and (
-            self._waves is not None or SETUP * self.force_cost < CHEAP * cost
+            self._spectrum is not None or SETUP * self.force_cost < CHEAP * cost
         ):
             self._march.set_up()
             return self._plan()[2]
@@ -220,7 +226,7 @@ class ExplicitCandidate:
         mine = [finer for each, finer in self._made if each == integrator]
         wanted, cost = self._wanted(integrator), 0.0
         if not mine:
-            first = max(1.0, wanted / (closer if self._waves is None else APART))
+            first = max(1.0, wanted / (closer if self._spectrum is None else APART))
             second = max(closer * first, wanted)
             both = self._march.cost(integrator, first) + self._march.cost(integrator, second)
             return integrator, first, both
@@ -258,7 +264,7 @@ class ExplicitCandidate:
         start = np.broadcast_to(states.q[:1], states.q.shape)
         still = SampledStates(states.t, start, np.zeros_like(states.v), states.a, states.lam)
         amplitude = distance(self._system, states, still)
-        omega = frequency(self._system, states, still)
+        omega = difference_frequency(self._system, states, still)
         first = self._integrators[0]
-        lost = phase_lost(first.tableau, omega * self._march.step(first, 1.0))
+        lost = phase_error(first.tableau, omega * self._march.step(first, 1.0))
         return LOOSE * amplitude * lost * omega * self._length < self._accuracy

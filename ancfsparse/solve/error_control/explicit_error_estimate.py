@@ -13,10 +13,10 @@ from ancfsparse.solve.error_control.explicit_march import ExplicitMarch
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.phase_error import (
     DominantFrequency,
-    fall,
-    frequency,
-    phase_lost,
-    power_of_fall,
+    difference_frequency,
+    difference_ratio,
+    observed_order,
+    phase_error,
 )
 from ancfsparse.solve.stepping.sampled_states import SampledStates, distance
 from ancfsparse.system import System
@@ -66,7 +66,7 @@ class ExplicitErrors:
         Time of the motion [s].
     march : ExplicitMarch
         Knows the steps.
-    waves : Waves or None
+    spectrum : Waves or None
         What the motion is made of, where that is known.
 
     Attributes
@@ -76,10 +76,10 @@ class ExplicitErrors:
     """
 
     def __init__(
-        self, system: System, length: float, march: ExplicitMarch, waves: ModalSpectrum | None
+        self, system: System, length: float, march: ExplicitMarch, spectrum: ModalSpectrum | None
     ) -> None:
-        self._system, self._length, self._march, self._start = system, length, march, waves
-        self._waves = [] if waves is None else [waves]
+        self._system, self._length, self._march, self._start = system, length, march, spectrum
+        self._spectrum = [] if spectrum is None else [spectrum]
         self._runs: list[_Run] = []  # the last three, by descending error
         self._apart = math.inf  # distance of the last two of one integrator
         self._scale = dict.fromkeys(BELIEVED, GUESS)  # by the order
@@ -91,7 +91,7 @@ class ExplicitErrors:
     @property
     def may_predict(self) -> bool:
         """Whether anything is known of the error of runs to come."""
-        return bool(self._waves) or self.content is not None
+        return bool(self._spectrum) or self.content is not None
 
     def shorten(self, by: float) -> None:
         """Take note of a stable step that is shorter by a factor."""
@@ -107,10 +107,10 @@ class ExplicitErrors:
 
     def predicted(self, integrator: Explicit, finer: float) -> float:
         """Return the error that a run will have [m]."""
-        if self._waves:
+        if self._spectrum:
             step = self._march.step(integrator, finer)
             tableau = integrator.tableau
-            error = self._scale[tableau.order] * max(x.error(tableau, step) for x in self._waves)
+            error = self._scale[tableau.order] * max(x.error(tableau, step) for x in self._spectrum)
         else:
             assert self.content is not None
             error = self.content.error(self._lost(integrator, finer, self.content.omega))
@@ -131,7 +131,10 @@ class ExplicitErrors:
             return math.inf
         last = self._runs[-1]
         apart = self._distance(run, last)
-        omega = min(frequency(self._system, states, last.states, resolved=True), self._march.omega)
+        omega = min(
+            difference_frequency(self._system, states, last.states, resolved=True),
+            self._march.omega,
+        )
         lost = sorted((self._lost(x.integrator, x.finer, omega) for x in (last, run)), reverse=True)
         self.content = DominantFrequency.of(apart, omega, self._length, *lost)
         if integrator.tableau.order < last.integrator.tableau.order:
@@ -142,7 +145,7 @@ class ExplicitErrors:
         else:
             error, confirmed = self._of_two_orders(apart), False
             self._power = 0.0
-        if self._waves:
+        if self._spectrum:
             error = self._with_waves(last, run, apart, error, confirmed)
         if self._march.places.time is not None:
             # Errors depend on how close to the place a step comes, and not on the order: two of
@@ -155,12 +158,12 @@ class ExplicitErrors:
 
     def _analyse(self, integrator: Explicit, states: SampledStates) -> None:
         """Predict errors of runs by the vibrations of the first one."""
-        waves = None
+        spectrum = None
         if not (self._system.damped or self._system.n_multipliers):
-            waves = ModalSpectrum.during(self._system, states)
-        if waves is not None:
-            self._waves.append(waves)
-        self._scale = CAUTION if waves is None else MEASURED
+            spectrum = ModalSpectrum.during(self._system, states)
+        if spectrum is not None:
+            self._spectrum.append(spectrum)
+        self._scale = CAUTION if spectrum is None else MEASURED
 
     def _of_two_orders(self, apart: float) -> float:
         """Return the error of the higher order of two.
@@ -168,7 +171,7 @@ class ExplicitErrors:
         Their distance is at least the error of the lower order less that of the higher one.
         """
         assert self.content is not None
-        return LEAST_OF_TWO * apart if self.content.lost < 1.0 else apart
+        return LEAST_OF_TWO * apart if self.content.phase_error < 1.0 else apart
 
     def _of_one_order(self, run: _Run, apart: float) -> tuple[float, float, bool]:
         """Return the error of a run, and its distance from the last without chance.
@@ -177,18 +180,22 @@ class ExplicitErrors:
         """
         assert self.content is not None
         last, finer, order = self._runs[-1], run.finer, run.integrator.tableau.order
-        phase = 0 if self.content.lost < RESOLVED else 1 if self.content.lost < 1.0 else 2
-        seen = self._start is None or self._start.unseen(*self._pair(last, run)) < UNSEEN * apart
+        phase = (
+            0 if self.content.phase_error < RESOLVED else 1 if self.content.phase_error < 1.0 else 2
+        )
+        seen = (
+            self._start is None or self._start.common_error(*self._pair(last, run)) < UNSEEN * apart
+        )
         power = order * (BELIEVED if seen else DISSIPATED)[order][phase]
         before = self._runs[-2] if len(self._runs) > 1 else last
         confirmed = False
         if before is not last and before.integrator == run.integrator:
             steps = (before.finer, last.finer, finer)
-            observed = power_of_fall(steps[0], self._apart, *steps[1:], apart)
+            observed = observed_order(steps[0], self._apart, *steps[1:], apart)
             confirmed = observed >= power
             power = min(power, observed)
             # Distances that decrease faster than the order are small by chance.
-            apart = max(apart, self._apart * fall(*steps, CHANCE * order))
+            apart = max(apart, self._apart * difference_ratio(*steps, CHANCE * order))
             further = self._distance(run, before) * _share(finer / before.finer, power)
             error = min(apart * _share(finer / last.finer, power), further)
         else:
@@ -202,16 +209,16 @@ class ExplicitErrors:
     ) -> float:
         """Return the error in view of the predicted one, and update the ratio of both."""
         tableaus, steps = self._pair(last, run)
-        waves = max(self._waves, key=lambda x: x.error(tableaus[0], steps[0]))
-        first, second = (waves.error(*each) for each in zip(tableaus, steps, strict=True))
-        predicted = max(waves.apart(tableaus, steps), UNLIKE * first, np.finfo(float).tiny)
+        spectrum = max(self._spectrum, key=lambda x: x.error(tableaus[0], steps[0]))
+        first, second = (spectrum.error(*each) for each in zip(tableaus, steps, strict=True))
+        predicted = max(spectrum.difference(tableaus, steps), UNLIKE * first, np.finfo(float).tiny)
         scale = apart / predicted
         if scale > FAR and not confirmed:
             error = max(error, apart)
         if self._start is not None:
             # Both may have dissipated vibrations, which their distance does not show.
             most = min(max(scale, 1.0), MOST_MORE)
-            error = max(error, most * self._start.unseen(tableaus, steps))
+            error = max(error, most * self._start.common_error(tableaus, steps))
         if last.integrator == run.integrator:
             scale = error / max(second, np.finfo(float).tiny)
         self._scale = dict.fromkeys(BELIEVED, min(max(scale, LEAST_SCALE), MOST_SCALE))
@@ -227,7 +234,7 @@ class ExplicitErrors:
 
     def _lost(self, integrator: Explicit, finer: float, omega: float) -> float:
         """Return the share of its phase that a vibration loses in a run."""
-        return phase_lost(integrator.tableau, omega * self._march.step(integrator, finer))
+        return phase_error(integrator.tableau, omega * self._march.step(integrator, finer))
 
 
 def _share(ratio: float, power: float) -> float:

@@ -66,7 +66,7 @@ class ExplicitMarch:
     ----------
     system, t, max_energy_gain
         As `solve_accurately` takes them.
-    breaks : Breaks
+    discontinuities : Breaks
         Where loads jump or kink.
     watch : callable
         Is given the states of a motion whenever there are more of them.
@@ -90,13 +90,13 @@ class ExplicitMarch:
         system: System,
         t: Vector,
         max_energy_gain: float,
-        breaks: LoadDiscontinuities,
+        discontinuities: LoadDiscontinuities,
         watch: Callable[[SampledStates], None],
         integrator: Explicit,
     ) -> None:
         self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
         self._watch = watch
-        self._breaks, self._spans = breaks, breaks.spans
+        self._discontinuities, self._spans = discontinuities, discontinuities.spans
         self._length = float(t[-1] - t[0])
         mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
@@ -173,7 +173,9 @@ class ExplicitMarch:
         self.places.begin()
         system.forget()
         q, v, now = system.q0, system.v0, system.t0
-        for (begin, end), last in zip(self._spans, [*self._breaks.after, self._t[-1]], strict=True):
+        for (begin, end), last in zip(
+            self._spans, [*self._discontinuities.after, self._t[-1]], strict=True
+        ):
             load = system.loads.amplitudes(np.array([begin]))[0]
             n = math.ceil((last - now) / h)
             dt = (last - now) / n

@@ -28,10 +28,10 @@ from ancfsparse.solve.error_control.step_size_controller import (
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.phase_error import (
     DominantFrequency,
-    frequency,
-    phase_lost_implicitly,
+    difference_frequency,
+    trapezoidal_phase_error,
 )
-from ancfsparse.solve.error_models.stagnation import STUCK, StagnationCheck
+from ancfsparse.solve.error_models.stagnation import MIN_DECREASE, StagnationCheck
 from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES
 from ancfsparse.solve.stepping.sampled_states import SampledStates, distance
 from ancfsparse.system import System
@@ -89,7 +89,7 @@ class ImplicitCandidate:
     ----------
     system, t, accuracy, integrator, solver, max_energy_gain, threads
         As `solve_accurately` takes them.
-    breaks : Breaks
+    discontinuities : Breaks
         Where loads jump or kink.
     watch : callable
         Is given the states of a run whenever there are more of them.
@@ -119,14 +119,14 @@ class ImplicitCandidate:
         solver: Method | str,
         max_energy_gain: float,
         threads: int,
-        breaks: LoadDiscontinuities,
+        discontinuities: LoadDiscontinuities,
         watch: Callable[[SampledStates], None],
         force_cost: float = 0.0,
     ) -> None:
         self._system, self._t, self._accuracy = system, t, accuracy
         self._integrator, self._threads = integrator, threads
         self._max_energy_gain = max_energy_gain
-        self._breaks, self._watch = breaks, watch
+        self._discontinuities, self._watch = discontinuities, watch
         # The estimate of errors takes the factor for one of the body as it lies.
         method = ModifiedNewton() if isinstance(solver, str) else solver
         if isinstance(method, ModifiedNewton | QuasiNewton):
@@ -213,7 +213,7 @@ class ImplicitCandidate:
             self._restart(stop, stepper)
         else:
             self._pattern, self._base = stepper.pattern, stepper.stats.steps
-            self._cost = stepper.price.of_run(stepper.stats)
+            self._cost = stepper.cost_model.of_run(stepper.stats)
             self._runs, self.states, self.steps = [(1, states)], states, self._base
 
     def _restart(self, stop: StepError, stepper: StepSizeController) -> None:
@@ -248,7 +248,7 @@ class ImplicitCandidate:
             self._t,
             self._max_energy_gain,
             self._threads,
-            breaks=self._breaks,
+            discontinuities=self._discontinuities,
             watch=self._watch,
             kept=self._kept(error),
             **options,  # type: ignore[arg-type]
@@ -274,18 +274,18 @@ class ImplicitCandidate:
             # What is taken off brings motions closer together, or it is not their error.
             regular = 1.0 / REGULAR < parted / apart / expected < REGULAR and near < apart
             left = self._content(near, mixed, earlier, before, by)
-            self._power = BELIEVED if regular and left.lost < RESOLVED else UNRESOLVED
+            self._power = BELIEVED if regular and left.phase_error < RESOLVED else UNRESOLVED
             share = max(1.0 / ((by / first) ** self._power - 1.0), LEAST_LEFT)
-            if left.lost > 1.0:  # they may be as far from the motion as from each other
+            if left.phase_error > 1.0:  # they may be as far from the motion as from each other
                 share = 1.0
             self._mixed_error = near * share if regular else near
             plain += HALF * near * share
         # The finer run has lost that share of waves, which are about the distance where the coarser
         # one has lost them whole.
-        plain = max(plain, min(1.0, self.content.lost) * apart)
+        plain = max(plain, min(1.0, self.content.phase_error) * apart)
         error, best = min((plain, 0), (self._mixed_error, 1))
         error = max(error, self._unseen(apart, before, by))
-        still = self._mixed is not None and STUCK * self._mixed[1] < apart
+        still = self._mixed is not None and MIN_DECREASE * self._mixed[1] < apart
         self.failure = self._convergence.add(error, still)
         self._mixed = (mixed, apart)
         self.error, self.states = error, (states, mixed)[best]
@@ -299,9 +299,9 @@ class ImplicitCandidate:
         self, apart: float, one: SampledStates, other: SampledStates, coarse: float, fine: float
     ) -> DominantFrequency:
         length = float(self._t[-1] - self._t[0])
-        omega = frequency(self._system, one, other)
+        omega = difference_frequency(self._system, one, other)
         z = omega * length / self._base
-        lost = [phase_lost_implicitly(z / by) for by in (coarse, fine)]
+        lost = [trapezoidal_phase_error(z / by) for by in (coarse, fine)]
         return DominantFrequency.of(apart, omega, length, *lost)
 
     def _wanted(self) -> float:

@@ -233,14 +233,14 @@ def _ways(
     attempts: BestSolution,
 ) -> list[ImplicitCandidate | ExplicitCandidate]:
     """Return the ways that a scene and what was asked for leave open."""
-    breaks = LoadDiscontinuities(system.loads, float(t[0]), float(t[-1]))
+    discontinuities = LoadDiscontinuities(system.loads, float(t[0]), float(t[-1]))
     ways: list[ImplicitCandidate | ExplicitCandidate] = []
-    waves = ModalSpectrum.of(system, breaks, float(t[-1]))
+    spectrum = ModalSpectrum.of(system, discontinuities, float(t[-1]))
     force_cost = 0.0
     these = [integrator] if isinstance(integrator, Explicit) else _explicit(system)
     if isinstance(integrator, Explicit) or (integrator is None and solver == "auto" and these):
         explicit = ExplicitCandidate(
-            system, t, accuracy, these, max_energy_gain, breaks, attempts.watch, waves
+            system, t, accuracy, these, max_energy_gain, discontinuities, attempts.watch, spectrum
         )
         ways, force_cost = [explicit], explicit.force_cost
     if not isinstance(integrator, Explicit):
@@ -252,11 +252,11 @@ def _ways(
             solver,
             max_energy_gain,
             attempts.stats.threads,
-            breaks,
+            discontinuities,
             attempts.watch,
             force_cost,
         )
-        plan = StepPlan.of(waves, breaks, float(t[-1] - t[0]))
+        plan = StepPlan.of(spectrum, discontinuities, float(t[-1] - t[0]))
         implicit = ImplicitCandidate(*given) if plan is None else UniformStepCandidate(plan, *given)
         ways.append(implicit)
     return ways

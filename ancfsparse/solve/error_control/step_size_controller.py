@@ -82,7 +82,7 @@ class StepSizeController:
         Times asked for, the first one that of the start [s].
     max_energy_gain, threads
         As in `simulate`.
-    breaks : Breaks, optional
+    discontinuities : Breaks, optional
         Times that steps end at because the loads jump or kink there.
     watch : callable, optional
         Is given the states whenever there are more of them.
@@ -99,7 +99,7 @@ class StepSizeController:
     ----------
     pattern : list
         The steps that were taken.
-    price : Price
+    cost_model : Price
         Of an evaluation, a solution, a factor.
     """
 
@@ -114,7 +114,7 @@ class StepSizeController:
         max_energy_gain: float,
         threads: int = 1,
         *,
-        breaks: LoadDiscontinuities | None = None,
+        discontinuities: LoadDiscontinuities | None = None,
         watch: Callable[[SampledStates], None] | None = None,
         pattern: Pattern | None = None,
         left: float | None = None,
@@ -126,12 +126,12 @@ class StepSizeController:
         self.local_error, self.max_energy_gain = local_error, max_energy_gain
         self.dt = dt if pattern is None else pattern[0][0][0]
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
-        self._breaks, self._watch, self._budget = breaks, watch, budget
+        self._discontinuities, self._watch, self._budget = discontinuities, watch, budget
         self.seed: Seed
         self.march, self.iteration, self.seed, self.criterion, why, a, _ = prepare_implicit(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
-        self.price = CostModel.of(system, integrator, self.seed)
+        self.cost_model = CostModel.of(system, integrator, self.seed)
         self._left = ITERATION_SHARE * local_error if left is None else left
         self._kept = kept
         self._bound(self.dt)
@@ -144,7 +144,7 @@ class StepSizeController:
         self.states = SampledStates.empty(t, system.n_all, system.n_multipliers)
         self.states.begin(q, system.v0, a, lam)
         self._passage = StepSizeChange(system, integrator, self.march, self.seed)
-        self._effort = StepCostMonitor(self.price, RATIO)
+        self._effort = StepCostMonitor(self.cost_model, RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
         chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
         widths = (*(system.n_all,) * 3, system.n_multipliers)
@@ -162,7 +162,7 @@ class StepSizeController:
         """
         t_end = float(self.states.t[-1])
         t_start = self.system.t0
-        spans = [(t_start, t_end)] if self._breaks is None else self._breaks.spans
+        spans = [(t_start, t_end)] if self._discontinuities is None else self._discontinuities.spans
         try:
             now = t_start
             for k, (begin, end) in enumerate(spans):
@@ -288,7 +288,7 @@ class StepSizeController:
     def _count_budget(self) -> None:
         if self._budget < math.inf:
             self._count()
-            if self.price.of_run(self.stats) > self._budget:
+            if self.cost_model.of_run(self.stats) > self._budget:
                 raise OverBudget
 
     def note(self, found: list[Event]) -> None:

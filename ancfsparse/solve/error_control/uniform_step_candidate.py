@@ -14,7 +14,7 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.error_control.implicit_candidate import MOST_ATTEMPTS, ImplicitCandidate
 from ancfsparse.solve.error_control.step_size_controller import Pattern, divided
 from ancfsparse.solve.error_models.cost_model import CostModel
-from ancfsparse.solve.error_models.step_count_selection import BESIDE, StepPlan
+from ancfsparse.solve.error_models.step_count_selection import EXTRA_STEPS, StepPlan
 
 # Residuals with their solutions that a step costs, about, before any is made.
 EACH_STEP = 2.0
@@ -49,8 +49,8 @@ class UniformStepCandidate(ImplicitCandidate):
         self._base, self._first_steps = 1, 0
         pattern = self._system.pattern
         seed = SparseSeed(pattern.indptr, pattern.indices, self._system.n_free, self._threads)
-        price = CostModel.of(self._system, self._integrator, seed)
-        self._cost = EACH_STEP * (price.residual + price.solve)
+        cost_model = CostModel.of(self._system, self._integrator, seed)
+        self._cost = EACH_STEP * (cost_model.residual + cost_model.solve)
 
     def forecast(self) -> float:
         """Return what is yet to be spent until the accuracy is met, as `CostModel` models it."""
@@ -68,11 +68,11 @@ class UniformStepCandidate(ImplicitCandidate):
         except (EnergyIncreaseError, StepError) as stop:
             self._count_attempt(stop, stepper)
             self.failure = stop if self._attempts == MOST_ATTEMPTS else None
-            self._plan, self._begin = replace(self._plan, fewest=MORE * n), None
+            self._plan, self._begin = replace(self._plan, min_steps=MORE * n), None
             return
         finally:
             self.steps = stepper.stats.steps
-        self._cost = stepper.price.of_run(stepper.stats) / (n + BESIDE)
+        self._cost = stepper.cost_model.of_run(stepper.stats) / (n + EXTRA_STEPS)
         if self._runs:
             self._take(n, states)
         else:
@@ -105,16 +105,18 @@ class UniformStepCandidate(ImplicitCandidate):
         if self._runs and len(self._pattern) > 1:
             last = round(self._runs[-1][0] / self._first_steps)
             return divided(self._pattern, max(math.ceil(n / self._first_steps), last + 1))
-        begins = [begin for begin, _ in self._breaks.spans]
+        begins = [begin for begin, _ in self._discontinuities.spans]
         lengths = np.diff([t_start, *begins[1:], t_end]).tolist()
         counts = [math.ceil(n * length / (t_end - t_start)) for length in lengths]
         return [[(length / k, k)] for length, k in zip(lengths, counts, strict=True)]
 
     def _unseen(self, apart: float, coarse: float, fine: float) -> float:
         """Return what two runs are both off, and learn from their distance [m]."""
-        predicted = max(self._plan.apart(coarse, fine), UNLIKE * self._plan.plain(coarse))
+        predicted = max(self._plan.difference(coarse, fine), UNLIKE * self._plan.error(coarse))
         self._scale = max(apart / max(predicted, np.finfo(float).tiny), LEAST_SCALE)
         if self._mixed_error < math.inf:
-            mixed = max(self._scale * self._plan.mixed(coarse, fine), np.finfo(float).tiny)
+            mixed = max(
+                self._scale * self._plan.extrapolated_error(coarse, fine), np.finfo(float).tiny
+            )
             self._rough = max(1.0, self._mixed_error / mixed)
-        return self._plan.unseen(coarse, fine)
+        return self._plan.common_error(coarse, fine)

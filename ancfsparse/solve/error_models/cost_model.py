@@ -1,4 +1,4 @@
-"""What runs cost by counts, so that methods can be compared without a clock."""
+"""Costs of runs by operation counts, for comparison of methods without a clock."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ancfsparse.system import System
 
 @dataclass(frozen=True)
 class CostModel:
-    """Modelled costs in the unit of `Costs`.
+    """Costs of the parts of an implicit run, in the unit of `Costs`.
 
     Attributes
     ----------
     residual, solve, factor : float
-        Of an evaluation of the residual, of a solution, and of a new factor with its matrix.
+        Cost of a residual, of a solution, and of a new factor with its matrix.
     """
 
     residual: float
@@ -27,13 +27,13 @@ class CostModel:
 
     @classmethod
     def of(cls, system: System, integrator: Implicit, seed: Seed) -> CostModel:
-        """Return the prices of implicit runs with a seed."""
-        weighed = iteration_costs(system, integrator, seed, None)
+        """Return the costs of implicit runs with a seed."""
+        costs = iteration_costs(system, integrator, seed, None)
         solve = 0.5 * seed.solve_flops
-        return cls(weighed.iteration - solve, solve, weighed.seed)
+        return cls(costs.iteration - solve, solve, costs.seed)
 
     def of_run(self, stats: RunStats) -> float:
-        """Return what a run with error estimates, each a solution, has cost."""
+        """Return the cost of a run with error estimates, each of which takes a solution."""
         solves = stats.solves + stats.steps + stats.rejected_steps
         return (
             self.residual * stats.residual_evaluations

@@ -1,4 +1,4 @@
-"""Whether steps cost so much that shorter ones are cheaper, which only shorter ones can show."""
+"""Detect whether shorter steps would be cheaper because each needs fewer iterations."""
 
 from __future__ import annotations
 
@@ -7,54 +7,53 @@ import math
 from ancfsparse.results import RunStats
 from ancfsparse.solve.error_models.cost_model import CostModel
 
-# Steps that are looked at together, at least.
-FEWEST = 8
-# Residuals with their solution; steps that cost more may cost less when they are shorter.
-HARD = 5.5
-# How much less each of the shorter ones must cost.  They are more accurate by the square of their
-# ratio, so they need not be as cheap for the same time.
-CHEAPER = 1.05
-# For so many steps shorter ones do not grow, or are not tried again where they did not pay.
-HOLD = 128
+MIN_STEPS = 8  # steps of a comparison
+MIN_HARD_COST = 5.5  # residuals with their solutions; only steps above this cost are shortened
+# Shorter steps are more accurate by the square of their ratio, so they need not be as cheap for the
+# same time.
+MIN_COST_RATIO = 1.05  # cost of a longer step over that of a shorter one
+N_HELD_STEPS = (
+    128  # steps for which shorter ones do not grow, or are not tried again without success
+)
 
 
 class StepCostMonitor:
-    """Compares what steps cost before and after they were made shorter.
+    """Compares the cost of steps before and after they were shortened.
 
     Parameters
     ----------
-    price : Price
-        Of an evaluation, a solution, a factor.
+    cost_model : CostModel
+        Costs of a residual, a solution and a factor.
     ratio : float
-        By which steps are made shorter.
+        Ratio of a step to a shortened one.
     """
 
-    def __init__(self, price: CostModel, ratio: float) -> None:
-        self._price, self._ratio = price, ratio
-        self._hard = HARD * (price.residual + price.solve)
-        self._steps, self._spent = 0, 0.0  # at the last look
-        self._longer = math.inf  # what each of the longer steps did cost
-        self._vain = 0.0  # the cost of shorter ones that were not cheaper
-        self._until, self._rest = 0, 0  # steps up to which they do not grow, and that cost counts
+    def __init__(self, cost_model: CostModel, ratio: float) -> None:
+        self._cost_model, self._ratio = cost_model, ratio
+        self._hard = MIN_HARD_COST * (cost_model.residual + cost_model.solve)
+        self._steps, self._total = 0, 0.0  # at the last comparison
+        self._longer = math.inf  # cost of each of the longer steps
+        self._failed = 0.0  # cost of shorter steps that were not cheaper
+        self._until, self._rest = 0, 0  # steps until growth is allowed, and until that is forgotten
 
     def may_grow(self, steps: int) -> bool:
-        """Whether steps may be longer after so many of them."""
+        """Return whether steps may grow after a number of them."""
         return steps >= self._until
 
     def too_large(self, stats: RunStats) -> bool:
-        """Whether the last steps shall be made shorter."""
-        steps, spent = stats.steps, self._price.of_run(stats)
-        if steps - self._steps < FEWEST:
+        """Return whether the next steps should be shorter."""
+        steps, total = stats.steps, self._cost_model.of_run(stats)
+        if steps - self._steps < MIN_STEPS:
             return False
-        each = (spent - self._spent) / (steps - self._steps)
-        self._steps, self._spent = steps, spent
-        if self._longer < CHEAPER * each:
-            self._vain, self._until, self._rest = each, 0, steps + HOLD
+        cost = (total - self._total) / (steps - self._steps)
+        self._steps, self._total = steps, total
+        if self._longer < MIN_COST_RATIO * cost:
+            self._failed, self._until, self._rest = cost, 0, steps + N_HELD_STEPS
         elif steps >= self._rest:
-            self._vain = 0.0
+            self._failed = 0.0
         self._longer = math.inf
-        if each < max(self._hard, self._ratio * self._vain):
+        if cost < max(self._hard, self._ratio * self._failed):
             return False
-        self._longer, self._until = each, steps + HOLD
-        self._spent += self._price.factor  # that the change asks for
+        self._longer, self._until = cost, steps + N_HELD_STEPS
+        self._total += self._cost_model.factor  # for the change of the step
         return True

@@ -1,4 +1,4 @@
-"""Where loads jump or kink: times that a step must not reach across."""
+"""Locate discontinuities of the loads and of their rates, which time steps must not straddle."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ancfsparse.system.loads.applied_loads import Loads
 
 Vector = NDArray[np.float64]
 
-# Intervals of the first look, and points around an interval that it is compared with.
-LOOK, AROUND = 1024, 8
-# A second difference so many times the median of those around it is worth a closer look.
-OUTLIER = 10.0
-# More suspects than these, and the load is rough everywhere: a table of many points, or noise.
-MOST = 64
-# Points of a closer look; each is narrower than the last by a quarter of these.
-ZOOM = 17
-# A second difference falls with the width to this power: 0 for a jump, 1 for a kink, 2 without.
-JUMP, KINK = 0.5, 1.5
+N_INTERVALS = 1024  # intervals of the first sampling
+N_NEIGHBOURS = 8  # intervals on each side with which one is compared
+MIN_OUTLIER_RATIO = 10.0  # second difference over the median of its neighbours
+MAX_DISCONTINUITIES = (
+    64  # beyond which a load is irregular everywhere: a table of many points, or noise
+)
+N_REFINED = 17  # points of a refined sampling; each is narrower than the last by a quarter of these
+# A second difference decreases with the width to the power 0 at a jump, 1 at a kink, 2 otherwise.
+MAX_JUMP_POWER = 0.5  # largest power of a jump
+MAX_KINK_POWER = 1.5  # largest power of a kink
 
 
 class LoadDiscontinuities:
@@ -28,95 +28,94 @@ class LoadDiscontinuities:
     Parameters
     ----------
     loads : Loads
-        Of the scene.
+        Loads of the scene.
     t_start, t_end : float
-        Begin and end of the time that is looked at [s].
+        Begin and end of the sampled time [s].
 
     Attributes
     ----------
     before, after : (k,) float
-        The last time before each, and the first after it [s]; `t_start` and `t_end` are not among
-        them.
+        The last time before each discontinuity, and the first after it [s], without the ends.
     times : (n,) float
-        Times of the first look, equally spaced from `t_start` to `t_end` [s].
+        Times of the first sampling, equally spaced from `t_start` to `t_end` [s].
     amplitudes : (n, n_amplitudes) float
-        Loads then.
+        Amplitudes of the loads at these times.
     """
 
     def __init__(self, loads: Loads, t_start: float, t_end: float) -> None:
-        self.times = np.linspace(t_start, t_end, LOOK + 1)
-        self.amplitudes = np.zeros((LOOK + 1, 0))
+        self.times = np.linspace(t_start, t_end, N_INTERVALS + 1)
+        self.amplitudes = np.zeros((N_INTERVALS + 1, 0))
         found: list[tuple[float, float]] = []
         if loads.n_amplitudes:
             self.amplitudes = loads.amplitudes(self.times)
-            found = _merged(
-                _found(loads, self.times, self.amplitudes),
+            found = _merge(
+                _find(loads, self.times, self.amplitudes),
                 4.0 * EPSILON * max(abs(t_start), abs(t_end)),
             )
-        # What changes within rounding of an end has no step before or after it.
+        # A discontinuity at an end has no step before or after it.
         near = 1e-9 * (t_end - t_start)
         inside = [pair for pair in found if t_start + near < pair[0] and pair[1] < t_end - near]
         self.before, self.after = np.array(inside).reshape(-1, 2).T
 
     @property
     def spans(self) -> list[tuple[float, float]]:
-        """Begin and end of the times in which all loads are smooth [s]."""
+        """Begin and end of the intervals in which all loads are smooth [s]."""
         begins, ends = np.append(self.times[0], self.after), np.append(self.before, self.times[-1])
         return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
 
 
-def _found(loads: Loads, times: Vector, values: Vector) -> list[tuple[float, float]]:
-    """Return the last time before and the first time after each break."""
+def _find(loads: Loads, times: Vector, values: Vector) -> list[tuple[float, float]]:
+    """Return the last time before and the first time after each discontinuity."""
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
     size = np.max(np.abs(values), axis=0)
     rounding = 16.0 * EPSILON * size
-    padded = np.pad(bends, ((AROUND, AROUND), (0, 0)), mode="reflect")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND + 1, axis=0)
-    suspect = bends > OUTLIER * np.median(windows, axis=2) + rounding
-    if np.max(np.count_nonzero(suspect, axis=0)) > 2 * MOST:
+    padded = np.pad(bends, ((N_NEIGHBOURS, N_NEIGHBOURS), (0, 0)), mode="reflect")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * N_NEIGHBOURS + 1, axis=0)
+    suspect = bends > MIN_OUTLIER_RATIO * np.median(windows, axis=2) + rounding
+    if np.max(np.count_nonzero(suspect, axis=0)) > 2 * MAX_DISCONTINUITIES:
         return []
     found = []
     for column in np.flatnonzero(suspect.any(axis=0)):
         last = -1
         for i in np.flatnonzero(suspect[:, column]).tolist():
-            # A jump shows in two second differences that overlap.
+            # A jump is in two second differences that overlap.
             if i > last:
-                pair = _closer(loads, int(column), times[i], times[i + 2], rounding[column])
+                pair = _locate(loads, int(column), times[i], times[i + 2], rounding[column])
                 if pair is not None:
                     found.append(pair)
                     last = i + 1
     return found
 
 
-def _closer(
+def _locate(
     loads: Loads, column: int, low: float, high: float, rounding: float
 ) -> tuple[float, float] | None:
-    """Close in on a break; None if there is none."""
+    """Refine the interval of a discontinuity; return None if there is none."""
     first, first_width, power = 0.0, high - low, 2.0
     while True:
-        times = np.linspace(low, high, ZOOM)
+        times = np.linspace(low, high, N_REFINED)
         values = loads.amplitudes(times)[:, column]
         bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
-        most = int(np.argmax(bends))
+        largest = int(np.argmax(bends))
         if not first:
-            first = bends[most]
-        elif bends[most] > rounding:
-            power = np.log(first / bends[most]) / np.log(first_width / (high - low))
+            first = bends[largest]
+        elif bends[largest] > rounding:
+            power = np.log(first / bends[largest]) / np.log(first_width / (high - low))
         narrow = high - low < 32.0 * EPSILON * max(abs(high), first_width)
-        if bends[most] <= rounding or narrow:
+        if bends[largest] <= rounding or narrow:
             break
-        low, high = times[max(most - 1, 0)], times[min(most + 3, ZOOM - 1)]
-    if power > KINK:
+        low, high = times[max(largest - 1, 0)], times[min(largest + 3, N_REFINED - 1)]
+    if power > MAX_KINK_POWER:
         return None
-    if power > JUMP:
+    if power > MAX_JUMP_POWER:
         return (0.5 * (low + high),) * 2
     steps = np.abs(np.diff(values))
     jump = int(np.argmax(steps))
     return float(times[jump]), float(times[jump + 1])
 
 
-def _merged(found: list[tuple[float, float]], near: float) -> list[tuple[float, float]]:
-    """Join those that are one for several loads."""
+def _merge(found: list[tuple[float, float]], near: float) -> list[tuple[float, float]]:
+    """Merge discontinuities of several loads at one time."""
     out: list[tuple[float, float]] = []
     for low, high in sorted(found):
         if out and low <= out[-1][1] + near:

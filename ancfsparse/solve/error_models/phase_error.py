@@ -1,8 +1,8 @@
-"""What the error of a run is made of, and what it would be with other steps or another method.
+"""Phase errors of integrators, and the dominant frequency of an error.
 
-Smooth motions and unresolved waves differ in what shorter steps do to their error: of the first it
-falls with a power of the step, of the second only once the step resolves them.  Where two runs part
-by more in velocity than in place, it is waves.
+Shorter steps reduce the error of smooth motions with a power of the step, and that of unresolved
+waves only once they resolve them.  Two runs differ by waves if they differ by more in velocity than
+in position.
 """
 
 from __future__ import annotations
@@ -17,116 +17,119 @@ from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
 from ancfsparse.solve.stepping.sampled_states import SampledStates, nodal_differences
 from ancfsparse.system import System
 
-SMALLEST_POWER = 0.1  # of the step with which an error is thought to fall
+MIN_ORDER = 0.1  # of the step in an error
 
 
 @dataclass(frozen=True)
 class DominantFrequency:
-    """A vibration that stands for the error: how large it is, how fast, and how long it lasts.
+    """A vibration that represents the error of a run.
 
     Attributes
     ----------
     amplitude : float
-        Of the vibration [m].
+        Amplitude [m].
     omega : float
-        Its angular frequency [rad/s].
+        Angular frequency [rad/s].
     time : float
-        In which its phase is lost, step by step [s].
-    lost : float
-        What the finer run loses of the phase [rad]; beyond 1 the runs cannot be compared.
+        Duration of the integration [s].
+    phase_error : float
+        Phase error of the finer run [rad]; beyond 1 the runs cannot be compared.
     """
 
     amplitude: float
     omega: float
     time: float
-    lost: float
+    phase_error: float
 
     @classmethod
     def of(
-        cls, apart: float, omega: float, time: float, coarse: float, fine: float
+        cls, difference: float, omega: float, time: float, coarse: float, fine: float
     ) -> DominantFrequency:
-        """Find the vibration that parts two runs by a distance [m].
+        """Find the vibration that causes a difference of two runs [m].
 
-        They lose these shares of its phase (`phase_lost`).
+        Their relative phase errors are `coarse` and `fine` (`phase_error`).
         """
-        most, least = (min(1.0, each * omega * time) for each in (coarse, fine))
-        share = max(most - least, 0.5 * most)
-        return cls(apart / share if share > 0.0 else math.inf, omega, time, fine * omega * time)
+        larger, smaller = (min(1.0, rate * omega * time) for rate in (coarse, fine))
+        ratio = max(larger - smaller, 0.5 * larger)
+        amplitude = difference / ratio if ratio > 0.0 else math.inf
+        return cls(amplitude, omega, time, fine * omega * time)
 
     def error(self, lost: float) -> float:
-        """Return the error of a run that loses a share of the phase [m]."""
+        """Return the error of a run with a relative phase error [m]."""
         return self.amplitude * min(1.0, lost * self.omega * self.time)
 
 
-def frequency(
+def difference_frequency(
     system: System, one: SampledStates, other: SampledStates, resolved: bool = False
 ) -> float:
     """Return the angular frequency of the difference of two runs [rad/s].
 
-    It is speed over place; or, where the steps of both resolve all vibrations, the root of
-    acceleration over place, which has more of the fast ones.
+    The ratio of velocity to position; if both runs resolve all vibrations, the root of the ratio of
+    acceleration to position, which has more of the high ones.
     """
     names = ("q", "a") if resolved else ("q", "v")
     tables = [(getattr(one, name), getattr(other, name)) for name in names]
-    below, above = (
-        max(float(np.max(np.abs(apart))) for apart in nodal_differences(system, *pair))
-        for pair in tables
+    position, rate = (
+        max(float(np.max(np.abs(x))) for x in nodal_differences(system, *pair)) for pair in tables
     )
-    ratio = above / below if below > 0.0 else 0.0
+    ratio = rate / position if position > 0.0 else 0.0
     return math.sqrt(ratio) if resolved else ratio
 
 
-def phase_lost(tableau: Tableau, z: float) -> float:
-    """Return the share of its phase, or of its size, that a vibration of `z` radian a step loses.
+def phase_error(tableau: Tableau, z: float) -> float:
+    """Return the relative error of phase or amplitude of a vibration of `z` radians per step.
 
-    Beyond the interval of stability nothing is left.
+    It is 1 beyond the interval of stability.
     """
-    return _lost(tableau, z) if 0.0 < z < tableau.interval else float(z > 0.0)
+    return _tableau_phase_error(tableau, z) if 0.0 < z < tableau.interval else float(z > 0.0)
 
 
 @lru_cache(maxsize=256)
-def _lost(tableau: Tableau, z: float) -> float:
+def _tableau_phase_error(tableau: Tableau, z: float) -> float:
     values = np.linalg.eigvals(tableau.transfer(z))
     return float(np.max(np.abs(values[np.argmax(values.imag)] - np.exp(1j * z)))) / z
 
 
-def phase_lost_implicitly(z: float) -> float:
-    """Return that of the trapezoidal rule, which takes 2 atan(z / 2) for `z`."""
+def trapezoidal_phase_error(z: float) -> float:
+    """Return the phase error of the trapezoidal rule, which advances 2 atan(z / 2) for `z`."""
     return 1.0 - 2.0 * math.atan(0.5 * z) / z if z > 0.0 else 0.0
 
 
-def power_of_fall(first: float, apart: float, second: float, third: float, nearer: float) -> float:
-    """Return with which power of the step an error falls, by the distances of three runs.
+def observed_order(
+    first: float, coarse_difference: float, second: float, third: float, fine_difference: float
+) -> float:
+    """Return the observed order of convergence, by the differences of three runs.
 
     Parameters
     ----------
     first, second, third : float
-        How fine the runs were, ascending.
-    apart, nearer : float
-        Distance of the first two, and of the last two.
+        Resolutions of the runs, ascending.
+    coarse_difference, fine_difference : float
+        Difference of the first two, and of the last two.
     """
 
-    def ratio(power: float) -> float:
-        return 1.0 / fall(first, second, third, power)
+    def ratio(order: float) -> float:
+        return 1.0 / difference_ratio(first, second, third, order)
 
     low, high = 0.0, 16.0
-    if apart <= nearer * ratio(SMALLEST_POWER):
-        return SMALLEST_POWER
+    if coarse_difference <= fine_difference * ratio(MIN_ORDER):
+        return MIN_ORDER
     for _ in range(50):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if ratio(max(middle, 1e-6)) * nearer < apart else (low, middle)
+        is_low = ratio(max(middle, 1e-6)) * fine_difference < coarse_difference
+        low, high = (middle, high) if is_low else (low, middle)
     return low
 
 
-def fall(first: float, second: float, third: float, power: float) -> float:
-    """Return the distance of the last two of three runs, over that of the first two.
+def difference_ratio(first: float, second: float, third: float, order: float) -> float:
+    """Return the difference of the last two of three runs over that of the first two.
 
     Parameters
     ----------
     first, second, third : float
-        How fine the runs are, ascending.
-    power : float
-        Of the step, with which their errors decrease.
+        Resolutions of the runs, ascending.
+    order : float
+        Order of their errors.
     """
-    a, b, c = (each**-power for each in (first, second, third))
+    a, b, c = (n**-order for n in (first, second, third))
     return float((b - c) / (a - b))

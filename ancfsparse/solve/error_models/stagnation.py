@@ -1,4 +1,4 @@
-"""Whether the errors of successive runs, each with shorter steps, still decrease."""
+"""Detect stagnation of the errors of successive runs with shorter steps."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import math
 
 from ancfsparse.errors import AccuracyError
 
-# An error that decreases by less than this, in so many runs, is not one of the steps.
-STUCK, MOST_STUCK = 0.7, 4
+MIN_DECREASE = 0.7  # error over the smallest before, above which a run brings no progress
+MAX_STAGNANT_RUNS = 4  # such runs in a row
 
 
 class StagnationCheck:
-    """Estimated errors of the runs of one way to an accuracy.
+    """Estimated errors of the runs of one candidate.
 
-    A chaotic motion amplifies rounding: the errors of its runs go up and down without a trend.  So
-    each is compared with the smallest before it, not with the last.
+    A chaotic motion amplifies rounding: the errors of its runs have no trend.  So each is compared
+    with the smallest before it, not with the last.
 
     Parameters
     ----------
     accuracy : float
-        Requested [m].
+        Requested accuracy [m].
 
     Attributes
     ----------
@@ -30,18 +30,19 @@ class StagnationCheck:
     def __init__(self, accuracy: float) -> None:
         self._accuracy, self._smallest, self.stuck = accuracy, math.inf, 0
 
-    def add(self, error: float, still: bool = False) -> AccuracyError | None:
-        """Add the error of a run; return a failure after too many runs without progress.
+    def add(self, error: float, is_stagnant: bool = False) -> AccuracyError | None:
+        """Add the error of a run; return an error after too many runs without progress.
 
         Parameters
         ----------
         error : float
-            Estimated [m].
-        still : bool, optional
+            Estimated error [m].
+        is_stagnant : bool, optional
             Whether the run shows otherwise that there is no progress.
         """
-        self.stuck = self.stuck + 1 if still or error > STUCK * self._smallest else 0
+        is_stagnant = is_stagnant or error > MIN_DECREASE * self._smallest
+        self.stuck = self.stuck + 1 if is_stagnant else 0
         self._smallest = min(self._smallest, error)
-        if self.stuck < MOST_STUCK:
+        if self.stuck < MAX_STAGNANT_RUNS:
             return None
-        return AccuracyError(self._accuracy, self._smallest, MOST_STUCK)
+        return AccuracyError(self._accuracy, self._smallest, MAX_STAGNANT_RUNS)

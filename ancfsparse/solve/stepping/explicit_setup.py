@@ -1,4 +1,4 @@
-"""Explicit motion: what is refused before it starts, and what to say when it becomes unstable."""
+"""Set-up of explicit runs: checks of the scene, mass inverse, stable step, and instability."""
 
 from __future__ import annotations
 
@@ -40,23 +40,17 @@ from ancfsparse.system.coordinates.state import State
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ExplicitLoop, Loop
 
-# Up to so many operations of a product for each one of a sweep the dense blocks are faster:
-# measured on cables of 3 to 60 elements, where they meet at 5.
-MAX_BLOCK_COST_RATIO = 4.0
-
-# Beyond so many coordinates dense blocks are not thought of: looking for them takes memory.
-MAX_BLOCK_COORDINATES = 10_000
+# On cables of 3 to 60 elements both take equally long at a ratio of 5.
+MAX_BLOCK_COST_RATIO = 4.0  # operations of dense blocks over those of a sweep
+MAX_BLOCK_COORDINATES = 10_000  # beyond which finding blocks would take too much memory
 
 SUGGESTED_INTEGRATOR = Parameter("integrator", "GeneralizedAlpha(0.9)", separator="")
-"""What is advised where no explicit method serves."""
+"""The implicit integrator that messages suggest."""
 
 
 def check_explicit_scene(system: System, integrator: Explicit) -> None:
-    """Refuse multipliers and damping where forces must depend on free positions alone.
-
-    Others take damping, and few multipliers.
-    """
-    if any(each.is_track for _, _, each in system.constraints.measures):
+    """Check that an explicit integrator can handle constraints and damping of a scene."""
+    if any(term.is_track for _, _, term in system.constraints.measures):
         raise InputError(
             "{integrator!r} cannot follow points that slide along beams: take an implicit "
             "integrator such as {implicit}",
@@ -72,7 +66,7 @@ def check_explicit_scene(system: System, integrator: Explicit) -> None:
         )
     if system.n_multipliers and not integrator.holds:
         raise InputError(
-            "{integrator!r} cannot hold constraints by multipliers, and the {first} needs them: "
+            "{integrator!r} cannot satisfy constraints by multipliers, and the {first} needs them: "
             "make pins, clamps and connections by numbering, as_constraint=False, or take "
             "CentralDifference(), DormandPrince() or an implicit integrator such as {implicit}",
             integrator=integrator,
@@ -96,8 +90,8 @@ def check_no_equations_options(
     max_halvings: int = 0,
     factorization: str = "auto",
 ) -> None:
-    """Refuse what only matters where equations are solved."""
-    for what, value, default in (
+    """Check that no option of equation solvers is set."""
+    for name, value, default in (
         ("solver", solver, "auto"),
         ("tolerance", tolerance, "default"),
         ("max_halvings", max_halvings, 0),
@@ -108,7 +102,7 @@ def check_no_equations_options(
                 "{integrator!r} solves no equations, so {given} does not apply: leave it out, or "
                 "take an implicit integrator such as {implicit}",
                 integrator=integrator,
-                given=Parameter(what, repr(value), "="),
+                given=Parameter(name, repr(value), "="),
                 implicit=SUGGESTED_INTEGRATOR,
             )
 
@@ -121,12 +115,12 @@ def prepare_explicit(
     max_energy_gain: float,
     start: State | None = None,
 ) -> tuple[ExplicitLoop, SparseSeed | BlockInverse, str]:
-    """Return the compiled march, the inverse of the mass matrix, and a sentence on both.
+    """Return the compiled time loop, the inverse of the mass matrix, and a description of both.
 
     Raises
     ------
     InputError
-        If the integrator does not take the scene, or the step is too long.
+        If the integrator cannot handle the scene, or the step is too long.
     """
     check_explicit_scene(system, integrator)
     seed, saddle, lam = mass_seed(system), None, None
@@ -154,7 +148,7 @@ def prepare_explicit(
             implicit=SUGGESTED_INTEGRATOR,
         )
     if not system.n_multipliers:
-        initial_acceleration(system, seed, system.v0)  # refuses what leaves the range of numbers
+        initial_acceleration(system, seed, system.v0)  # checks the range of numbers
     mass = cheapest_mass_inverse(system, seed) if saddle is None else saddle
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
     state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]), rates=True)[0])
@@ -174,7 +168,7 @@ def prepare_explicit(
 
 
 def _describe_mass(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
-    """State how accelerations are found."""
+    """Describe the solution for accelerations."""
     if mass.n > system.n_free:
         often = "once" if system.constraints.linear else "at each of them"
         return f"mass matrix with constraints factored {often}, steps projected on them"
@@ -182,7 +176,7 @@ def _describe_mass(system: System, seed: SparseSeed, mass: SparseSeed | BlockInv
 
 
 def check_multipliers(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
-    """Refuse constraints whose multipliers cannot be found."""
+    """Check that the multipliers at the start could be found."""
     if not (march.finite and np.isfinite(march.state[2]).all()):
         raise InputError(
             "{integrator!r} finds no multipliers at the start: the forces there leave the range "
@@ -195,7 +189,7 @@ def check_multipliers(system: System, march: ExplicitLoop, integrator: Explicit)
 
 
 def cheapest_mass_inverse(system: System, seed: SparseSeed) -> SparseSeed | BlockInverse:
-    """Return the inverse of the mass matrix in dense blocks where that is faster than a sweep."""
+    """Return the inverse of the mass matrix, in dense blocks if they are faster than a sweep."""
     if system.n_free > MAX_BLOCK_COORDINATES:
         return seed
     mass = mass_matrix(system)
@@ -204,7 +198,7 @@ def cheapest_mass_inverse(system: System, seed: SparseSeed) -> SparseSeed | Bloc
 
 
 def count_forces(stats: RunStats, integrator: Explicit) -> None:
-    """Count what the steps have cost: always the same."""
+    """Count the operations of the steps."""
     stats.residual_evaluations = stats.solves = stats.steps * integrator.tableau.forces
     stats.factorizations = 1
 
@@ -220,7 +214,7 @@ def instability_error(
     dt: float,
     path: Trajectory | None = None,
 ) -> InstabilityError:
-    """Explain why a run was stopped.
+    """Return the error of a run that has become unstable.
 
     Parameters
     ----------
@@ -237,7 +231,7 @@ def instability_error(
     """
     gain, _ = march.energy_gain
     if outcome == Outcome.DIVERGED:
-        reason = f"the constraints cannot be met by step {step + 1}: they turn too far in it"
+        reason = f"the constraints cannot be met by step {step + 1}: they rotate too far in it"
     elif outcome == Outcome.NOT_FINITE:
         reason = f"step {step + 1} leaves the range of numbers"
     else:
@@ -246,7 +240,7 @@ def instability_error(
         mass = mass_seed(system) if mass.n > system.n_free else mass
         limit = integrator.tableau.interval / highest_frequency(system, mass, q, load, lam)
         reason = (
-            f"the motion has gained {gain:.3g} J that no load accounts for; the stable step, which "
+            f"the motion has gained {gain:.3g} J without work of a load; the stable step, which "
             f"stretching shortens, is now {limit:.3g} s"
         )
     return InstabilityError(reason, now, step, dt, gain, "the whole scene", path)

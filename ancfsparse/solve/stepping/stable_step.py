@@ -13,20 +13,19 @@ from ancfsparse.solve.preparation.memory_estimate import estimate_memory, within
 from ancfsparse.solve.stepping.explicit_setup import check_explicit_scene
 from ancfsparse.system import System
 
-# Arrays of values on the pattern: two whole matrices, each from its triangle, with their indices.
-MATRICES = 10
+N_MATRICES = 10  # arrays on the pattern: two full matrices with their triangles and indices
 
 
 def stable_step(scene: Scene, integrator: Explicit) -> float:
     """Return the longest stable step of an explicit integrator at the start of the motion [s].
 
-    ``interval / omega``, with the fastest vibration omega of the scene and what the method can
-    follow, 2 for central differences.  Beams that are stretched vibrate faster, so stay below it.
+    ``interval / omega`` with the highest frequency omega of the scene and the stability interval of
+    the method, 2 for central differences.  Stretched beams vibrate faster, so stay below it.
 
     Parameters
     ----------
     scene : Scene
-        Without joints that need multipliers for `RungeKuttaNystrom`, and without damping but for
+        Without joints that need multipliers for `RungeKuttaNystrom`, and without damping except for
         `DormandPrince`.
     integrator : CentralDifference, RungeKuttaNystrom or DormandPrince
         The method.
@@ -34,12 +33,12 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     Raises
     ------
     InputError
-        If the integrator is not explicit or does not take the scene, or the factor of its masses
-        cannot fit in memory.
+        If the integrator is not explicit or cannot handle the scene, or the factor of its mass
+        matrix cannot fit in memory.
     """
     check_explicit(integrator)
     check_scene(scene)
-    with within_memory(estimate_memory(scene, 1, 0, False, Newton(), matrices=MATRICES)):
+    with within_memory(estimate_memory(scene, 1, 0, False, Newton(), matrices=N_MATRICES)):
         system = System(scene)
         check_explicit_scene(system, integrator)
         omega = highest_initial_frequency(system, mass_seed(system), integrator)
@@ -47,7 +46,7 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
 
 
 def check_explicit(integrator: object) -> None:
-    """Refuse what is not an explicit integrator."""
+    """Check that an integrator is explicit."""
     if not isinstance(integrator, Explicit):
         *others, last = EXPLICIT_EXAMPLES
         raise InputError(

@@ -1,4 +1,4 @@
-"""What becomes of the states of a run: kept in memory, whole or in part, or written to a file."""
+"""Store the states of a run in memory (all or selected coordinates) or in an HDF5 file."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ from ancfsparse.system.coordinates.state import State
 from ancfsparse.system_memory import GIGABYTE
 
 Vector = NDArray[np.float64]
-Places = NDArray[np.integer[Any]]
+Indices = NDArray[np.integer[Any]]
 
-# Bytes of states that are collected before they are passed on.
-BUFFER_BYTES = 2**25
+BUFFER_BYTES = 2**25  # of states before they are passed on
 
 
 class StateRecorder(Protocol):
-    """Takes saved states in order of time.
+    """Stores saved states in order of time.
 
     Attributes
     ----------
     rows : int
-        Number of states taken.
+        Number of stored states.
     """
 
     rows: int
@@ -41,70 +40,70 @@ class StateRecorder(Protocol):
     def append(
         self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
     ) -> None:
-        """Take rows for the times `t`; from a row on, they take the place of all after it."""
+        """Store states of the times `t`; from a row `begin` on they replace those stored."""
         ...
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
-        """Take the counts of the run at its end, and all of its last state if that is known."""
+        """Store the statistics of the run at its end, and its last state if that is known."""
         ...
 
 
 class MemoryRecorder:
-    """States in memory.
+    """Stores states in memory.
 
     Parameters
     ----------
     rows : int
-        Number of states to come.
+        Number of states.
     n, m : int
         Coordinates of the system, multipliers.
-    places : (c,) int array or None
-        The coordinates to be kept; None keeps all.
+    columns : (c,) int array or None
+        Indices of the saved coordinates; None saves all.
     """
 
-    def __init__(self, rows: int, n: int, m: int, places: Places | None) -> None:
-        self._places, self._n, self.rows = places, n, 0
-        width = n if places is None else len(places)
+    def __init__(self, rows: int, n: int, m: int, columns: Indices | None) -> None:
+        self._columns, self._n, self.rows = columns, n, 0
+        width = n if columns is None else len(columns)
         self._stats, self._last = RunStats(), cast(State | None, None)
         self._tables = [np.empty((rows, *shape)) for shape in ((), *[(width,)] * 3, (m,))]
 
     def append(
         self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
     ) -> None:
-        """Take rows for the times `t`; from a row on, they take the place of all after it."""
+        """Store states of the times `t`; from a row `begin` on they replace those stored."""
         self.rows = self.rows if begin is None else begin
-        kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
-        for table, rows in zip(self._tables, (t, *kept, lam), strict=True):
+        selected = [x if self._columns is None else x[:, self._columns] for x in (q, v, a)]
+        for table, rows in zip(self._tables, (t, *selected, lam), strict=True):
             table[self.rows : self.rows + len(t)] = rows
         self.rows += len(t)
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
-        """Take the counts of the run at its end, and all of its last state if that is known."""
+        """Store the statistics of the run at its end, and its last state if that is known."""
         self._stats, self._last = stats, last
 
     def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
-        """Hand back what was taken."""
+        """Return the stored states."""
         t, q, v, a, lam = (table[: self.rows] for table in self._tables)
-        if self._places is not None:
-            q, v, a = (cast(Vector, SelectedColumns(x, self._places, self._n)) for x in (q, v, a))
+        if self._columns is not None:
+            q, v, a = (cast(Vector, SelectedColumns(x, self._columns, self._n)) for x in (q, v, a))
         return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last)
 
 
 class RunStorage:
-    """Where the states of one run go.
+    """Storage for the states of one run.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     rows : int
-        Number of states to come.
+        Number of states.
     nodes : sequence of Point, or None
-        Points to keep; None keeps all coordinates.
+        Points to save; None saves all coordinates.
     output : str, Path or None
-        HDF5 file; None keeps the states in memory.
+        HDF5 file; None stores the states in memory.
     settings : mapping
-        What the run is started with.
+        Settings of the run.
     """
 
     def __init__(
@@ -118,14 +117,14 @@ class RunStorage:
         self._system, self._rows, self._settings = system, rows, settings
         # The working folder may change before the states are read.
         self._output = None if output is None else Path(output).absolute()
-        self._places = None if nodes is None else coordinates_of_points(system, nodes)
-        self._kept: MemoryRecorder | None = None
+        self._columns = None if nodes is None else coordinates_of_points(system, nodes)
+        self._memory: MemoryRecorder | None = None
         if self._output is not None:
             self._check_room(self._output)
 
     def _check_room(self, output: Path) -> None:
-        """Refuse a run whose states cannot fit on the disk."""
-        width = self._system.n_all if self._places is None else len(self._places)
+        """Check that the states fit on the disk."""
+        width = self._system.n_all if self._columns is None else len(self._columns)
         needed = 8.0 * self._rows * (3 * width + self._system.n_multipliers + 1)
         import shutil  # loads compression
 
@@ -140,16 +139,16 @@ class RunStorage:
 
     @contextmanager
     def open(self) -> Iterator[StateRecorder]:
-        """Give the recorder, and close the file after use.
+        """Yield the recorder, and close the file afterwards.
 
-        Whatever ends a run early, be it an interruption, a full disk or a load that fails, takes
-        what there is of the trajectory along as its attribute ``trajectory``.
+        Any exception, be it an interruption, a full disk or a failing load, gets the trajectory up
+        to it as its attribute ``trajectory``.
         """
         recorder = None
         try:
             with self._recorder() as recorder:
                 yield recorder
-        except BaseException as stop:  # raised again, with the states there are
+        except BaseException as stop:  # raised again with the stored states
             if recorder is not None and recorder.rows:
                 self._hand_over(stop)
             raise
@@ -158,9 +157,9 @@ class RunStorage:
         path = self._recorded()
         stop.trajectory = path  # type: ignore[attr-defined]
         if not isinstance(stop, AncfError):
-            what = "interrupted" if isinstance(stop, KeyboardInterrupt) else "ended"
+            verb = "interrupted" if isinstance(stop, KeyboardInterrupt) else "ended"
             stop.add_note(
-                f"The run was {what}: its states up to t = {path.t[-1]:.6g} s are in the "
+                f"The run was {verb}: its states up to t = {path.t[-1]:.6g} s are in the "
                 "attribute `trajectory` of this exception"
                 + ("" if self._output is None else f" and in {self._output}")
                 + "; at a prompt take sys.last_value.trajectory."
@@ -170,16 +169,16 @@ class RunStorage:
     def _recorder(self) -> Iterator[StateRecorder]:
         n, m = self._system.n_all, self._system.n_multipliers
         if self._output is None:
-            self._kept = MemoryRecorder(self._rows, n, m, self._places)
-            yield self._kept
+            self._memory = MemoryRecorder(self._rows, n, m, self._columns)
+            yield self._memory
         else:
             with stepping.record_to_file(
-                self._system, self._output, self._places, self._settings
+                self._system, self._output, self._columns, self._settings
             ) as writer:
                 yield writer
 
     def trajectory(self) -> Trajectory:
-        """Hand back what was recorded; an interruption meanwhile takes it along."""
+        """Return the stored states; an interruption meanwhile gets them too."""
         try:
             return self._recorded()
         except KeyboardInterrupt as stop:
@@ -187,14 +186,14 @@ class RunStorage:
             raise
 
     def _recorded(self) -> Trajectory:
-        if self._kept is not None:
-            return self._kept.trajectory(self._system, self._settings)
+        if self._memory is not None:
+            return self._memory.trajectory(self._system, self._settings)
         assert self._output is not None
         return stepping.read_recorded(self._output, self._system)
 
 
 def check_nodes(nodes: object) -> None:
-    """Refuse what is not a list of points."""
+    """Check that `save_nodes` is a list of points."""
     if nodes is None:
         return
     if isinstance(nodes, Point) or not isinstance(nodes, Sequence) or not nodes:
@@ -212,12 +211,12 @@ def check_output(output: object) -> None:
         stepping.check_file(output)
 
 
-def coordinates_of_points(system: System, nodes: Sequence[Point]) -> Places:
-    """Return the coordinates that the positions of points are made of, ascending."""
-    places = [system.point(node)[0].ravel() for node in nodes]
-    return np.unique(np.concatenate([np.empty(0, np.int32), *places]))
+def coordinates_of_points(system: System, nodes: Sequence[Point]) -> Indices:
+    """Return the indices of the coordinates on which the positions of points depend, ascending."""
+    indices = [system.point(node)[0].ravel() for node in nodes]
+    return np.unique(np.concatenate([np.empty(0, np.int32), *indices]))
 
 
-def buffer_rows(n_all: int, most: int) -> int:
-    """Return how many states to collect before they are passed on, 1 to `most`."""
-    return int(min(most, max(1, BUFFER_BYTES // (3 * 8 * n_all))))
+def buffer_rows(n_all: int, limit: int) -> int:
+    """Return the number of states in a buffer, 1 to `limit`."""
+    return int(min(limit, max(1, BUFFER_BYTES // (3 * 8 * n_all))))

@@ -12,7 +12,7 @@ from ancfsparse.system import System
 T_END = 1.0
 
 
-def breaks(*loads):
+def discontinuities(*loads):
     scene = ancf.Scene((0.0, -9.81))
     section, material = ancf.Circle(0.01), ancf.Material(1e7, 1000.0)
     rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material)
@@ -36,7 +36,7 @@ def breaks(*loads):
     ],
 )
 def test_jumps_and_kinks_are_found(load, times):
-    found = breaks(load)
+    found = discontinuities(load)
     assert len(found.before) == len(times)
     for before, after, exact in zip(found.before, found.after, times, strict=True):
         assert before <= after <= before + 4e-16
@@ -45,12 +45,14 @@ def test_jumps_and_kinks_are_found(load, times):
 
 @pytest.mark.parametrize("at", [0.111, 0.25, 1 / 3])
 def test_a_load_is_evaluated_on_both_sides_of_a_jump(at):
-    found = breaks(lambda t: float(t >= at))
+    found = discontinuities(lambda t: float(t >= at))
     assert found.before[0] < at <= found.after[0]
 
 
 def test_breaks_of_several_loads_at_one_time_are_one():
-    found = breaks(lambda t: float(t >= 0.25), lambda t: min(t, 0.25), lambda t: 2.0 * (t > 0.25))
+    found = discontinuities(
+        lambda t: float(t >= 0.25), lambda t: min(t, 0.25), lambda t: 2.0 * (t > 0.25)
+    )
     assert len(found.before) == 1
     assert found.before[0] <= 0.25 <= found.after[0]
     assert found.spans == [(0.0, found.before[0]), (found.after[0], T_END)]
@@ -68,4 +70,4 @@ def test_breaks_of_several_loads_at_one_time_are_one():
     ],
 )
 def test_smooth_loads_and_noise_have_none(load):
-    assert breaks(load).spans == [(0.0, T_END)]
+    assert discontinuities(load).spans == [(0.0, T_END)]

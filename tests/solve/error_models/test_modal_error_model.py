@@ -7,8 +7,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
-from ancfsparse.solve.error_models.modal_error_model import MOST, ModalSpectrum
-from ancfsparse.solve.error_models.step_count_selection import BESIDE, SAFETY, StepPlan
+from ancfsparse.solve.error_models.modal_error_model import MAX_COORDINATES, ModalSpectrum
+from ancfsparse.solve.error_models.step_count_selection import EXTRA_STEPS, SAFETY_FACTOR, StepPlan
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 from benchmarks.random_scenes.scenes import SAVED, distance, make, positions, reference
@@ -55,8 +55,8 @@ def hanging():
 
 def waves_of(scene):
     system = System(scene)
-    breaks = LoadDiscontinuities(system.loads, 0.0, T_END)
-    return ModalSpectrum.of(system, breaks, T_END), breaks
+    discontinuities = LoadDiscontinuities(system.loads, 0.0, T_END)
+    return ModalSpectrum.of(system, discontinuities, T_END), discontinuities
 
 
 def tips(scene, steps, integrator):
@@ -69,7 +69,7 @@ def tips(scene, steps, integrator):
 
 @pytest.mark.parametrize("make", [clamped, swinging, hanging])
 def test_the_error_of_explicit_runs_is_predicted_not_much_too_small(make):
-    waves, _ = waves_of(make())
+    spectrum, _ = waves_of(make())
     exact = tips(make(), 8000, ancf.DormandPrince())
     methods = [ancf.DormandPrince()]
     if make is not hanging:
@@ -79,44 +79,44 @@ def test_the_error_of_explicit_runs_is_predicted_not_much_too_small(make):
         for finer in (1.1, 2.0):
             steps = 20 * int(np.ceil(T_END / limit * finer / 20))
             error = np.linalg.norm(tips(make(), steps, method) - exact, axis=1).max()
-            predicted = waves.error(method.tableau, T_END / steps)
+            predicted = spectrum.error(method.tableau, T_END / steps)
             assert predicted / 50.0 < error < 5.0 * predicted or error < 1e-11
 
 
 @pytest.mark.parametrize("make", [clamped, swinging, hanging])
 def test_the_error_of_implicit_runs_is_predicted_within_a_factor_of_five(make):
-    waves, breaks = waves_of(make())
-    plan = StepPlan.of(waves, breaks, T_END)
+    spectrum, discontinuities = waves_of(make())
+    plan = StepPlan.of(spectrum, discontinuities, T_END)
     exact = tips(make(), 8000, ancf.DormandPrince())
     for steps in (100, 400, 1600):
         error = np.linalg.norm(tips(make(), steps, ancf.GeneralizedAlpha(0.9)) - exact, axis=1)
-        assert plan.plain(steps) / 5.0 < error.max() < 5.0 * plan.plain(steps)
+        assert plan.error(steps) / 5.0 < error.max() < 5.0 * plan.error(steps)
 
 
 def test_a_jump_sets_off_waves_for_the_time_after_it():
-    waves, _ = waves_of(struck())
+    spectrum, _ = waves_of(struck())
     calm, _ = waves_of(swinging())
     n = len(calm.omega)
-    assert len(waves.omega) == 2 * n
-    np.testing.assert_allclose(waves.time[n:], 0.1, rtol=1e-6)
-    np.testing.assert_allclose(waves.time[:n], T_END)
-    assert waves.amplitude[n:].max() > 1e-4
+    assert len(spectrum.omega) == 2 * n
+    np.testing.assert_allclose(spectrum.time[n:], 0.1, rtol=1e-6)
+    np.testing.assert_allclose(spectrum.time[:n], T_END)
+    assert spectrum.amplitude[n:].max() > 1e-4
 
 
 def test_damping_ends_waves_and_creeping_ones_are_none():
     scene = ancf.Scene((0.0, -9.81))
     wet = ancf.Material(1e8, 4000.0, axial_damping=1e-3, bending_damping=1e-3)
     scene.clamp(scene.add_beam("thin", (0, 0), END, 5, SECTION, wet).start, stretch="fixed")
-    waves, _ = waves_of(scene)
+    spectrum, _ = waves_of(scene)
     dry, _ = waves_of(clamped())
-    assert len(waves.omega) < len(dry.omega)
+    assert len(spectrum.omega) < len(dry.omega)
     # C = tau K: vibrations of omega tau < 2, which last for 2 / (omega^2 tau).
-    assert waves.omega.max() < 2000.0
-    np.testing.assert_allclose(waves.time, np.minimum(T_END, 2e3 / waves.omega**2), rtol=1e-6)
+    assert spectrum.omega.max() < 2000.0
+    np.testing.assert_allclose(spectrum.time, np.minimum(T_END, 2e3 / spectrum.omega**2), rtol=1e-6)
 
 
 def test_what_is_not_known_is_none():
-    scene, beam = rod(n=MOST // 4 + 1)
+    scene, beam = rod(n=MAX_COORDINATES // 4 + 1)
     scene.pin(beam.start)
     assert waves_of(scene)[0] is None
     for gravity, expected in ((0.0, True), (-9.81, False)):
@@ -128,13 +128,13 @@ def test_what_is_not_known_is_none():
 
 
 def test_runs_that_dissipate_the_same_waves_do_not_see_them():
-    waves, _ = waves_of(clamped())
+    spectrum, _ = waves_of(clamped())
     method = ancf.RungeKuttaNystrom(4)
     limit = ancf.stable_step(clamped(), method)
     pair, far = (method.tableau, method.tableau), (0.95 * limit, 0.8 * limit)
-    assert waves.unseen(pair, far) > 0.3 * waves.error(method.tableau, far[1])
+    assert spectrum.common_error(pair, far) > 0.3 * spectrum.error(method.tableau, far[1])
     near = (0.1 * limit, 0.08 * limit)
-    assert waves.unseen(pair, near) < 0.05 * waves.error(method.tableau, near[1])
+    assert spectrum.common_error(pair, near) < 0.05 * spectrum.error(method.tableau, near[1])
 
 
 def one_wave(omega=50.0, amplitude=1e-2):
@@ -147,30 +147,32 @@ def test_the_errors_of_one_vibration():
     plan = one_wave()
     steps = 4000
     z = 50.0 / steps
-    assert plan.plain(steps) == pytest.approx(1e-2 * 50.0 * z**2 / 12.0, rel=1e-3)
-    assert plan.plain(10) == 1e-2  # its phase is lost
-    assert plan.apart(2000, 4000) == pytest.approx(3.0 * plan.plain(4000), rel=1e-3)
+    assert plan.error(steps) == pytest.approx(1e-2 * 50.0 * z**2 / 12.0, rel=1e-3)
+    assert plan.error(10) == 1e-2  # its phase is lost
+    assert plan.difference(2000, 4000) == pytest.approx(3.0 * plan.error(4000), rel=1e-3)
     # What is left without the second power falls with the fourth.
-    assert plan.mixed(2000, 4000) / plan.mixed(4000, 8000) == pytest.approx(16.0, rel=0.1)
-    assert plan.mixed(4000, 8000) < 0.01 * plan.plain(8000)
+    assert plan.extrapolated_error(2000, 4000) / plan.extrapolated_error(
+        4000, 8000
+    ) == pytest.approx(16.0, rel=0.1)
+    assert plan.extrapolated_error(4000, 8000) < 0.01 * plan.error(8000)
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
 def test_plans_end_with_the_accuracy(accuracy):
     plan = one_wave()
     first, total = plan.first(accuracy)
-    runs, spent = [first], first + BESIDE
+    runs, spent = [first], first + EXTRA_STEPS
     while True:
-        enough = plan.plain(runs[-1]) <= SAFETY * accuracy
+        enough = plan.error(runs[-1]) <= SAFETY_FACTOR * accuracy
         if len(runs) > 2:
-            enough |= plan.mixed(*runs[-2:]) <= SAFETY * accuracy
+            enough |= plan.extrapolated_error(*runs[-2:]) <= SAFETY_FACTOR * accuracy
         if enough and len(runs) > 1:
             break
         runs.append(plan.next(runs, accuracy)[0])
-        spent += runs[-1] + BESIDE
+        spent += runs[-1] + EXTRA_STEPS
         assert len(runs) < 8
     assert spent == pytest.approx(total, rel=0.1)
-    assert plan.plain(runs[-1] / 1.2) > SAFETY * accuracy or len(runs) > 2
+    assert plan.error(runs[-1] / 1.2) > SAFETY_FACTOR * accuracy or len(runs) > 2
 
 
 def test_vibrations_that_others_set_off_are_found_in_a_run():

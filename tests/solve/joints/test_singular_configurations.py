@@ -25,9 +25,7 @@ from ancfsparse.system import System
 def test_four_bars_in_a_row(n, dt, b0, tolerance):
     """Through ten seconds and ten places of lost rank; b0 by the exact reduction (IFToMM A02)."""
     problem = n_four_bar(n)
-    with pytest.warns(
-        ancf.RedundantConstraintsWarning, match="constraints became dependent"
-    ):
+    with pytest.warns(ancf.RedundantConstraintsWarning, match="constraints became dependent"):
         run = ancf.simulate(
             problem.scene, 10.0, dt, integrator=ancf.EnergyMomentum(), tolerance=tolerance,
             solver=ancf.ModifiedNewton(),

@@ -222,7 +222,7 @@ def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, t
 
 
 def test_an_interruption_after_the_last_step_takes_the_whole_run_along(tmp_path, monkeypatch):
-    calls, read = [], file_recording.read
+    calls, read = [], file_recording.read_run
 
     def interrupted(*arguments):
         calls.append(arguments)

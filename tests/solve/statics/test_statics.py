@@ -318,8 +318,11 @@ def test_no_equilibrium_is_named_with_its_place(monkeypatch):
         ({"load_steps": 2.5}, "load_steps must be an integer"),
         ({"tolerance": 0.0}, "tolerance must be positive"),
         ({"tolerance": float("nan")}, "tolerance must be finite"),
-        ({"tolerance": 1.0}, "tolerance is the share of the loads .* from 1e-14 to 0.001, got 1"),
-        ({"tolerance": 1e-16}, "tolerance is the share of the loads .*got 1e-16"),
+        (
+            {"tolerance": 1.0},
+            "tolerance is the largest residual over the loads.* from 1e-14 to 0.001, got 1",
+        ),
+        ({"tolerance": 1e-16}, "tolerance is the largest residual over the loads.*got 1e-16"),
         ({"load_steps": 10**20}, "load_steps must be at most 100000, got 1000"),
         ({"progress": "no"}, "progress must be True or False"),
     ],

@@ -106,5 +106,5 @@ def test_drives_are_refused():
     beam = scene.add_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
     scene.clamp(beam.start)
     scene.drive(beam.end, lambda t: (1.0, 0.01 * t**3))
-    with pytest.raises(ancf.InputError, match="takes no drives"):
+    with pytest.raises(ancf.InputError, match="takes no prescribed motions"):
         ancf.modal_response(ancf.modes(scene, 2), 1.0, 0.1)
