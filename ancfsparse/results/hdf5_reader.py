@@ -1,4 +1,4 @@
-"""Runs in HDF5 files, read without taking up memory."""
+"""Access to runs in HDF5 files, whose states are read on demand."""
 
 from __future__ import annotations
 
@@ -39,8 +39,7 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     import h5py
 
-# Share of the largest coordinate by which two equal scenes may differ: rounding.
-SAME = 1e-9
+ROUNDING = 1e-9  # difference of two equal scenes, over their largest coordinate
 
 
 def load(
@@ -53,24 +52,23 @@ def load(
     path : str or Path
         The file.
     scene : Scene, optional
-        The scene of the run, or one made by the same calls: its handles select what the
-        trajectory returns.  By default it is rebuilt from the file;
+        The scene of the run, or one built by the same calls, whose handles then address the
+        trajectory.  By default it is rebuilt from the file;
         ``run.system.scene.body(name)`` gives its handles.
     own : dict of str to object, optional
-        For a scene that is rebuilt from the file, functions and elements of your own, as in
-        `Scene.load`.
+        User functions and elements of a scene that is rebuilt from the file, as in `Scene.load`.
 
     Returns
     -------
     Trajectory
-        Its states stay in the file and are read on demand.  That of a run that was
-        interrupted is marked as such and ends early.
+        Its states stay in the file and are read on demand.  The trajectory of an interrupted run is
+        marked as unfinished.
 
     Raises
     ------
     InputError
-        If this is no such file, or of another scene.  Loads that are functions of time are not
-        compared, but for their places.
+        If this is not such a file, or of another scene.  Of loads that are functions of time only
+        the positions are compared.
     """
     path = check_file_name("the file of a run", path)
     if scene is None:
@@ -79,9 +77,9 @@ def load(
     system = System(scene)
     run = read_run(path, system)
     with open_file(path) as file:
-        there = dict(json.loads(read_text(file, "scene")))
+        stored = dict(json.loads(read_text(file, "scene")))
         reference = np.asarray(file[REFERENCE]) if REFERENCE in file else None
-    other = difference(there, scene.digest())
+    other = difference(stored, scene.digest())
     if other is None and (
         run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
     ):
@@ -90,9 +88,11 @@ def load(
         if not _agree(reference, system.q_ref):
             other = "the stress-free shape"
     elif other is None:
-        still = system.n_all - system.prescribed.n  # drives begin at the values of their functions
+        n_compared = (
+            system.n_all - system.prescribed.n
+        )  # prescribed coordinates start at their functions
         for name, table, start in (("shape", run.q, system.q0), ("velocity", run.v, system.v0)):
-            if other is None and not _starts_at(table, start, still):
+            if other is None and not _starts_at(table, start, n_compared):
                 other = f"the {name} at t = 0"
     if other is not None:
         raise InputError(f"{path} was written for another scene. What differs is {other}")
@@ -105,14 +105,14 @@ def _rebuild_scene(path: Path, own: Mapping[str, Any]) -> Scene:
         text = read_text(file, SCENE_RECORDS, "")
     if not text:
         raise InputError(
-            f"{path} does not hold its scene, because functions of it have one name or because an "
-            "earlier version wrote it: give the scene, as in load(path, scene)"
+            f"{path} does not contain its scene, because functions of it have the same name or "
+            "because an earlier version wrote it: give the scene, as in load(path, scene)"
         )
     return built(Scene, text, path, own)
 
 
 def _starts_at(table: Any, start: Array, n: int) -> bool:
-    """Return whether the first row of a table is a state, in its first n coordinates."""
+    """Return True if the first row of a table equals a state in its first n coordinates."""
     if isinstance(table, SelectedColumns):
         mine = table.places < n
         return _agree(table.values[0][mine], start[table.places[mine]])
@@ -120,16 +120,16 @@ def _starts_at(table: Any, start: Array, n: int) -> bool:
 
 
 def _agree(there: Array, here: Array) -> bool:
-    """Return whether two states are equal but for rounding."""
+    """Return True if two states are equal up to rounding errors."""
     if there.shape != here.shape:
         return False
-    with np.errstate(over="ignore"):  # a file without checksums may hold anything
-        apart = np.max(np.abs(there - here), initial=0.0)
-    return bool(apart <= SAME * np.max(np.abs(here), initial=0.0))
+    with np.errstate(over="ignore"):  # a file without checksums may contain any number
+        distance = np.max(np.abs(there - here), initial=0.0)
+    return bool(distance <= ROUNDING * np.max(np.abs(here), initial=0.0))
 
 
 def read_run(path: str | Path, system: System) -> Trajectory:
-    """Open a file for a system it is known to belong to."""
+    """Open the file of a run of this system, without checks."""
     path = Path(path)
     with open_file(path) as file:
         return _read_trajectory(path.absolute(), file, system)
@@ -144,13 +144,13 @@ class FileContents:
     t : ndarray, shape (k,)
         Times of the saved states [s].
     n_all, n_multipliers : int
-        Coordinates and multipliers of the system.
+        Numbers of coordinates and multipliers of the system.
     places : ndarray of int or None
-        The coordinates that were kept; None if all were.
+        The saved coordinates; None for all.
     settings, scene : dict
-        What the run was started with, and what moves, as `Scene.digest` describes it.
+        Arguments of the run, and description of the scene, see `Scene.digest`.
     stats : RunStats
-        What the run cost.
+        Operation counts and times.
     """
 
     t: Array
@@ -173,7 +173,7 @@ def read_contents(path: str | Path) -> FileContents:
     Raises
     ------
     InputError
-        If this is no file of a run.
+        If this is not the file of a run.
     """
     path = check_file_name("the file of a run", path)
     with open_file(path) as file:
@@ -184,7 +184,7 @@ def read_contents(path: str | Path) -> FileContents:
 
 
 def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
-    """Read what a file contains of its run without its scene.
+    """Read outline, times and coordinates of a file, without its scene.
 
     Parameters
     ----------
@@ -194,16 +194,16 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     Returns
     -------
     outline : Outline
-        Axes of the bodies, and supports.
+        Outline of the scene.
     t : ndarray, shape (k,)
         Times [s].
     q, v : table, shape (k, n)
-        Coordinates and their rates, which stay in the file.
+        Coordinates and velocities, which stay in the file.
 
     Raises
     ------
     InputError
-        If this is no such file, or has only some points of the scene.
+        If this is not such a file, or has only some points of the scene.
     """
     path = check_file_name("the file of a run", path)
     with open_file(path) as file:
@@ -211,8 +211,8 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
         t, q, v, *_ = _read_states(path.absolute(), file)
     if outline is None:
         raise InputError(
-            f"{path} does not hold the outline of its scene: it is of a run with save_nodes or of "
-            "an earlier version; open it in Python with ancfsparse.load(path, scene)"
+            f"{path} does not contain the outline of its scene: it is of a run with save_nodes or "
+            "of an earlier version; open it in Python with ancfsparse.load(path, scene)"
         )
     return outline, t, q, v
 
@@ -225,19 +225,19 @@ def _read_trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
 def _read_states(
     path: Path, file: h5py.File
 ) -> tuple[Array, Array, Array, Array, Array, RunStats, dict[str, Any]]:
-    """Read times, tables of states, counts and settings."""
+    """Read times, tables of states, statistics and settings."""
     t = np.asarray(file["t"])
     settings = dict(json.loads(read_text(file, "settings")))
-    # Counts that a later version may have added are passed over.
+    # Unknown counts of a later version are ignored.
     known = {each.name for each in fields(RunStats)}
     counts = json.loads(read_text(file, "stats", "{}"))
     stats = RunStats(**{name: value for name, value in counts.items() if name in known})
     n = int(file.attrs["coordinates"])
     places = np.asarray(file["places"]) if "places" in file else None
     if not len(t):
-        raise InputError(f"{path} holds no states: its run was ended before the first one")
+        raise InputError(f"{path} contains no states: its run ended before the first one")
     begin = settings.get("t_start") or 0.0
-    if t[0] != begin or not (np.diff(t) > 0.0).all():  # NaN is no time either
+    if t[0] != begin or not (np.diff(t) > 0.0).all():  # also refuses NaN
         first = "zero" if begin == 0.0 else f"{begin:.6g} s"
         raise InputError(describe_damage(path, f": its times do not increase from {first}"))
     shape = len(t), n if places is None else len(places)
@@ -259,5 +259,5 @@ def _read_states(
     tables: list[Any] = [StoredTable(path, name, mark, shape) for name in "qva"]
     if places is not None:
         tables = [SelectedColumns(table, places, n) for table in tables]
-    q, v, a = (cast(Array, table) for table in tables)  # read like arrays, see `tables`
+    q, v, a = (cast(Array, table) for table in tables)  # are read like arrays
     return t, q, v, a, lam, stats, settings

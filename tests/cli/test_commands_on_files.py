@@ -80,7 +80,7 @@ def test_the_pendulum_command_writes_such_a_file(capsys, tmp_path):
         (["plot", None, "no/a.png"], "there is no folder no"),
         (["plot", None, "a.png", "--time", "3"], "no state was saved at t = 3 s"),
         (["plot", None, "a.png", "--view", "20,x"], "--view takes two angles in degrees"),
-        (["animate", None, "a.avi"], "a film is a .gif or an .mp4, got 'a.avi'"),
+        (["animate", None, "a.avi"], "an animation is a .gif or an .mp4, got 'a.avi'"),
         (["convert", None, "a.vtk"], "a VTKHDF file is a .vtkhdf, got 'a.vtk'"),
     ],
 )

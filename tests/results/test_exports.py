@@ -132,7 +132,9 @@ def test_a_file_knows_what_pictures_need(tmp_path):
 def test_a_file_of_some_points_has_no_outline(tmp_path):
     scene, rod = pendulum(n_elements=3)
     ancf.simulate(scene, 0.01, 1e-3, output=tmp_path / "run.h5", save_nodes=[rod.end])
-    with pytest.raises(InputError, match="does not hold the outline of its scene: it is of a run"):
+    with pytest.raises(
+        InputError, match="does not contain the outline of its scene: it is of a run"
+    ):
         read_outline(tmp_path / "run.h5")
 
 

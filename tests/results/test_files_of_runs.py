@@ -96,11 +96,11 @@ def test_a_run_whose_file_was_cut_off_can_be_run_again(tmp_path, size):
 
 
 KILLED_WITH_ROOM = """
-take = writer._take_room
+take = writer._allocate_disk
 def with_room(*arguments):
     take(*arguments)
     os._exit(9)
-writer._take_room = with_room
+writer._allocate_disk = with_room
 """
 KILLED_WITHOUT_MARK = """
 make = h5py.File
@@ -252,9 +252,11 @@ def test_a_file_without_its_scene_asks_for_it(tmp_path):
         scene.point_force(rod.end, lambda t, factor=factor: (factor * t, 0.0))
     path = tmp_path / "run.h5"
     run = ancf.simulate(scene, 5e-3, 1e-3, output=path)
-    with pytest.raises(InputError, match=r"run\.h5 does not hold its scene, because functions of"):
+    with pytest.raises(
+        InputError, match=r"run\.h5 does not contain its scene, because functions of"
+    ):
         load(path)
     np.testing.assert_array_equal(load(path, scene).q, run.q)
     write_first_format(tmp_path / "old.h5", run)
-    with pytest.raises(InputError, match=r"old\.h5 does not hold its scene, .* an earlier ver"):
+    with pytest.raises(InputError, match=r"old\.h5 does not contain its scene, .* an earlier ver"):
         load(tmp_path / "old.h5")

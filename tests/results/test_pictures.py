@@ -176,12 +176,15 @@ def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
     ("call", "message"),
     [
         (lambda run, rod: run.plot("speed"), "what to plot"),
-        (lambda run, rod: run.plot("position"), "position is that of a point, such as rod.end"),
-        (lambda run, rod: run.plot("N"), "N is drawn along a beam of the run or, over time"),
+        (
+            lambda run, rod: run.plot("position"),
+            "position is a quantity of a point, such as rod.end",
+        ),
+        (lambda run, rod: run.plot("N"), "N is plotted along a beam of the run or, over time"),
         (lambda run, rod: run.plot("T", rod), "beam 0 has no torsion: it is planar"),
-        (lambda run, rod: run.plot("energy", rod), "energies are those of the whole scene"),
+        (lambda run, rod: run.plot("energy", rod), "energies are of the entire scene"),
         (lambda run, rod: run.plot("N", rod, view="xy"), "view is for shapes"),
-        (lambda run, rod: run.plot("N", rod.end, times=[0]), "is drawn over all times"),
+        (lambda run, rod: run.plot("N", rod.end, times=[0]), "is plotted over all times"),
         (lambda run, rod: run.plot("shape", rod.end), "a point has no shape"),
         (
             lambda run, rod: run.plot("shape", 3),
@@ -195,9 +198,9 @@ def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
         (lambda run, rod: run.plot(view=20), "view must be a plane such as 'xz', or elevation"),
         (lambda run, rod: run.plot(ax=3), "ax must be axes of matplotlib, got 3"),
         (lambda run, rod: run.plot("energy", ax=3), "ax must be axes of matplotlib, got 3"),
-        (lambda run, rod: run.animate("a.avi"), "a film is a .gif or an .mp4, got 'a.avi'"),
+        (lambda run, rod: run.animate("a.avi"), "an animation is a .gif or an .mp4, got 'a.avi'"),
         (lambda run, rod: run.animate("nowhere/a.gif"), "there is no folder nowhere"),
-        (lambda run, rod: run.animate("a.gif", seconds=-1), "seconds of a film must be"),
+        (lambda run, rod: run.animate("a.gif", seconds=-1), "seconds of an animation must be"),
         (lambda run, rod: run.animate("a.gif", trace=[3]), "a trace needs a point on a beam"),
     ],
 )

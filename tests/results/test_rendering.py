@@ -44,7 +44,7 @@ def test_a_missing_pyvista_is_named(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"path": "a.txt"}, "a picture must end in .png or .jpg, got 'a.txt'"),
+        ({"path": "a.txt"}, "an image must end in .png or .jpg, got 'a.txt'"),
         ({"path": "no/a.png"}, "there is no folder no"),
         ({"view": "xz"}, "view must be elevation and azimuth in degrees"),
         ({"size": (3, 4)}, r"size must be two numbers of pixels such as \(1000, 750\)"),

@@ -221,7 +221,7 @@ def test_a_file_of_rigid_bodies_alone(tmp_path):
     np.testing.assert_allclose(drawn[0][1], run.position(rod.end)[-1], atol=1e-12)
     with h5py.File(path, "a", libver=("v108", "v108")) as file:
         file["outline"].attrs["rigid bodies"] = 0
-    with pytest.raises(InputError, match="does not hold the outline of its scene"):
+    with pytest.raises(InputError, match="does not contain the outline of its scene"):
         read_outline(path)
 
 

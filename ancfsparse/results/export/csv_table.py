@@ -1,4 +1,4 @@
-"""The motion of points as a table of text."""
+"""Motion of points as CSV files."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from ancfsparse.scene import Point, check_point
 def write_csv(
     run: Motion, path: str | Path, points: Sequence[Point], quantities: Sequence[str]
 ) -> Path:
-    """Write a table; see `Trajectory.to_csv`."""
+    """Write a CSV file; see `Trajectory.to_csv`."""
     target = check_file_name("a table", path)
-    for what, given, example in (
+    for what, values, example in (
         ("points", points, "[rod.end]"), ("quantities", quantities, "['position']")
     ):  # fmt: skip
-        if not isinstance(given, (list, tuple)) or not given:
-            raise InputError(f"{what} must be a list such as {example}, got {format_value(given)}")
+        if not isinstance(values, (list, tuple)) or not values:
+            raise InputError(f"{what} must be a list such as {example}, got {format_value(values)}")
     names, columns = ["t [s]"], [run.t]
     for point in points:
         check_point("a table", point)
         for quantity in quantities:
             check_choice("quantity", quantity, UNITS)
-            values = getattr(run, quantity)(point)
-            for letter, column in zip("xyz", values.T, strict=False):
+            vectors = getattr(run, quantity)(point)
+            for letter, column in zip("xyz", vectors.T, strict=False):
                 names.append(f"{quantity} {letter} of {point!r} [{UNITS[quantity]}]")
                 columns.append(column)
     try:

@@ -1,4 +1,4 @@
-"""Saved states, written to an HDF5 file while the run lasts."""
+"""HDF5 files of states, written during a run."""
 
 from __future__ import annotations
 
@@ -35,46 +35,47 @@ from ancfsparse.system.coordinates.state import State
 if TYPE_CHECKING:
     import h5py
 
-# Numbers in one chunk of a data set (16 KiB), the most columns of it, and the columns of a table
-# from which on a chunk has one row, so that appending a row does not read chunks back.
-CHUNK, WIDE, VERY_WIDE = 2**11, 1024, 2**20
-# The format whose notes have checksums and which can be read after a run was killed.
-LIBRARY = ("v108", "v108")
-# Bytes for what HDF5 notes about a chunk, and about the file beside them: its index, the counts.
-NOTE, SLACK = 512, 2**19
+CHUNK_SIZE = 2**11  # numbers in a chunk of a data set (16 KiB)
+MAX_CHUNK_COLUMNS = 1024  # columns of a chunk
+# Chunks of wider tables have one row, so that appending a row does not read chunks back.
+MAX_ROWS_TIMES_COLUMNS = 2**20  # numbers in the rows of a chunk
+LIBRARY_VERSIONS = ("v108", "v108")
+"""Format of HDF5 with checksums of metadata, which can be read after a run was killed."""
+CHUNK_METADATA = 512  # bytes
+FILE_METADATA = 2**19  # bytes, also for the statistics of the run
 
 
 class Writer:
-    """Append saved states to an HDF5 file; what was appended stays readable whatever comes.
+    """Append states to an HDF5 file, which stays readable after an interruption.
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
-    multipliers; ``places`` (c,) if only some coordinates are kept; and as JSON in bytes
-    ``settings``, ``scene`` and, once it ends, ``stats``; ``records`` is the scene itself, unless a
-    file cannot hold it; the group ``outline`` has what pictures need of the scene, and `tables` the
-    last state of a run that has ended.  All have checksums, and what was never written reads as
-    NaN.  Attributes: ``mark`` and ``format`` identify the file (`hdf5`),
-    ``coordinates`` counts those of the system, and ``run`` is a mark that no other run has.
+    multipliers; ``places`` (c,) if only some coordinates are saved; as JSON in bytes ``settings``,
+    ``scene`` and, at the end, ``stats``; ``records``, the scene itself if a file can contain it;
+    the group ``outline`` for plots; and the last state of a finished run (`stored_tables`).  All
+    have checksums; values that were never written are NaN.  Attributes: ``mark`` and ``format``
+    identify the file (`hdf5_format`), ``coordinates`` is the number of coordinates of the system,
+    and ``run`` a unique identifier of the run.
 
-    HDF5 cannot close a file it has no room for.  So the room for new rows is taken before they are
-    given to it.
+    HDF5 cannot close a file on a full disk.  The disk space for new rows is therefore allocated
+    before they are written.
 
     Parameters
     ----------
     path : str or Path
-        The file; that of an earlier run is replaced.
+        The file; a file of an earlier run is replaced.
     n, m : int
-        Coordinates of the system, multipliers.
+        Numbers of coordinates and multipliers of the system.
     places : (c,) int array or None
-        The coordinates to be kept; None keeps all.
+        The coordinates to save; None saves all.
     settings : mapping
-        What the run was started with.
+        Arguments of the run.
     scene : mapping
-        Identifies the scene, as `Scene.digest` returns it.
+        Description of the scene, see `Scene.digest`.
 
     Raises
     ------
     InputError
-        If the file cannot be written, is written by another run, or is of anybody else.
+        If the file cannot be written, is being written by another run, or is not of a run.
     """
 
     def __init__(
@@ -91,35 +92,35 @@ class Writer:
         texts = {"settings": json.dumps(dict(settings), default=str)}
         texts["scene"] = json.dumps(dict(scene))
         try:
-            self._claim = OutputLock(self._path)
+            self._lock = OutputLock(self._path)
         except OSError as refused:
             raise self._refusal(refused) from None
         try:
-            self._make(texts, n, m)
-        except BaseException as stop:  # an interruption, too, must not leave the file locked
-            self._claim.release()
+            self._create(texts, n, m)
+        except BaseException as stop:  # also an interruption must not leave the file locked
+            self._lock.release()
             if isinstance(stop, OSError):
                 raise self._refusal(stop) from None
             raise
 
-    def _make(self, texts: dict[str, str], n: int, m: int) -> None:
-        """Make the file, empty of states."""
+    def _create(self, texts: dict[str, str], n: int, m: int) -> None:
+        """Create the file without states."""
         import h5py
 
-        # A run that is killed from here on leaves a file that is known for ours.
-        self._claim.begin()
-        # HDF5 writes nothing of a file before it is flushed.
-        _take_room(self._path, 0, SLACK + sum(map(len, texts.values())))
+        # If the run is killed from here on, its file is recognised as that of a run.
+        self._lock.begin()
+        # HDF5 writes to the disk only when the file is flushed.
+        _allocate_disk(self._path, 0, FILE_METADATA + sum(map(len, texts.values())))
         self._file = h5py.File(
-            self._path, "w", locking=HDF5_LOCKS, libver=LIBRARY, userblock_size=USER_BLOCK
+            self._path, "w", locking=HDF5_LOCKS, libver=LIBRARY_VERSIONS, userblock_size=USER_BLOCK
         )
-        self._claim.mark()
-        kept = n if self._places is None else len(self._places)
-        for name, columns in (dict.fromkeys("qva", kept) | ({"lam": m} if m else {})).items():
-            wide = min(columns, WIDE)
-            high = max(1, min(CHUNK // wide, VERY_WIDE // columns))
+        self._lock.mark()
+        saved = n if self._places is None else len(self._places)
+        for name, columns in (dict.fromkeys("qva", saved) | ({"lam": m} if m else {})).items():
+            wide = min(columns, MAX_CHUNK_COLUMNS)
+            high = max(1, min(CHUNK_SIZE // wide, MAX_ROWS_TIMES_COLUMNS // columns))
             self._table(name, (columns,), (high, wide))
-        self._table("t", (), (CHUNK,))
+        self._table("t", (), (CHUNK_SIZE,))
         if self._places is not None:
             self._file.create_dataset("places", data=self._places, fletcher32=True)
         for name, text in texts.items():
@@ -154,32 +155,32 @@ class Writer:
         )
 
     def add_reference(self, q_ref: Array) -> None:
-        """Add the stress-free shape of a run that starts elsewhere, (n_all,) [m, 1]."""
+        """Add the stress-free shape of a run that starts in another shape, (n_all,) [m, 1]."""
         self._reserve(q_ref.nbytes)
         self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
 
     def add_outline(self, outline: Outline) -> None:
-        """Add the data of the scene that pictures need."""
+        """Add the outline of the scene for plots."""
         self._reserve(outline.nbytes)
         outline.write(self._file)
 
     def add_records(self, text: str) -> None:
-        """Add the scene as the text of a file of its own, see `Scene.save`."""
+        """Add the scene as the text of a scene file, see `Scene.save`."""
         self._reserve(len(text))
         self._text(SCENE_RECORDS, text)
 
     def append(
         self, t: Array, q: Array, v: Array, a: Array, lam: Array, *, begin: int | None = None
     ) -> None:
-        """Add rows for the times `t`; from a row on, they take the place of all after it.
+        """Append rows for the times `t`, or replace all rows from `begin` on.
 
         Raises
         ------
         OutputError
-            If there is no room for all of them; those there is room for are added.
+            If the disk is full; as many rows as fit are appended.
         """
-        kept = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
-        tables = dict(zip(("q", "v", "a", "lam", "t"), (*kept, lam, t), strict=True))
+        selected = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
+        tables = dict(zip(("q", "v", "a", "lam", "t"), (*selected, lam, t), strict=True))
         tables = {name: rows for name, rows in tables.items() if name in self._file}
         begin = self.rows if begin is None else begin
         rows = begin + len(t)
@@ -201,14 +202,14 @@ class Writer:
             self._last = float(t[-1])
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
-        """Add the counts of the run, and all of its last state if that is known."""
+        """Add the statistics of the run, and its last state if available."""
         text = json.dumps(asdict(stats))
         tables: dict[str, Array] = {}
         texts = {"stats": text}
         if last is not None:
             tables[LAST_STATE], tables[LAST_MULTIPLIERS], texts[MEMORY] = encode_state(last)
         size = sum(map(len, texts.values())) + sum(table.nbytes for table in tables.values())
-        if size > SLACK // 2:  # the room for less was taken with the last rows
+        if size > FILE_METADATA // 2:  # less was allocated with the last rows
             self._reserve(size)
         for name in (*texts, *tables):
             if name in self._file:
@@ -219,21 +220,21 @@ class Writer:
             self._text(name, text)
 
     def _growth(self, table: h5py.Dataset, rows: int) -> int:
-        """Return how many bytes a table will grow by."""
+        """Return the number of bytes by which a table grows."""
         high, *wide = table.chunks
         across = -(-table.shape[1] // wide[0]) if wide else 1
         chunks = max(0, -(-rows // high) - -(-self.rows // high)) * across
-        return int(chunks * (8 * np.prod(table.chunks) + NOTE))
+        return int(chunks * (8 * np.prod(table.chunks) + CHUNK_METADATA))
 
     def _reserve(self, growth: int) -> None:
         try:
-            _take_room(self._path, self._file.id.get_filesize(), growth + SLACK)
+            _allocate_disk(self._path, self._file.id.get_filesize(), growth + FILE_METADATA)
         except OSError as full:
             reason = os.strerror(full.errno or 0)
             raise OutputError(reason, str(self._path), self._last) from None
 
     def __enter__(self) -> Self:
-        """Give itself."""
+        """Return the writer."""
         return self
 
     def __exit__(
@@ -242,7 +243,7 @@ class Writer:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Close the file, without rows that came in part and room that was not used."""
+        """Close the file without incomplete rows and unused disk space."""
         try:
             for name in ("q", "v", "a", "lam", "t"):
                 if name in self._file and len(self._file[name]) != self.rows:
@@ -253,12 +254,12 @@ class Writer:
             if self._path.stat().st_size > size:
                 os.truncate(self._path, size)
         finally:
-            self._claim.release()
+            self._lock.release()
 
 
-def _take_room(path: Path, begin: int, length: int) -> None:
-    """Let a file have some bytes from a place on, or raise the OSError of the system."""
-    if not hasattr(os, "posix_fallocate"):  # only Linux has it: look at what is free
+def _allocate_disk(path: Path, begin: int, length: int) -> None:
+    """Allocate bytes of a file from a position on, or raise the OSError of the system."""
+    if not hasattr(os, "posix_fallocate"):  # only on Linux: check the free space
         if shutil.disk_usage(path.parent).free < length:
             raise OSError(errno.ENOSPC, "")
         return

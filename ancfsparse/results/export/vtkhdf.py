@@ -1,7 +1,7 @@
-"""Runs as VTKHDF files: polylines that move, with values at points and lines.
+"""VTKHDF files: moving polylines with values at points and cells.
 
-The format is that of the VTK documentation, "VTKHDF file format", version 2.2, type PolyData with
-steps: the topology is stored once, and every step gives the offsets of its points and values.
+Format: VTK documentation, "VTKHDF file format", version 2.2, type PolyData with steps.  The
+topology is stored once, and every step has the offsets of its points and values.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_edges
 
 VERSION = 2, 2
-MOST_PIECES = 1000  # of an element: more show nothing more
-KINDS = "Vertices", "Lines", "Polygons", "Strips"
+MAX_PIECES = 1000  # straight pieces of an element
+CELL_TYPES = "Vertices", "Lines", "Polygons", "Strips"
 
 Forces = Callable[[Array, Array, Array], list[Array]]
 Sizes = NDArray[np.int64]
@@ -43,20 +43,20 @@ def write_vtk(
     forces: Forces | None = None,
     progress: bool = True,
 ) -> Path:
-    """Write a VTKHDF file, as `Trajectory.to_vtk` does.
+    """Write a VTKHDF file; see `Trajectory.to_vtk`.
 
     Parameters
     ----------
     outline : Outline
-        What moves.
+        The outline of the scene.
     t : ndarray, shape (k,)
         Times [s].
     q, v : table, shape (k, n)
-        Coordinates and their rates.
+        Coordinates and velocities.
     path, per_element, progress
         As there.
     forces : callable, optional
-        Gives the axial forces of every body from coordinates, rates and times, each
+        Function of coordinates, velocities and times; returns the axial forces of every body, each
         (k, n_elements) [N].
     """
     target = check_file_name("a VTKHDF file", path)
@@ -65,44 +65,44 @@ def write_vtk(
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     pieces = check_count("per_element", per_element)
-    if pieces > MOST_PIECES:
-        raise InputError(f"per_element must be at most {MOST_PIECES}, got {pieces}")
+    if pieces > MAX_PIECES:
+        raise InputError(f"per_element must be at most {MAX_PIECES}, got {pieces}")
     check_flag("progress", progress)
     sizes = _sizes(outline, pieces)
     n_cells, n_points = len(sizes), int(sizes.sum())
     rows = max(1, BLOCK_SIZE // (8 * n_points))
-    np.asarray(q[0:1])  # refuses a run that kept only some points before the file is made
+    np.asarray(q[0:1])  # fails without all points, before the file is created
     with h5py.File(target, "w", libver=("v108", "v108")) as file:
         root = _root(file, outline, sizes, len(t), forces is not None)
-        quiet = None if progress else True  # None: shown on a terminal only
+        quiet = None if progress else True  # None: only on a terminal
         with tqdm(total=len(t), unit="state", leave=False, disable=quiet) as bar:
             for i in range(0, len(t), rows):
-                some = slice(i, i + rows)
-                states = np.asarray(q[some]), np.asarray(v[some])
-                _append(root, outline, pieces, i, *states, t[some], forces)
+                block = slice(i, i + rows)
+                states = np.asarray(q[block]), np.asarray(v[block])
+                _append(root, outline, pieces, i, *states, t[block], forces)
                 bar.update(len(states[0]))
         _add_steps(root, t, n_points, n_cells)
     return target
 
 
 def _root(file: Any, outline: Outline, sizes: Sizes, k: int, with_forces: bool) -> Any:
-    """Make the topology, and room for all states."""
+    """Write the topology, and create data sets for all states."""
     root = file.create_group("VTKHDF")
     root.attrs["Version"] = VERSION
-    # VTK takes a text of fixed length only.
+    # VTK reads only texts of fixed length.
     root.attrs.create("Type", b"PolyData", dtype=h5py.string_dtype("ascii", 8))
     n_cells, n_points = len(sizes), int(sizes.sum())
     root["NumberOfPoints"] = np.array([n_points], np.int64)
-    for kind in KINDS:
+    for kind in CELL_TYPES:
         group, of_kind = root.create_group(kind), sizes if kind == "Lines" else sizes[:0]
         group["NumberOfCells"] = np.array([len(of_kind)], np.int64)
         group["NumberOfConnectivityIds"] = np.array([of_kind.sum()], np.int64)
         group["Connectivity"] = np.arange(of_kind.sum(), dtype=np.int64)
         group["Offsets"] = np.append(0, np.cumsum(of_kind))
     at_points, of_cells = root.create_group("PointData"), root.create_group("CellData")
-    _room(root, "Points", k * n_points, 3)
-    _room(at_points, "Velocity", k * n_points, 3)
-    _room(at_points, "Strain", k * n_points)
+    _create_dataset(root, "Points", k * n_points, 3)
+    _create_dataset(at_points, "Velocity", k * n_points, 3)
+    _create_dataset(at_points, "Strain", k * n_points)
     counts = _counts(outline)
     bodies = np.repeat(np.arange(len(counts), dtype=np.int32), counts)
     radii = np.zeros(len(counts), np.float32)
@@ -110,17 +110,17 @@ def _root(file: Any, outline: Outline, sizes: Sizes, k: int, with_forces: bool) 
     at_points["Radius"] = np.repeat(radii[bodies], sizes)
     of_cells["Body"] = bodies
     if with_forces:
-        _room(of_cells, "AxialForce", k * n_cells)
+        _create_dataset(of_cells, "AxialForce", k * n_cells)
     return root
 
 
-def _room(group: Any, name: str, rows: int, columns: int | None = None) -> None:
+def _create_dataset(group: Any, name: str, rows: int, columns: int | None = None) -> None:
     shape = (rows,) if columns is None else (rows, columns)
     group.create_dataset(name, shape, np.float32)
 
 
 def _counts(outline: Outline) -> list[int]:
-    """Return the number of lines of every body: beams and meshes, then rigid bodies."""
+    """Return the number of lines of every body, rigid bodies last."""
     edges = [len(make_wireframe(solid).edges) for solid in outline.solids]
     return [len(part.lengths) for part in outline.parts] + edges
 
@@ -141,7 +141,7 @@ def _append(
     t: Array,
     forces: Forces | None,
 ) -> None:
-    """Write what states from number i on have at points and elements."""
+    """Write the values at points and elements of states from index i on."""
     points, rates, strains = [], [], []
     for part in outline.parts:
         points.append(_in_space(trace_elements(q, part, pieces)))
@@ -153,10 +153,10 @@ def _append(
         rates.append(_in_space(trace_edges(v, solid)))
         strains.append(np.zeros(points[-1].shape[:2]))
     n_points = sum(each.shape[1] for each in points)
-    there = slice(i * n_points, (i + len(q)) * n_points)
-    root["Points"][there] = np.concatenate(points, axis=1).reshape(-1, 3)
-    root["PointData/Velocity"][there] = np.concatenate(rates, axis=1).reshape(-1, 3)
-    root["PointData/Strain"][there] = np.concatenate(strains, axis=1).ravel()
+    rows_of_points = slice(i * n_points, (i + len(q)) * n_points)
+    root["Points"][rows_of_points] = np.concatenate(points, axis=1).reshape(-1, 3)
+    root["PointData/Velocity"][rows_of_points] = np.concatenate(rates, axis=1).reshape(-1, 3)
+    root["PointData/Strain"][rows_of_points] = np.concatenate(strains, axis=1).ravel()
     if forces is not None:
         n_cells = len(root["CellData/Body"])
         n_elements = sum(len(part.lengths) for part in outline.parts)
@@ -166,7 +166,7 @@ def _append(
 
 
 def _in_space(lines: Array) -> Array:
-    """Give the points (j, e, p, dim) of all elements three components, (j, e p, 3)."""
+    """Return points (j, e, p, dim) of all elements with three components, (j, e p, 3)."""
     j, *_, dim = lines.shape
     out = np.zeros((j, lines[0].size // dim, 3))
     out[..., :dim] = lines.reshape(j, -1, dim)
@@ -174,7 +174,7 @@ def _in_space(lines: Array) -> Array:
 
 
 def _add_steps(root: Any, t: Array, n_points: int, n_cells: int) -> None:
-    """Return for every time where its points and values begin; what is constant begins at 0."""
+    """Write the offsets of points and values of every time; constant data have the offset 0."""
     steps, k = root.create_group("Steps"), len(t)
     steps.attrs["NSteps"] = k
     steps["Values"] = t
@@ -182,7 +182,7 @@ def _add_steps(root: Any, t: Array, n_points: int, n_cells: int) -> None:
     steps["PointOffsets"] = number * n_points
     steps["PartOffsets"], steps["NumberOfParts"] = 0 * number, np.ones(k, np.int64)
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
-        steps[name] = np.zeros((k, len(KINDS)), np.int64)
+        steps[name] = np.zeros((k, len(CELL_TYPES)), np.int64)
     for group, size in (("PointData", n_points), ("CellData", n_cells)):
         offsets = steps.create_group(f"{group}Offsets")
         for name in root[group]:

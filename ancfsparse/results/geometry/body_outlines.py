@@ -1,4 +1,4 @@
-"""Rigid bodies in pictures: their shapes, and the points at which they are joined."""
+"""Outlines of rigid bodies: shapes and joint positions."""
 
 from __future__ import annotations
 
@@ -18,29 +18,28 @@ from ancfsparse.system.system import System
 if TYPE_CHECKING:
     import h5py
 
-# Files contain these numbers.
 FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z")
 PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
 
 @dataclass(frozen=True, eq=False)
 class RigidOutline:
-    """The outline of a rigid body.
+    """Outline of a rigid body.
 
     Attributes
     ----------
     name : str
-        Of the body.
+        Name of the body.
     form : str
         One of `FORMS`.
     places : ndarray of int, shape (n_vectors + 1, dim)
-        Places of its origin and unit vectors in the coordinates.
+        Coordinates of its origin and unit vectors.
     reach : ndarray, shape (3,)
-        Half its extents along its vectors [m]; of a body given by its inertia those of the box
-        of the same mass and inertia.
+        Half extents along its vectors [m]; for a body without shape those of the box of equal mass
+        and inertia.
     points : ndarray, shape (n, n_vectors)
-        In the frame of the body, its centre [m]; of a body given by its inertia then the points
-        of its joints, ropes and springs.
+        Its centre in the frame of the body [m], followed by the points of its joints, ropes and
+        springs for a body without shape.
     """
 
     name: str
@@ -51,7 +50,7 @@ class RigidOutline:
 
 
 def make_solid(system: System, body: RigidBody, used: Iterable[Point]) -> RigidOutline:
-    """Return the outline of a rigid body, which is joined or tied at points in `used`."""
+    """Return the outline of a rigid body with joints and force elements at the points `used`."""
     places = system.rows(body.origin)[0].reshape(body.n_vectors + 1, body.dim).astype(np.int32)
     centre = body.masses[0, 1:] / body.mass
     shape = body.shape
@@ -69,7 +68,7 @@ def make_solid(system: System, body: RigidBody, used: Iterable[Point]) -> RigidO
 
 
 def write_solids(group: h5py.Group, solids: list[RigidOutline]) -> None:
-    """Put outlines of rigid bodies into a group, as tables that all of them share."""
+    """Write outlines of rigid bodies to a group, in common tables."""
     group.attrs["rigid bodies"] = len(solids)
     if not solids:
         return
@@ -86,7 +85,7 @@ def write_solids(group: h5py.Group, solids: list[RigidOutline]) -> None:
 
 
 def read_solids(group: h5py.Group) -> list[RigidOutline]:
-    """Read them back; none from a file of a version that wrote none.
+    """Read outlines of rigid bodies; none from a file of an early version.
 
     Raises
     ------
@@ -107,5 +106,5 @@ def read_solids(group: h5py.Group) -> list[RigidOutline]:
         solids.append(solid)
         row, number = row + n, number + size
     if (row, number) != (len(places), len(points)):
-        raise ValueError("tables of rigid bodies do not fit each other")
+        raise ValueError("tables of rigid bodies are inconsistent")
     return solids

@@ -1,4 +1,4 @@
-"""Ropes, springs and distances in pictures: straight lines from point to point."""
+"""Straight lines for ropes, springs and distance joints."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ TABLES = ("places", "weights", "fixed", "springs")
 
 @dataclass(frozen=True, eq=False)
 class ConnectionLines:
-    """Lines without mass between points of bodies, or fixed ones.
+    """Lines between points of bodies, or fixed points.
 
     Attributes
     ----------
     places : ndarray of int, shape (n, 2, dim, p)
-        Places of the coordinates of which the positions of both ends are sums.
+        Coordinates that the positions of both ends depend on.
     weights : ndarray, shape (n, 2, p)
-        By which they are made of them; zero for fixed points.
+        Their weights; zero for fixed points.
     fixed : ndarray, shape (n, 2, dim)
-        The positions of fixed points [m]; zero for others.
+        Positions of fixed points [m]; zero for others.
     springs : ndarray of bool, shape (n,)
-        Whether it is a spring, and no rope or distance.
+        True for springs, which are dashed.
     """
 
     places: NDArray[np.int32]
@@ -48,17 +48,17 @@ class ConnectionLines:
 
     def ends(self, q: Array) -> Array:
         """Return the ends of all lines from coordinates (j, n), shape (j, n_lines, 2, dim) [m]."""
-        there = np.asarray(q[..., self.places])
-        return np.asarray(self.fixed + np.einsum("jnedp,nep->jned", there, self.weights))
+        values = np.asarray(q[..., self.places])
+        return np.asarray(self.fixed + np.einsum("jnedp,nep->jned", values, self.weights))
 
     def write(self, group: h5py.Group) -> None:
-        """Put them into a group."""
+        """Write the lines to a group."""
         for name in TABLES if len(self) else ():
             group.create_dataset(f"link {name}", data=getattr(self, name), **PACKED)
 
 
 def no_connections(dim: int) -> ConnectionLines:
-    """Return none."""
+    """Return an empty set of lines."""
     return ConnectionLines(
         np.zeros((0, 2, dim, 0), np.int32), np.zeros((0, 2, 0)), np.zeros((0, 2, dim)),
         np.zeros(0, bool),
@@ -66,7 +66,7 @@ def no_connections(dim: int) -> ConnectionLines:
 
 
 def read_connections(group: h5py.Group, dim: int) -> ConnectionLines:
-    """Read them back; none from a file of a version that wrote none.
+    """Read the lines; none from a file of an early version.
 
     Raises
     ------
@@ -78,24 +78,24 @@ def read_connections(group: h5py.Group, dim: int) -> ConnectionLines:
     links = ConnectionLines(*(np.asarray(group[f"link {name}"]) for name in TABLES))
     n, _, _, p = links.places.shape
     if links.weights.shape != (n, 2, p) or links.fixed.shape != (n, 2, dim):
-        raise ValueError("tables of lines do not fit each other")
+        raise ValueError("tables of lines are inconsistent")
     return links
 
 
 def make_connections(system: System) -> ConnectionLines:
-    """Return the lines of everything that holds points of a system together along lines."""
+    """Return the lines of all joints and force elements of a system that have any."""
     rows, springs = [], []
-    things: tuple[Joint | Attached, ...] = (*system.joints, *system.attached)
-    for thing in things:
-        for pair in thing.links:
+    elements: tuple[Joint | Attached, ...] = (*system.joints, *system.attached)
+    for element in elements:
+        for pair in element.links:
             rows.append(tuple(_end(system, each) for each in pair))
-            springs.append(isinstance(thing, Spring))
+            springs.append(isinstance(element, Spring))
     if not rows:
         return no_connections(system.scene.dim)
-    most = max(len(weights) for ends in rows for _, weights, _ in ends)
+    width = max(len(weights) for ends in rows for _, weights, _ in ends)
     links = ConnectionLines(
-        np.zeros((len(rows), 2, system.scene.dim, most), np.int32),
-        np.zeros((len(rows), 2, most)),
+        np.zeros((len(rows), 2, system.scene.dim, width), np.int32),
+        np.zeros((len(rows), 2, width)),
         np.zeros((len(rows), 2, system.scene.dim)),
         np.array(springs),
     )
@@ -108,7 +108,7 @@ def make_connections(system: System) -> ConnectionLines:
 
 
 def _end(system: System, point: Point | Array) -> tuple[NDArray[np.int32], Array, Array]:
-    """Return places and weights of a point, and where it is if it is fixed."""
+    """Return coordinates and weights of a point, and its position if it is fixed."""
     dim = system.scene.dim
     if not isinstance(point, Point):
         return np.zeros((dim, 0), np.int32), np.zeros(0), point

@@ -1,4 +1,4 @@
-"""Deformed shapes as points on every element."""
+"""Points on deformed elements."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ancfsparse.results.data.stored_tables import Readable, SelectedColumns
 from ancfsparse.results.geometry.scene_outline import BodyAxis
 from ancfsparse.system_memory import check_memory
 
-# Pieces of an element in a picture: the most, and how many all elements have together.
-FINEST, PIECES = 12, 2400
+MAX_PIECES = 12  # straight pieces of an element
+TOTAL_PIECES = 2400  # straight pieces of all elements
 
 
 def read_rows(q: Readable, rows: NDArray[np.intp]) -> Array:
-    """Read some rows of a table of states, all columns that it has."""
-    if isinstance(q, SelectedColumns):  # read like an array, though not one
+    """Read some rows of a table of states, with all stored columns."""
+    if isinstance(q, SelectedColumns):  # is read like an array
         return cast(Array, SelectedColumns(np.asarray(q.values[rows]), q.places, q.n))
     return np.asarray(q[rows])
 
 
 def trace_elements(q: Array, part: BodyAxis, pieces: int) -> Array:
-    """Trace every element of a body.
+    """Return points on every element of a body.
 
     Parameters
     ----------
@@ -41,20 +41,20 @@ def trace_elements(q: Array, part: BodyAxis, pieces: int) -> Array:
     -------
     ndarray, shape (j, n_elements, pieces + 1, dim)
         Points [m], from the first end of each element: the cubic through positions and slopes at
-        both ends, of strings a straight line.
+        both ends; for strings a straight line.
     """
     return _trace(q, part, pieces, position_weights)
 
 
 def trace_slopes(q: Array, part: BodyAxis, pieces: int) -> Array:
-    """Give the slopes at the points of `trace_elements`, of the same shape [-]."""
+    """Return the slopes at the points of `trace_elements`, in the same shape [-]."""
     return _trace(q, part, pieces, slope_weights)
 
 
 def count_pieces(parts: list[BodyAxis]) -> int:
-    """Return how many pieces per element make a smooth picture that is quick to draw."""
+    """Return the number of pieces per element for a smooth plot that is drawn quickly."""
     count = sum(len(part.lengths) for part in parts)
-    return int(np.clip(PIECES // max(count, 1), 1, FINEST))
+    return int(np.clip(TOTAL_PIECES // max(count, 1), 1, MAX_PIECES))
 
 
 def _trace(

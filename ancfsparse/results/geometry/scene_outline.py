@@ -1,4 +1,4 @@
-"""The data of a scene that pictures need, small enough to be stored in the file of a run."""
+"""Outline of a scene for plots, also stored in the file of a run."""
 
 from __future__ import annotations
 
@@ -33,25 +33,24 @@ from ancfsparse.system.system import System
 if TYPE_CHECKING:
     import h5py
 
-# Files contain these numbers.
-KINDS = ("pin", "clamp", "rod", "joint")
+SUPPORT_KINDS = ("pin", "clamp", "rod", "joint")
+"""Kinds of supports; files contain their indices."""
 
 
 @dataclass(frozen=True, eq=False)
 class BodyAxis:
-    """The axis of a beam or a mesh.
+    """Axis of a beam or a mesh.
 
     Attributes
     ----------
     name : str
-        Of the body.
+        Name of the body.
     lengths : ndarray, shape (n_elements,)
         Lengths of its elements [m].
     places : ndarray of int, shape (n_elements, 4, dim), of strings (n_elements, 2, dim)
-        Places of position and slope of both ends of every element in the coordinates; strings have
-        no slopes.
+        Coordinates of position and slope of both ends of every element; strings have no slopes.
     radius : float
-        Of the circle that has the area of its section [m].
+        Radius of the circle with the area of its section [m].
     """
 
     name: str
@@ -62,18 +61,18 @@ class BodyAxis:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A joint to the ground, which may move, or the common point of a rigid and another body.
+    """A joint to the ground, or the common point of a rigid and another body.
 
     Attributes
     ----------
     kind : str
-        One of `KINDS`.
+        One of `SUPPORT_KINDS`.
     places : ndarray of int, shape (dim, p)
-        Places of the coordinates of which the position of the point it holds is a sum.
+        Coordinates that the position of the supported point depends on.
     weights : ndarray, shape (p,)
-        By which it is made of it.
+        Their weights.
     other : ndarray, shape (dim,)
-        Of a clamp the direction out of the wall [-], of a rod its anchor [m].
+        Direction out of the wall for a clamp [-], anchor for a rod [m].
     """
 
     kind: str
@@ -84,7 +83,7 @@ class Support:
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """The axes of beams and meshes, the outlines of rigid bodies, supports, and what links them.
+    """Axes of beams and meshes, outlines of rigid bodies, supports, and connection lines.
 
     Attributes
     ----------
@@ -119,7 +118,7 @@ class Outline:
         return beams + links + sum(each.places.nbytes + each.points.nbytes for each in self.solids)
 
     def write(self, file: h5py.File) -> None:
-        """Put it into the file of a run, as the group ``outline``."""
+        """Write the outline to the file of a run, as the group ``outline``."""
         group = file.create_group("outline")
         group.attrs["gravity"], group.attrs["bodies"] = self.gravity, len(self.parts)
         for k, part in enumerate(self.parts):
@@ -130,11 +129,11 @@ class Outline:
         write_solids(group, self.solids)
         self.links.write(group)
         if self.supports:
-            kinds = [KINDS.index(each.kind) for each in self.supports]
+            kinds = [SUPPORT_KINDS.index(each.kind) for each in self.supports]
             group.create_dataset("support kinds", data=np.array(kinds, np.int8), **PACKED)
-            most = max(len(each.weights) for each in self.supports)
-            places = np.zeros((len(kinds), self.dim, most), np.int32)
-            weights = np.zeros((len(kinds), most))
+            width = max(len(each.weights) for each in self.supports)
+            places = np.zeros((len(kinds), self.dim, width), np.int32)
+            weights = np.zeros((len(kinds), width))
             for k, each in enumerate(self.supports):
                 places[k, :, : len(each.weights)] = each.places
                 weights[k, : len(each.weights)] = each.weights
@@ -145,7 +144,7 @@ class Outline:
 
     @staticmethod
     def read(path: Path, file: h5py.File) -> Outline | None:
-        """Read it back; None from a file of a version that wrote none, or kept few coordinates.
+        """Read the outline; None from a file of an early version, or without all coordinates.
 
         Raises
         ------
@@ -179,7 +178,7 @@ class Outline:
 
 
 def _read_supports(group: h5py.Group) -> list[Support]:
-    """Read the supports, which in files of earlier versions are at nodes and have no weights."""
+    """Read the supports; in files of early versions they are at nodes and have no weights."""
     kinds, places, others = (
         np.asarray(group[f"support {each}"]) for each in ("kinds", "places", "others")
     )
@@ -188,7 +187,7 @@ def _read_supports(group: h5py.Group) -> list[Support]:
     else:
         places, weights = places[..., None], np.ones((len(kinds), 1))
     rows = zip(kinds, places, weights, others, strict=True)
-    return [Support(KINDS[kind], *rest) for kind, *rest in rows]
+    return [Support(SUPPORT_KINDS[kind], *rest) for kind, *rest in rows]
 
 
 def make_part(system: System, body: ElasticBody) -> BodyAxis:
@@ -215,8 +214,8 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other
         places, weights = system.point(node)
         supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
-    tied = [end for thing in system.attached for pair in thing.links for end in pair]
-    for end in tied:
+    ends = [end for element in system.attached for pair in element.links for end in pair]
+    for end in ends:
         if isinstance(end, Point):
             used.setdefault(end.beam.name, []).append(end)
     parts = [make_part(system, body) for body in bodies if isinstance(body, ElasticBody)]

@@ -1,4 +1,4 @@
-"""Rigid bodies as points that move with them, edges between them, and facets."""
+"""Wireframes and surfaces of rigid bodies."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from ancfsparse.results.geometry.body_outlines import RigidOutline
 Links = NDArray[np.int64]
 Shape = tuple[Array, Sequence[tuple[int, ...]], Sequence[tuple[int, ...]]]
 
-# Points on a circle, a multiple of 4, and pieces of a meridian, an even number.
-CIRCLE_POINTS, MERIDIAN_PIECES = 32, 16
-# Arms of a body given by its inertia beside the distance of its farthest joint.
-ARM = 0.25
+CIRCLE_POINTS = 32  # points on a circle, a multiple of 4
+MERIDIAN_PIECES = 16  # pieces of a meridian, an even number
+MAX_ARM_RATIO = 0.25  # length of the arms of a body without shape, over its farthest joint
 
 
 class Wireframe(NamedTuple):
-    """A rigid body as it is drawn.
+    """Points, edges and facets of a rigid body.
 
     Attributes
     ----------
     weights : ndarray, shape (p, n_vectors + 1)
-        Of its origin [-] and its vectors [m] in every point.
+        Weights of its origin [-] and its vectors [m] in every point.
     edges : ndarray of int, shape (e, 2)
-        Points between which there is a line.
+        End points of lines.
     facets : ndarray of int, shape (f, 3)
-        Points of triangles; none of a body without surface.
+        Points of triangles; none for a body without surface.
     """
 
     weights: Array
@@ -40,14 +39,14 @@ class Wireframe(NamedTuple):
 
 
 def make_wireframe(solid: RigidOutline) -> Wireframe:
-    """Return how a rigid body is drawn."""
+    """Return the wireframe of a rigid body."""
     points, edges, facets = _shape(solid)
     weights = np.column_stack([np.ones(len(points)), points])
     return Wireframe(weights, np.array(edges).reshape(-1, 2), np.array(facets, int).reshape(-1, 3))
 
 
 def trace_points(q: Array, solid: RigidOutline, drawn: Wireframe) -> Array:
-    """Return the points of a wire (j, p, dim) [m] from coordinates (j, n), or their velocities."""
+    """Return the points of a wireframe (j, p, dim) [m] from coordinates (j, n), or velocities."""
     vectors = np.asarray(q[..., solid.places])
     return np.asarray(np.einsum("pk,jkd->jpd", drawn.weights, vectors))
 
@@ -64,35 +63,35 @@ def _shape(solid: RigidOutline) -> Shape:
     if form == "inertia":
         return _star(solid)
     if n == 3 and form.startswith("cylinder"):
-        made = _cylinder(reach, "xyz".index(form[-1]))
+        parts = _cylinder(reach, "xyz".index(form[-1]))
     elif n == 3 and form == "sphere":
-        made = _sphere(reach[0])
+        parts = _sphere(reach[0])
     elif form in ("sphere", "cylinder z"):
-        made = _disc(reach[0])
+        parts = _disc(reach[0])
     elif form == "rod":
-        made = np.outer([-reach[0], reach[0]], np.eye(n)[0]), [(0, 1)], []
+        parts = np.outer([-reach[0], reach[0]], np.eye(n)[0]), [(0, 1)], []
     else:
-        made = _box(reach[:n])
-    points, edges, facets = made
+        parts = _box(reach[:n])
+    points, edges, facets = parts
     return points + solid.points[0], edges, facets
 
 
 def _star(solid: RigidOutline) -> Shape:
-    """Lines from the centre to the points that are joined, and along the axes both ways.
+    """Return lines from the centre to the joints, and along the axes in both directions.
 
-    Light bodies of large inertia would cover a mechanism, so arms are no longer than a quarter of
-    the way to the farthest of these points.
+    Light bodies with a large inertia would cover a mechanism, so these arms are limited to a
+    quarter of the distance to the farthest joint.
     """
     centre = solid.points[0]
     farthest = float(np.max(np.linalg.norm(solid.points - centre, axis=1)))
     reach = solid.reach[: len(centre)]
-    arms = np.diag(np.minimum(reach, ARM * farthest) if farthest else reach)
+    arms = np.diag(np.minimum(reach, MAX_ARM_RATIO * farthest) if farthest else reach)
     points = np.concatenate([solid.points, centre + arms, centre - arms])
     return points, [(0, k) for k in range(1, len(points))], []
 
 
 def _box(reach: Array) -> Shape:
-    """Make a box, or in the plane a rectangle."""
+    """Return a box, in the plane a rectangle."""
     corners = np.array(list(product((-1.0, 1.0), repeat=len(reach))))
     pairs = [(i, j) for j in range(len(corners)) for i in range(j)]
     edges = [(i, j) for i, j in pairs if (corners[i] != corners[j]).sum() == 1]
@@ -109,23 +108,23 @@ def _circle() -> Array:
 
 
 def _ring(first: int) -> list[tuple[int, int]]:
-    """Link points around a circle."""
+    """Return the edges between points of a circle."""
     return [(first + k, first + (k + 1) % CIRCLE_POINTS) for k in range(CIRCLE_POINTS)]
 
 
 def _disc(radius: float) -> Shape:
-    """Make a disc in the plane, with a radius that shows how it is turned."""
+    """Return a disc in the plane with a radius that shows its rotation."""
     points = np.concatenate([radius * _circle(), np.zeros((1, 2))])
     return points, [*_ring(0), (CIRCLE_POINTS, 0)], [(CIRCLE_POINTS, *pair) for pair in _ring(0)]
 
 
 def _cylinder(reach: Array, axis: int) -> Shape:
-    """Make a cylinder: two circles, four lines along it, and a radius on each end."""
+    """Return a cylinder: two circles, four axial lines, and a radius on each end."""
     aside, up = (axis + 1) % 3, (axis + 2) % 3
     one = np.zeros((CIRCLE_POINTS + 1, 3))
     one[:CIRCLE_POINTS, [aside, up]] = reach[aside] * _circle()
     along = reach[axis] * np.eye(3)[axis]
-    # The points of one end and its centre, then those of the other.
+    # Points of one end and its centre, then of the other.
     n = CIRCLE_POINTS + 1
     low, high = _ring(0), _ring(n)
     edges = [*low, *high, (CIRCLE_POINTS, 0), (n + CIRCLE_POINTS, n)]
@@ -137,7 +136,7 @@ def _cylinder(reach: Array, axis: int) -> Shape:
 
 
 def _sphere(radius: float) -> Shape:
-    """Make a sphere: its equator and two full meridians, on a grid of parallels."""
+    """Return a sphere: its equator and two full meridians, on a grid of parallels."""
     heights = np.linspace(-0.5 * np.pi, 0.5 * np.pi, MERIDIAN_PIECES + 1)[1:-1]
     rings = [
         np.column_stack([np.cos(height) * _circle(), np.full(CIRCLE_POINTS, np.sin(height))])

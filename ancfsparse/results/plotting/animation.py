@@ -1,4 +1,4 @@
-"""Films of runs, as GIF or MP4."""
+"""Animations of motions, as GIF or MP4."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.plotting.canvas import Canvas, trace_scene
 
-# By default a film lasts as long as the motion, within these limits [s].
-SHORTEST, LONGEST = 2.0, 10.0
-# Most pictures of a film, and pixels per inch: an hour at 25 per second, and as fine as print.
-MOST_PICTURES, MOST_DPI = 90_000, 1200
-# Colours in a GIF, and the shades of each up to white.
+MIN_DURATION = 2.0  # s, by default
+MAX_DURATION = 10.0  # s, by default
+MAX_FRAMES = 90_000  # frames, an hour at 25 frames per second
+MAX_DPI = 1200  # pixels per inch
 SHADES = {"k": 32, "C0": 24, "C1": 16}
+"""Colours of a GIF, and number of shades of each up to white."""
 
 
 def animate(
@@ -45,36 +45,36 @@ def animate(
     paths: Sequence[Array] = (),
     progress: bool = True,
 ) -> Path:
-    """Write a film, as `Trajectory.animate` does.
+    """Write an animation; see `Trajectory.animate`.
 
     Parameters
     ----------
     outline : Outline
-        What is drawn.
+        The outline of the scene.
     t : ndarray, shape (k,)
         Times [s].
     q : table, shape (k, n)
         Coordinates.
     paths : sequence of ndarray, each of shape (k, dim)
-        Points whose way is drawn [m].
+        Paths of points [m].
     path, seconds, fps, dpi, view, progress
         As there.
     """
-    target = check_file_name("a film", path)
+    target = check_file_name("an animation", path)
     writer = _writer(target, check_count("fps", fps))
-    if check_count("dpi", dpi, 10) > MOST_DPI:
-        raise InputError(f"dpi must be at most {MOST_DPI}, got {format_value(dpi)}")
+    if check_count("dpi", dpi, 10) > MAX_DPI:
+        raise InputError(f"dpi must be at most {MAX_DPI}, got {format_value(dpi)}")
     check_flag("progress", progress)
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
-    lasts = float(t[-1] - t[0])
+    duration = float(t[-1] - t[0])
     if seconds is None:
-        seconds = min(max(lasts, SHORTEST), LONGEST)
-    n_frames = check_positive("seconds of a film", seconds, "s") * fps
-    if n_frames > MOST_PICTURES:
+        seconds = min(max(duration, MIN_DURATION), MAX_DURATION)
+    n_frames = check_positive("seconds of an animation", seconds, "s") * fps
+    if n_frames > MAX_FRAMES:
         raise InputError(
-            f"a film of {seconds:g} s with {fps:g} pictures per second has more than "
-            f"{MOST_PICTURES} pictures: make it shorter, or take fewer per second"
+            f"an animation of {seconds:g} s with {fps:g} frames per second has more than "
+            f"{MAX_FRAMES} frames: make it shorter, or reduce fps"
         )
     n_frames = max(2, round(n_frames))
     rows = _rows(t, n_frames)
@@ -85,7 +85,7 @@ def animate(
     artists: list[Any] = []
     try:
         with writer.saving(canvas.figure, str(target), dpi):
-            for k in tqdm(place, unit="picture", leave=False, disable=None if progress else True):
+            for k in tqdm(place, unit="frame", leave=False, disable=None if progress else True):
                 for artist in artists:
                     artist.remove()
                 artists = [*canvas.draw(k, "C0"), *canvas.draw_supports(k)]
@@ -99,40 +99,40 @@ def animate(
 
 
 class _Gif(AbstractMovieWriter):
-    """Write a GIF in few colours, which all of its pictures share, and which keep it small."""
+    """Write a small GIF with a common palette of few colours."""
 
     def setup(self, fig: Any, outfile: Any, dpi: float | None = None) -> None:
-        """Begin."""
+        """Create the palette."""
         super().setup(fig, outfile, dpi)
-        self._pictures: list[Image.Image] = []
+        self._frames: list[Image.Image] = []
         self._palette = Image.new("P", (1, 1))
         colours = []
         for colour, count in SHADES.items():
             shades = np.linspace(0.0, 1.0, count)[:, None]
             colours.append(shades + (1.0 - shades) * to_rgb(colour))
-        together = np.round(255.0 * np.concatenate(colours)).astype(np.uint8)
-        self._palette.putpalette(together.tobytes())
+        palette = np.round(255.0 * np.concatenate(colours)).astype(np.uint8)
+        self._palette.putpalette(palette.tobytes())
 
     def grab_frame(self, **savefig_kwargs: Any) -> None:
-        """Add a picture."""
+        """Add a frame."""
         buffer = BytesIO()
         self.fig.savefig(buffer, format="rgba", dpi=self.dpi, **savefig_kwargs)
-        whole = Image.frombytes("RGBA", self.frame_size, buffer.getvalue()).convert("RGB")
-        self._pictures.append(whole.quantize(palette=self._palette, dither=Image.Dither.NONE))
+        frame = Image.frombytes("RGBA", self.frame_size, buffer.getvalue()).convert("RGB")
+        self._frames.append(frame.quantize(palette=self._palette, dither=Image.Dither.NONE))
 
     def finish(self) -> None:
         """Write the file."""
-        first, *rest = self._pictures
+        first, *rest = self._frames
         duration = round(1000.0 / self.fps)
         first.save(self.outfile, save_all=True, append_images=rest, duration=duration, loop=0)
 
 
 def _writer(target: Path, fps: int) -> AbstractMovieWriter:
-    """Return what writes a film, by the end of its name."""
+    """Return the writer for the suffix of a file name."""
     if target.suffix.lower() == ".gif":
         return _Gif(fps=fps)
     if target.suffix.lower() != ".mp4":
-        raise InputError(f"a film is a .gif or an .mp4, got {format_value(str(target))}")
+        raise InputError(f"an animation is a .gif or an .mp4, got {format_value(str(target))}")
     if not FFMpegWriter.isAvailable():
         raise InputError(
             f"{target} needs the program ffmpeg, which is not installed here: install it, on "
@@ -142,11 +142,9 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
 
 
 def _rows(t: Array, n_frames: int) -> NDArray[np.intp]:
-    """Return the saved states nearest to instants that are equally far apart."""
-    instants = np.linspace(t[0], t[-1], n_frames)
+    """Return the saved states nearest to equally spaced times."""
+    times = np.linspace(t[0], t[-1], n_frames)
     after = (
-        np.clip(np.searchsorted(t, instants), 1, len(t) - 1)
-        if len(t) > 1
-        else np.zeros(n_frames, int)
+        np.clip(np.searchsorted(t, times), 1, len(t) - 1) if len(t) > 1 else np.zeros(n_frames, int)
     )
-    return np.where(instants - t[after - 1] <= t[after] - instants, after - 1, after)
+    return np.where(times - t[after - 1] <= t[after] - times, after - 1, after)

@@ -1,4 +1,4 @@
-"""Scenes drawn into axes of matplotlib, planar or in perspective, in equal scales."""
+"""Scenes in axes of matplotlib with equal scales, planar or in perspective."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_eleme
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.geometry.wireframe import trace_edges
 
-# Share of the scene below which its extent in one direction counts as none, and room around it.
-FLAT, MARGIN = 1e-6, 0.06
-# Share of the largest extent that every other axis has at least.
-NARROWEST = 0.2
-# Sizes of planar axes, at most, and of what is around them [inch].
-WIDEST, HIGHEST, LEFT, BOTTOM, TOP, RIGHT, LEGEND = 5.2, 5.2, 0.8, 0.55, 0.35, 0.2, 1.15
-# Elements and rigid bodies from which lines become thinner.
-MANY = 200
-# Elevation and azimuth of the eye [degrees].
-EYE = 22.0, -60.0
-# Room of numbers and labels around a picture in perspective [inch], and between both [pt].
-AROUND = {"left": 0.65, "bottom": 0.65, "right": 0.85, "top": 0.4}
-PAD = 10.0
-# In perspective the size of a box is not quite linear in its zoom.
-FITS = 3
-SUPPORT = "0.25"
-# Width of ropes and springs beside that of beams.
-LINK = 0.5
+FLATNESS = 1e-6  # extent of a planar motion across its plane, over the largest extent
+MARGIN = 0.06  # margin around the scene, over its largest extent
+MIN_EXTENT = 0.2  # extent of an axis, over the largest extent
+MAX_WIDTH = 5.2  # inch, planar axes
+MAX_HEIGHT = 5.2  # inch
+LEFT = 0.8  # inch, beside planar axes
+BOTTOM = 0.55  # inch
+TOP = 0.35  # inch
+RIGHT = 0.2  # inch
+LEGEND_WIDTH = 1.15  # inch
+MAX_THICK_LINES = 200  # elements and rigid bodies, above which lines become thinner
+VIEWPOINT = 22.0, -60.0  # degrees, elevation and azimuth
+LABEL_MARGINS = {"left": 0.65, "bottom": 0.65, "right": 0.85, "top": 0.4}
+"""Margins for ticks and labels of a figure in perspective [inch]."""
+LABEL_PAD = 10.0  # pt, between ticks and labels
+ZOOM_ITERATIONS = 3  # the size of a box in perspective is not exactly linear in its zoom
+SUPPORT_COLOUR = "0.25"
+CONNECTION_WIDTH = 0.5  # line width of ropes and springs, over that of beams
 
 _TRIANGLE = Path(
     [(0, 0), (-0.7, -1.1), (0.7, -1.1), (0, 0), (-1.0, -1.1), (1.0, -1.1)],
@@ -55,70 +55,70 @@ _WALL = Path(
 
 @dataclass(frozen=True)
 class TracedScene:
-    """The shapes of bodies in some states, and where their supports are.
+    """Shapes of bodies and positions of supports in j states.
 
     Attributes
     ----------
     outline : Outline
-        What is drawn.
+        The outline of the scene.
     lines : list of ndarray, each of shape (j, n, pieces + 1, dim)
-        Points on every element of every beam and mesh, then the ends of every edge of every rigid
+        Points on the elements of every beam and mesh, then the ends of the edges of every rigid
         body [m].
-    held : list of ndarray, each of shape (j, dim)
-        The point that every support holds [m].
+    supported : list of ndarray, each of shape (j, dim)
+        The point of every support [m].
     links : ndarray, shape (j, n, 2, dim)
         The ends of ropes, springs and distances [m].
     """
 
     outline: Outline
     lines: list[Array]
-    held: list[Array]
+    supported: list[Array]
     links: Array
 
     @property
     def supports(self) -> list[tuple[str, Array, Array]]:
-        """Kind of every support, the point it holds, and its other vector."""
-        pairs = zip(self.outline.supports, self.held, strict=True)
+        """Kind, point and other vector of every support."""
+        pairs = zip(self.outline.supports, self.supported, strict=True)
         return [(support.kind, places, support.other) for support, places in pairs]
 
     @property
     def box(self) -> Array:
-        """Smallest and largest coordinates of all that is drawn, shape (2, dim) [m]."""
+        """Smallest and largest coordinates of all lines, shape (2, dim) [m]."""
         points = [each.reshape(-1, self.outline.dim) for each in (*self.lines, self.links)]
         points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
-        together = np.concatenate(points)
-        return np.stack([together.min(axis=0), together.max(axis=0)])
+        every = np.concatenate(points)
+        return np.stack([every.min(axis=0), every.max(axis=0)])
 
     @property
     def width(self) -> float:
         """Width of lines [pt]."""
         n = sum(len(part.lengths) for part in self.outline.parts) + len(self.outline.solids)
-        return float(np.clip(1.8 * np.sqrt(MANY / max(n, MANY)), 0.5, 1.8))
+        return float(np.clip(1.8 * np.sqrt(MAX_THICK_LINES / max(n, MAX_THICK_LINES)), 0.5, 1.8))
 
 
 def trace_scene(outline: Outline, q: Array) -> TracedScene:
-    """Trace bodies in some states, whose coordinates are q, shape (j, n)."""
+    """Return the shapes of bodies for coordinates q of shape (j, n)."""
     pieces = count_pieces(outline.parts)
     lines = [trace_elements(q, part, pieces) for part in outline.parts]
     lines += [trace_edges(q, solid) for solid in outline.solids]
-    held = [interpolate((each.places, each.weights), q) for each in outline.supports]
-    return TracedScene(outline, lines, held, outline.links.ends(q))
+    supported = [interpolate((each.places, each.weights), q) for each in outline.supports]
+    return TracedScene(outline, lines, supported, outline.links.ends(q))
 
 
 class Canvas:
-    """Axes with equal scales that show all of a film.
+    """Axes with equal scales that contain a scene in all its states.
 
     Parameters
     ----------
     of : Film
-        What will be drawn.
+        The shapes to draw.
     ax : Axes, optional
-        Where; a new figure if not given.
+        Axes to draw into; by default those of a new figure.
     view : str or (float, float), optional
-        Two of ``"xyz"`` for a planar picture, or elevation and azimuth of the eye [degrees].  By
-        default the plane that all motion stays in, else perspective.
+        Two of ``"xyz"`` for a planar view, or elevation and azimuth of the viewpoint [degrees].  By
+        default the plane of a planar motion, else perspective.
     legend : bool, optional
-        Whether a new figure has room for a legend.
+        Reserve space for a legend in a new figure.
 
     Raises
     ------
@@ -134,28 +134,28 @@ class Canvas:
         limits = _axis_limits(of.box[:, self.axes])
         self._new = ax is None
         if ax is None:
-            self.ax = _make_axes(limits, LEGEND if legend else RIGHT)
+            self.ax = _make_axes(limits, LEGEND_WIDTH if legend else RIGHT)
         elif isinstance(ax, Axes):
             self.ax = ax
         else:
             raise InputError(f"ax must be axes of matplotlib, got {format_value(ax)}")
         if (len(self.axes) == 3) != isinstance(self.ax, Axes3D):
             needed = "projection='3d'" if len(self.axes) == 3 else "two dimensions"
-            raise InputError(f"ax must have {needed} for this picture: leave it out, or give view")
+            raise InputError(f"ax must have {needed} for this view: leave it out, or give view")
         self.figure: Any = self.ax.get_figure(root=True)
         self._set_limits(limits)
         if isinstance(self.ax, Axes3D):
-            elevation, azimuth = view if isinstance(view, tuple) else EYE
+            elevation, azimuth = view if isinstance(view, tuple) else VIEWPOINT
             self.ax.view_init(elev=elevation, azim=azimuth)
             if self._new:
                 _fill_figure(self.ax, self.figure, limits)
 
     def draw(self, state: int, colour: Any, *, alpha: float = 1.0, label: str = "") -> list[Any]:
-        """Draw all bodies in one state; every body is one artist, ropes and springs are others."""
+        """Draw all bodies in one state, each as one artist, and ropes and springs as others."""
         artists = []
-        several = Line3DCollection if len(self.axes) == 3 else LineCollection
+        collection = Line3DCollection if len(self.axes) == 3 else LineCollection
         for lines in self.film.lines:
-            artist = several(
+            artist = collection(
                 lines[state][..., self.axes], colors=[colour], alpha=alpha, capstyle="round",
                 linewidths=self.film.width, label=label or None,
             )  # fmt: skip
@@ -165,30 +165,35 @@ class Canvas:
         links, springs = self.film.links[state][..., self.axes], self.film.outline.links.springs
         for some, style in ((links[~springs], "solid"), (links[springs], "dashed")):
             if len(some):
-                artist = several(
+                artist = collection(
                     some, colors=[colour], alpha=alpha, linestyles=style,
-                    linewidths=LINK * self.film.width,
+                    linewidths=CONNECTION_WIDTH * self.film.width,
                 )  # fmt: skip
                 self.ax.add_collection(artist, autolim=False)
                 artists.append(artist)
         return artists
 
     def add_legend(self, title: str | None = None) -> None:
-        """Add the legend of what was drawn, beside the picture if the figure is a new one."""
+        """Add a legend, next to the axes of a new figure."""
         if self._new and len(self.axes) == 2:
             self.ax.legend(
                 title=title, fontsize="small", frameon=False, loc="upper left",
                 bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
             )  # fmt: skip
-        elif len(self.axes) == 3:  # upright axes stand on the right
+        elif len(self.axes) == 3:  # the vertical axis is on the right
             self.ax.legend(title=title, fontsize="small", loc="upper left")
         else:
             self.ax.legend(title=title, fontsize="small")
 
     def draw_supports(self, state: int) -> list[Any]:
-        """Mark pins, clamps, rods and joints where they are in one state."""
+        """Draw symbols of pins, clamps, rods and joints in one state."""
         artists: list[Any] = []
-        style: dict[str, Any] = {"color": SUPPORT, "mfc": "w", "zorder": 3, "linestyle": "none"}
+        style: dict[str, Any] = {
+            "color": SUPPORT_COLOUR,
+            "mfc": "w",
+            "zorder": 3,
+            "linestyle": "none",
+        }
 
         def mark(places: Array, marker: Any, size: float) -> None:
             columns = np.atleast_2d(places)[:, self.axes].T
@@ -201,7 +206,7 @@ class Canvas:
         for kind, places, other in supports:
             if kind == "rod":
                 ends = np.stack([places[state], other])[:, self.axes].T
-                artists += self.ax.plot(*ends, "-", color=SUPPORT, linewidth=1.0, zorder=3)
+                artists += self.ax.plot(*ends, "-", color=SUPPORT_COLOUR, linewidth=1.0, zorder=3)
                 mark(places[state], "o", 3.5)
             elif kind == "clamp" and len(self.axes) == 2:
                 across, up = other[self.axes]
@@ -217,7 +222,7 @@ class Canvas:
         return artists
 
     def draw_path(self, points: Array) -> list[Any]:
-        """Draw the way of a point, (j, dim) [m]."""
+        """Draw the path of a point, (j, dim) [m]."""
         return list(self.ax.plot(*points[:, self.axes].T, "-", color="C1", linewidth=1.0, zorder=1))
 
     def _set_limits(self, limits: Array) -> None:
@@ -228,14 +233,14 @@ class Canvas:
             ax.set_box_aspect(size, zoom=0.95)
             for axis, share in zip((ax.xaxis, ax.yaxis, ax.zaxis), size / size.max(), strict=True):
                 axis.set_major_locator(MaxNLocator(int(np.clip(1 + 4 * share, 2, 5))))
-            ax.zaxis.labelpad = PAD
+            ax.zaxis.labelpad = LABEL_PAD
         else:
             ax.set_aspect("equal")
             ax.grid(alpha=0.3)
 
 
 def _select_components(of: TracedScene, view: object, box: Array) -> list[int]:
-    """Return the components that are drawn: two, or three in perspective."""
+    """Return the components of the axes: two, or three in perspective."""
     if isinstance(view, str):
         axes = ["xyz".find(letter) for letter in view]
         if (
@@ -255,61 +260,61 @@ def _select_components(of: TracedScene, view: object, box: Array) -> list[int]:
                 f"(20, -60), got {format_value(view)}"
             )
         if of.outline.dim == 2:
-            raise InputError("the scene is planar and has no view from aside: leave view out")
+            raise InputError("the scene is planar and has no viewpoint: leave view out")
         return upright_components(of.outline.gravity)
     extent = box[1] - box[0]
-    wide = [k for k in range(of.outline.dim) if extent[k] > FLAT * extent.max()]
+    wide = [k for k in range(of.outline.dim) if extent[k] > FLATNESS * extent.max()]
     if of.outline.dim == 2:
         return [0, 1]
-    ahead, aside, up = upright_components(of.outline.gravity)
+    first, second, up = upright_components(of.outline.gravity)
     if len(wide) == 3:
-        return [ahead, aside, up]
+        return [first, second, up]
     if up not in wide and len(wide) == 2:
         return sorted(wide)
-    return [ahead if aside not in wide else aside, up]
+    return [first if second not in wide else second, up]
 
 
 def upright_components(gravity: Array) -> list[int]:
-    """Return the three components in cyclic order, that along gravity last, else z."""
+    """Return the three components in cyclic order, ending with that of gravity, or else z."""
     up = int(np.argmax(np.abs(gravity))) if gravity.any() else 2
     return [(up + 1) % 3, (up + 2) % 3, up]
 
 
 def _axis_limits(box: Array) -> Array:
-    """Return the ends of all axes, shape (2, c) [m]: with room around, and nothing too narrow."""
+    """Return the limits of all axes with margins and minimum extents, shape (2, c) [m]."""
     extent = box[1] - box[0]
     size = float(extent.max()) or 1.0
-    half = 0.5 * np.maximum(extent, NARROWEST * size) + MARGIN * size
+    half = 0.5 * np.maximum(extent, MIN_EXTENT * size) + MARGIN * size
     middle = box.mean(axis=0)
     return np.stack([middle - half, middle + half])
 
 
 def _make_axes(limits: Array, right: float) -> Axes:
-    """Return the axes of a new figure that they fill, but for `right` [inch] beside them."""
+    """Return axes that fill a new figure, except for `right` [inch] beside them."""
     size = limits[1] - limits[0]
     if len(size) == 3:
         figure = plt.figure(figsize=(6.4, 3.4 + 2.2 * float(size[2] / size.max())))
         axes: Axes = figure.add_axes((0.02, 0.01, 0.92, 0.92), projection="3d")
         return axes
-    width, height = size * min(WIDEST / size[0], HIGHEST / size[1])
+    width, height = size * min(MAX_WIDTH / size[0], MAX_HEIGHT / size[1])
     across, up = LEFT + width + right, BOTTOM + height + TOP
     figure = plt.figure(figsize=(across, up))
     return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
 
 
 def _fill_figure(ax: Any, figure: Any, limits: Array) -> None:
-    """Let a box in perspective, its labels and a title fill the figure."""
+    """Scale a box in perspective such that it fills the figure with its labels and a title."""
     size = limits[1] - limits[0]
-    whole = figure.get_size_inches()
-    low = np.array([AROUND["left"], AROUND["bottom"]])
-    room = whole - (AROUND["right"], AROUND["top"]) - low
-    ax.set_position((*(low / whole), *(room / whole)))
+    figure_size = figure.get_size_inches()
+    low = np.array([LABEL_MARGINS["left"], LABEL_MARGINS["bottom"]])
+    room = figure_size - (LABEL_MARGINS["right"], LABEL_MARGINS["top"]) - low
+    ax.set_position((*(low / figure_size), *(room / figure_size)))
     zoom, corners = 1.0, np.array(list(product(*limits.T)))
-    for _ in range(FITS):
+    for _ in range(ZOOM_ITERATIONS):
         ax.set_box_aspect(size, zoom=zoom)
         x, y, _ = proj3d.proj_transform(*corners.T, ax.get_proj())
         there = ax.transData.transform(np.column_stack([x, y])) / figure.dpi
         extent = np.ptp(there, axis=0)
         zoom *= float(np.min(room / extent))
     shift = low + 0.5 * room - 0.5 * (there.min(axis=0) + there.max(axis=0))
-    ax.set_position(ax.get_position().translated(*(shift / whole)))
+    ax.set_position(ax.get_position().translated(*(shift / figure_size)))

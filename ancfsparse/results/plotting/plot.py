@@ -1,4 +1,4 @@
-"""Pictures of runs and equilibria: shapes, and quantities over time or along a beam."""
+"""Plots of motions and equilibria: shapes, and quantities over time or along a beam."""
 
 from __future__ import annotations
 
@@ -32,11 +32,10 @@ SECTION_QUANTITIES = {
     "strain": ("strain", "-"),
     "curvature": ("curvature", "1/m"),
 }
-"""What sections have, over time or along a beam, and units."""
+"""Section quantities, over time or along a beam, with name and unit."""
 ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
-N_TIMES = 6
-# Amplitude of a mode as a share of the size of the scene.
-MODE_AMPLITUDE = 0.1
+N_TIMES = 6  # shapes by default
+MODE_AMPLITUDE = 0.1  # of a mode, over the extent of the scene
 
 
 def plot_motion(
@@ -48,7 +47,7 @@ def plot_motion(
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
-    """Draw shapes at instants, or a quantity; see `Trajectory.plot`."""
+    """Plot shapes at some times, or a quantity; see `Trajectory.plot`."""
     check_choice("what to plot", what, ("shape", "energy", *UNITS, *SECTION_QUANTITIES))
     if what == "shape":
         return draw_shapes(outline_for(run.system, of), run.t, run.q, times, ax, view)
@@ -58,10 +57,12 @@ def plot_motion(
         return _plot_energies(run, of, times, ax)
     if isinstance(of, Point):
         if times is not None:
-            raise InputError(f"{what} of {of!r} is drawn over all times: leave times out")
+            raise InputError(f"{what} of {of!r} is plotted over all times: leave times out")
         return _plot_over_time(run, what, of, ax)
     if what in UNITS:
-        raise InputError(f"{what} is that of a point, such as rod.end, got {format_value(of)}")
+        raise InputError(
+            f"{what} is a quantity of a point, such as rod.end, got {format_value(of)}"
+        )
     rows = nearest_rows(run.t, times)
     colours, labels = _time_colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
     q, v = read_rows(run.q, rows), read_rows(run.v, rows)
@@ -78,7 +79,7 @@ def draw_shapes(
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
-    """Draw shapes at instants; parameters as in `Trajectory.plot`, for states (k, n) at times t."""
+    """Plot shapes at some of the times t; parameters as in `Trajectory.plot`, q of shape (k, n)."""
     rows = nearest_rows(t, times)
     canvas = Canvas(trace_scene(outline, read_rows(q, rows)), ax, view)
     for k, (row, colour) in enumerate(zip(rows, _time_colours(len(rows)), strict=True)):
@@ -98,13 +99,13 @@ def plot_equilibrium(
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
-    """Draw an equilibrium beside its reference shape, or a quantity; see `Equilibrium.plot`."""
+    """Plot an equilibrium and its reference shape, or a quantity; see `Equilibrium.plot`."""
     check_choice("what to plot", what, ("shape", *SECTION_QUANTITIES))
     if what != "shape":
         if view is not None:
             raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
-        still = np.zeros((1, len(q)))
-        return _plot_along(system, q[None, :], still, np.array([t]), what, of, ax, ["C0"], [""])
+        rest = np.zeros((1, len(q)))
+        return _plot_along(system, q[None, :], rest, np.array([t]), what, of, ax, ["C0"], [""])
     outline = outline_for(system, of)
     canvas = Canvas(trace_scene(outline, np.stack([system.q_ref, q])), ax, view)
     canvas.draw(0, "0.7", label="reference")
@@ -124,14 +125,14 @@ def plot_mode(
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
 ) -> Axes:
-    """Draw both ends of a vibration about q, by `unit` times an amplitude; see `Modes.plot`."""
+    """Plot both extreme shapes of a mode about q, `unit` times an amplitude; see `Modes.plot`."""
     outline = outline_for(system, None)
     if amplitude is None:
         amplitude = MODE_AMPLITUDE * float(
             np.max(np.ptp(trace_scene(outline, q[None]).box, axis=0))
         )
-    moved = amplitude * unit
-    canvas = Canvas(trace_scene(outline, np.stack([q, q + moved, q - moved])), ax, view)
+    change = amplitude * unit
+    canvas = Canvas(trace_scene(outline, np.stack([q, q + change, q - change])), ax, view)
     canvas.draw(0, "0.7", label="at rest")
     canvas.draw(1, "C0", label=name)
     canvas.draw(2, "C0", alpha=0.35)
@@ -148,7 +149,7 @@ def plot_load_path(
     axis: int,
     ax: Axes | None,
 ) -> Axes:
-    """Draw load factors (k,) over the displacements (k, dim) of a point; see `LoadPath.plot`."""
+    """Plot load factors (k,) over the displacements (k, dim) of a point; see `LoadPath.plot`."""
     ax = _prepare_axes(ax)
     axis = check_index("axis", axis, displacements.shape[1])
     x = displacements[:, axis]
@@ -156,13 +157,13 @@ def plot_load_path(
     ax.plot(x, np.where(stable, factors, np.nan), "C0-", linewidth=1.8)
     ax.plot(x[turns], factors[turns], "ko", markersize=4)
     ax.set_xlabel(f"displacement along {'xyz'[axis]} [m]")
-    ax.set_ylabel("times the loads")
+    ax.set_ylabel("load factor [-]")
     return ax
 
 
 def _plot_energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
     if of is not None or times is not None:
-        raise InputError("energies are those of the whole scene over all times: leave the rest out")
+        raise InputError("energies are of the entire scene over all times: leave of and times out")
     ax = _prepare_axes(ax)
     for name in ENERGIES:
         values = getattr(run.energy, name)
@@ -205,10 +206,10 @@ def _plot_along(
     colours: Sequence[object],
     labels: Sequence[str],
 ) -> Axes:
-    """Draw a quantity of sections along a beam, one curve for every state."""
+    """Plot a section quantity along a beam, one curve for every state."""
     if not isinstance(of, Beam):
         raise InputError(
-            f"{what} is drawn along a beam of the run or, over time, at a point of it such as "
+            f"{what} is plotted along a beam of the run or, over time, at a point of it such as "
             f"rod.at(0.5), got {format_value(of)}"
         )
     middles = np.cumsum(of.lengths) - 0.5 * of.lengths
@@ -216,9 +217,9 @@ def _plot_along(
     ax = _prepare_axes(ax)
     styles = ("-", "--", ":")
     for state, colour, label in zip(values, colours, labels, strict=True):
-        for (each, name), style in zip(_components(state, what, of), styles, strict=False):
+        for (component, name), style in zip(_components(state, what, of), styles, strict=False):
             text = ", ".join(part for part in (label, name) if part)
-            ax.plot(middles, each, style, marker=".", color=colour, linewidth=1.4, label=text)
+            ax.plot(middles, component, style, marker=".", color=colour, linewidth=1.4, label=text)
     ax.set_title(of.name, fontsize="medium")
     ax.set_xlabel("arc coordinate s [m]")
     ax.set_ylabel("{} [{}]".format(*SECTION_QUANTITIES[what]))
@@ -236,7 +237,7 @@ def _evaluate_section(
     body: ElasticBody,
     s: list[Point] | None,
 ) -> Array:
-    """Evaluate a quantity of sections, (k, p) or (k, p, components)."""
+    """Evaluate a section quantity, (k, p) or (k, p, components)."""
     if what == "strain":
         return strain(system, q, body, s)
     if what == "curvature":
@@ -251,9 +252,9 @@ def _evaluate_section(
 
 
 def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]:
-    """Return the components of values (n, c) with their names; one without a name if there is one.
+    """Return the components of values (n, c) with their names; a scalar (n,) has no name.
 
-    Those of sections of thick beams are in the axes of the section, all others in space.
+    Section quantities of thick beams are in the axes of the section, all others in space.
     """
     if values.ndim == 1:
         return [(values, "")]
@@ -264,32 +265,34 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
 
 
 def nearest_rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
-    """Return the numbers of the saved states nearest to some times, each once."""
+    """Return the indices of the saved states nearest to some times, without repetition."""
     if times is None:
-        instants = np.linspace(t[0], t[-1], N_TIMES)
+        selected = np.linspace(t[0], t[-1], N_TIMES)
     else:
-        instants = np.atleast_1d(check_reals("times", times, "a list of times in s"))
-        if instants.ndim != 1 or not instants.size:
+        selected = np.atleast_1d(check_reals("times", times, "a list of times in s"))
+        if selected.ndim != 1 or not selected.size:
             raise InputError(f"times must be a list such as [0.0, 0.5], got {format_value(times)}")
-    return np.unique([_nearest(t, float(time)) for time in instants])
+    return np.unique([_nearest(t, float(time)) for time in selected])
 
 
 def _nearest(t: Array, time: float) -> int:
-    """Return the number of the saved state that is nearest to a time [s]."""
-    wanted = check_finite("time of a snapshot", time, "s")
-    slack = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))
-    if not t[0] - slack <= wanted <= t[-1] + slack:
+    """Return the index of the saved state nearest to a time [s]."""
+    time = check_finite("time of a plot", time, "s")
+    tolerance = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))
+    if not t[0] - tolerance <= time <= t[-1] + tolerance:
         raise InputError(
-            f"no state was saved at t = {wanted:.6g} s: the run goes from {t[0]:.6g} s "
+            f"no state was saved at t = {time:.6g} s: the run goes from {t[0]:.6g} s "
             f"to {t[-1]:.6g} s"
         )
-    return int(np.argmin(np.abs(t - wanted)))
+    return int(np.argmin(np.abs(t - time)))
 
 
 def outline_for(system: System, of: object) -> Outline:
-    """Return what is drawn of a system: one body, or all where none is given."""
+    """Return the outline of a body of a system, or of all bodies."""
     if isinstance(of, Point):
-        raise InputError(f"a point has no shape: give {of.beam.name}, or nothing for all bodies")
+        raise InputError(
+            f"a point has no shape: give {of.beam.name}, or leave it out for all bodies"
+        )
     if of is not None and not isinstance(of, ElasticBody | RigidBody):
         raise InputError(
             f"a beam, a mesh or a rigid body of the run is needed, got {format_value(of)}"
@@ -298,7 +301,7 @@ def outline_for(system: System, of: object) -> Outline:
 
 
 def _time_colours(n: int) -> list[object]:
-    """Return colours for instants, early ones light and late ones dark."""
+    """Return colours for times, light at the beginning and dark at the end."""
     return list(plt.get_cmap("viridis_r")(np.linspace(0.2, 0.95, n) if n > 1 else [0.7]))
 
 

@@ -1,4 +1,4 @@
-"""Pictures with sections in their true size, by PyVista, without a display."""
+"""Images with sections in true size, rendered by PyVista without a display."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from ancfsparse.results.geometry.body_outlines import RigidOutline
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements, trace_slopes
 from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
-from ancfsparse.results.plotting.canvas import EYE, upright_components
+from ancfsparse.results.plotting.canvas import VIEWPOINT, upright_components
 
 try:
     import pyvista as pv
 except ImportError as missing:
     raise InputError(
-        "a picture with sections needs PyVista, which is not installed: "
+        "a rendered image needs PyVista, which is not installed: "
         "pip install 'ancfsparse[view]', or take run.plot()"
     ) from missing
 
-SIDES = 24
-RIGID, ROPE = "#ff9d3c", "#404040"
-# Radius of the lines of rigid bodies as a share of the extent of the body, and that of ropes and
-# springs, which have no section, as one of the scene.
-THIN, THINNER = 0.01, 0.002
-SIZES = range(16, 10_000)
+TUBE_SIDES = 24
+BODY_COLOUR = "#ff9d3c"
+ROPE_COLOUR = "#404040"
+LINE_RADIUS = 0.01  # radius of the lines of rigid bodies, over the extent of the body
+ROPE_RADIUS = 0.002  # radius of ropes and springs, over the extent of the scene
+IMAGE_SIZES = range(16, 10_000)  # pixels
 
 
 def render(
@@ -43,27 +43,29 @@ def render(
     size: tuple[int, int] = (1000, 750),
     strain: bool = False,
 ) -> Path:
-    """Draw one state, as `Trajectory.render` does.
+    """Render one state; see `Trajectory.render`.
 
     Parameters
     ----------
     outline : Outline
-        What is drawn.
+        The outline of the scene.
     q : ndarray, shape (n,)
         Coordinates.
     path, view, size, strain
         As there.
     """
-    target = check_file_name("a picture", path)
+    target = check_file_name("an image", path)
     if target.suffix.lower() not in (".png", ".jpg"):
-        raise InputError(f"a picture must end in .png or .jpg, got {str(target)!r}")
+        raise InputError(f"an image must end in .png or .jpg, got {str(target)!r}")
     if not target.absolute().parent.is_dir():
         raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
-    view = EYE if view is None else view
+    view = VIEWPOINT if view is None else view
     if not (isinstance(view, tuple) and len(view) == 2):
         raise InputError(f"view must be elevation and azimuth in degrees, got {format_value(view)}")
     tilt, turn = (np.radians(check_finite("view", each, "degrees")) for each in view)
-    if not (isinstance(size, tuple) and len(size) == 2 and all(each in SIZES for each in size)):
+    if not (
+        isinstance(size, tuple) and len(size) == 2 and all(each in IMAGE_SIZES for each in size)
+    ):
         raise InputError(
             f"size must be two numbers of pixels such as (1000, 750), got {format_value(size)}"
         )
@@ -84,9 +86,9 @@ def render(
             plotter.add_mesh(tube, smooth_shading=True, specular=0.3, **look)
         for solid in outline.solids:
             for mesh in _meshes(q[None, :], solid):
-                plotter.add_mesh(mesh, color=RIGID, specular=0.3)
+                plotter.add_mesh(mesh, color=BODY_COLOUR, specular=0.3)
         for rope in _ropes(outline, q, np.ptp(np.reshape(plotter.bounds, (3, 2)), axis=1).max()):
-            plotter.add_mesh(rope, color=ROPE)
+            plotter.add_mesh(rope, color=ROPE_COLOUR)
         plotter.set_background("white")
         centre = np.array(plotter.center)
         plotter.camera_position = [tuple(centre + eye), tuple(centre), tuple(up)]
@@ -98,7 +100,7 @@ def render(
 
 
 def _tube(q: Array, part: BodyAxis, pieces: int) -> Any:
-    """Return the surface of a body, round with the area of its section."""
+    """Return a tube with the area of the section of a body."""
     lines, stretch = trace_elements(q, part, pieces)[0], trace_slopes(q, part, pieces)[0]
     n_elements, n_points, dim = lines.shape
     points = np.zeros((n_elements * n_points, 3))
@@ -107,11 +109,11 @@ def _tube(q: Array, part: BodyAxis, pieces: int) -> Any:
     cells = np.column_stack([np.full(n_elements, n_points), links])
     mesh = pv.PolyData(points, lines=cells.ravel())
     mesh["strain"] = np.linalg.norm(stretch, axis=-1).ravel() - 1.0
-    return mesh.tube(radius=part.radius, n_sides=SIDES, capping=True)
+    return mesh.tube(radius=part.radius, n_sides=TUBE_SIDES, capping=True)
 
 
 def _meshes(q: Array, solid: RigidOutline) -> list[Any]:
-    """Return the surface of a rigid body, or thin tubes where it has none."""
+    """Return the surface of a rigid body, or thin tubes if it has none."""
     drawn = make_wireframe(solid)
     there = trace_points(q, solid, drawn)[0]
     points = np.zeros((len(there), 3))
@@ -119,15 +121,15 @@ def _meshes(q: Array, solid: RigidOutline) -> list[Any]:
     if len(drawn.facets):
         cells = np.column_stack([np.full(len(drawn.facets), 3), drawn.facets])
         return [pv.PolyData(points, faces=cells.ravel())]
-    radius = THIN * float(np.ptp(points, axis=0).max())
+    radius = LINE_RADIUS * float(np.ptp(points, axis=0).max())
     ends = points[drawn.edges]
-    apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > radius]
-    return [pv.Line(*pair).tube(radius=radius, n_sides=SIDES) for pair in apart]
+    pairs = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > radius]
+    return [pv.Line(*pair).tube(radius=radius, n_sides=TUBE_SIDES) for pair in pairs]
 
 
 def _ropes(outline: Outline, q: Array, extent: float) -> list[Any]:
-    """Return ropes, springs and distances as thin tubes."""
+    """Return ropes, springs and distance joints as thin tubes."""
     ends = np.zeros((len(outline.links), 2, 3))
     ends[..., : outline.dim] = outline.links.ends(q[None])[0]
-    apart = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > THINNER * extent]
-    return [pv.Line(*pair).tube(radius=THINNER * extent, n_sides=SIDES) for pair in apart]
+    pairs = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > ROPE_RADIUS * extent]
+    return [pv.Line(*pair).tube(radius=ROPE_RADIUS * extent, n_sides=TUBE_SIDES) for pair in pairs]

@@ -166,7 +166,7 @@ def test_pictures_states_and_bad_input():
     assert not path.complete
     assert "not complete" in repr(path)
     ax = path.plot(left.end)
-    assert "times the loads" in ax.get_ylabel()
+    assert "load factor" in ax.get_ylabel()
     mpl.pyplot.close(ax.figure)
     assert path.state(-1).q.shape == path.q[0].shape
     with pytest.raises(InputError, match="point counts from 0 to 7"):

@@ -107,7 +107,7 @@ def text(name, value):
         (lambda file: file.__delitem__("q"), "is damaged"),
         (lambda file: file["v"].resize(3, axis=0), r"v has shape \(3, 16\) where \(11, 16\) is"),
         (lambda file: file["q"].write_direct(np.full((11, 16), np.nan)), "a part of q is lost"),
-        (lambda file: file["t"].resize(0, axis=0), "holds no states"),
+        (lambda file: file["t"].resize(0, axis=0), "contains no states"),
         (lambda file: file["t"].write_direct(np.ones(11)), "its times do not increase from zero"),
         (lambda file: file.attrs.__setitem__("format", 4), "by a later version of ancfsparse"),
     ],
