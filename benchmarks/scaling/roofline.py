@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.dispatch import instruction_set
-from ancfsparse.kernels.benchmark import time_kernel
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.problems import chain
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
+from benchmarks.common.kernel_timing import time_kernel
 from benchmarks.common.tables import Table
 
 DT = 5e-4

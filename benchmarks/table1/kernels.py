@@ -6,8 +6,8 @@ import subprocess
 from dataclasses import dataclass
 
 from ancfsparse.dispatch import available_instruction_sets
-from ancfsparse.kernels.benchmark import Timing, kernel_table, speed_ratios
 from ancfsparse.kernels.catalog import REFERENCES, module_names
+from benchmarks.common.kernel_timing import Timing, kernel_table, speed_ratios
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table

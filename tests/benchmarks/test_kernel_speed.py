@@ -3,8 +3,8 @@
 import json
 
 from ancfsparse.dispatch import available_instruction_sets
-from ancfsparse.kernels.benchmark import Timing
 from ancfsparse.kernels.catalog import module_names
+from benchmarks.common.kernel_timing import Timing
 from benchmarks.common.target import Target
 from benchmarks.table1 import kernels
 

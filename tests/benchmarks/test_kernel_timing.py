@@ -1,7 +1,7 @@
 """The benchmark measures what it says, on every kernel."""
 
-from ancfsparse.kernels.benchmark import time_kernel
 from ancfsparse.kernels.catalog import element_kind
+from benchmarks.common.kernel_timing import time_kernel
 
 
 def test_every_kernel_can_be_timed():
