@@ -50,7 +50,7 @@ class Scene(
         2 if planar, 3 if spatial.
     gravity : ndarray, shape (dim,)
         Acceleration of gravity [m/s2], read-only.
-    records : tuple of Spec
+    records : tuple of Record
         What was specified, in the order of the calls.
     bodies : list of Beam, Mesh and RigidBody
         In the order they were added.
@@ -60,7 +60,7 @@ class Scene(
         Likewise.
     loads : list of Load
         Likewise.
-    attached : list of Attached
+    attachments : list of Attachment
         Masses, springs and forces of the motion, likewise.
     """
 
@@ -74,7 +74,9 @@ class Scene(
             f"{kind} scene: beams {len(self.beams)}, "
             + f"rigid bodies {len(self.bodies) - len(self.beams)}, " * (self.bodies != self.beams)
             + f"joints {len(self.joints)}, "
-            f"loads {len(self.loads)}" + f", attached {len(self.attached)}" * bool(self.attached)
+            f"loads {len(self.loads)}"
+            + f", attached {len(self.attachments)}"
+            * bool(self.attachments)
         )
 
     def __str__(self) -> str:

@@ -16,8 +16,8 @@ from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.pin import PinSpec
-from ancfsparse.scene.records.record import Spec
-from ancfsparse.scene.records.signal import Shaped, Signal, Sum
+from ancfsparse.scene.records.record import Record
+from ancfsparse.scene.records.signal import ScaledSignal, Signal, Sum
 from ancfsparse.scene.records.signals import Table
 from ancfsparse.scene.sections.cross_section import principal_axes
 from ancfsparse.scene.sections.standard_sections import Circle, Rectangle, Section
@@ -98,7 +98,7 @@ def planar(scene: Scene) -> InPlane | None:
 
 def _handles(scene: Scene) -> list[Any]:
     """Return all handles in the order of the calls that made them."""
-    every = [*scene.bodies, *scene.joints, *scene.loads, *scene.attached]
+    every = [*scene.bodies, *scene.joints, *scene.loads, *scene.attachments]
     number = {id(record): k for k, record in enumerate(scene.records)}
     return sorted(every, key=lambda handle: number[id(scene.record_of(handle))])
 
@@ -131,7 +131,7 @@ def _numbers(value: Any) -> list[Vector]:
         return [*parts, *_numbers(value.constant)]
     if isinstance(value, Table):
         return _numbers(value.values)
-    if isinstance(value, Shaped):
+    if isinstance(value, ScaledSignal):
         return _numbers(value.largest)
     if value is None or callable(value) or isinstance(value, Signal):
         return []
@@ -150,7 +150,7 @@ def _two_across(normals: Vector) -> Vector:
     return np.concatenate(found)
 
 
-def _record(scene: Scene, handle: Any, plane: Plane) -> Spec:
+def _record(scene: Scene, handle: Any, plane: Plane) -> Record:
     """Return the record of a handle for the planar scene."""
     record = scene.record_of(handle)
     if record.method in PLAIN:
@@ -160,7 +160,7 @@ def _record(scene: Scene, handle: Any, plane: Plane) -> Spec:
     return RECORDS[record.method](record, handle, plane)
 
 
-def _beam(record: Any, beam: Beam, plane: Plane) -> Spec:
+def _beam(record: Any, beam: Beam, plane: Plane) -> Record:
     """Return the record of a beam, straight, along points, slack or taut."""
     curved = record.curve is not None and not isinstance(record.curve, np.ndarray | tuple)
     strained = record.eigenstrain is not None or record.eigencurvature is not None
@@ -205,12 +205,12 @@ def _turned(section: AnySection) -> AnySection:
     raise LeavesPlaneError
 
 
-def _mesh(record: Any, mesh: ElasticBody, plane: Plane) -> Spec:
+def _mesh(record: Any, mesh: ElasticBody, plane: Plane) -> Record:
     """Return the record of a mesh of strings or cables."""
     if mesh.kind.section[1:]:
         raise LeavesPlaneError
     given = _elastic(record, mesh, plane)
-    return cast(Spec, replace(record, **given, nodes=plane.put(record.nodes)))
+    return cast(Record, replace(record, **given, nodes=plane.put(record.nodes)))
 
 
 def _elastic(record: Any, body: ElasticBody, plane: Plane) -> dict[str, Any]:
@@ -233,55 +233,55 @@ def _data(vector: Vector) -> tuple[float, ...]:
     return tuple(vector.tolist())
 
 
-def _load(record: Any, load: Any, plane: Plane) -> Spec:
+def _load(record: Any, load: Any, plane: Plane) -> Record:
     """Return the record of a force, or of gravity that changes."""
     if record.given.get("follow"):
         raise LeavesPlaneError
-    return cast(Spec, replace(record, value=plane.project(record.value, "into")))
+    return cast(Record, replace(record, value=plane.project(record.value, "into")))
 
 
-def _moment(record: Any, load: Any, plane: Plane) -> Spec:
+def _moment(record: Any, load: Any, plane: Plane) -> Record:
     """Return the record of a moment, which must be about the normal."""
     if record.follow:
         raise LeavesPlaneError
-    return cast(Spec, replace(record, value=plane.project(record.value, "across")))
+    return cast(Record, replace(record, value=plane.project(record.value, "across")))
 
 
-def _revolute(record: Any, joint: Any, plane: Plane) -> Spec:
+def _revolute(record: Any, joint: Any, plane: Plane) -> Record:
     """Return a hinge about the normal as what the plane has: a shared or a held position."""
     plane.across(record.axis)
     return PinSpec(record.a) if record.b is None else ConnectSpec(record.a, record.b)
 
 
-def _rod(record: Any, joint: Any, plane: Plane) -> Spec:
+def _rod(record: Any, joint: Any, plane: Plane) -> Record:
     """Return the record of a rod to a point in space."""
-    return cast(Spec, replace(record, anchor=_data(plane.put(record.anchor))))
+    return cast(Record, replace(record, anchor=_data(plane.put(record.anchor))))
 
 
-def _drive(record: Any, joint: Any, plane: Plane) -> Spec:
+def _drive(record: Any, joint: Any, plane: Plane) -> Record:
     """Return the record of a driven node; its rates are functions if there are any."""
     rates = {
         name: None if value is None else plane.project(value, "into")
         for name, value in (("rate", record.rate), ("second_rate", record.second_rate))
     }
-    return cast(Spec, replace(record, position=plane.project(record.position, "put"), **rates))
+    return cast(Record, replace(record, position=plane.project(record.position, "put"), **rates))
 
 
-def _spring(record: Any, spring: Any, plane: Plane) -> Spec:
+def _spring(record: Any, spring: Any, plane: Plane) -> Record:
     """Return the record of a spring between points, or to one in space."""
     if isinstance(record.b, tuple):
-        return cast(Spec, replace(record, b=_data(plane.put(record.b))))
-    return cast(Spec, record)
+        return cast(Record, replace(record, b=_data(plane.put(record.b))))
+    return cast(Record, record)
 
 
-def _mass(record: Any, mass: Any, plane: Plane) -> Spec:
+def _mass(record: Any, mass: Any, plane: Plane) -> Record:
     """Return the record of a point mass without inertia."""
     if record.inertia is not None:
         raise LeavesPlaneError
-    return cast(Spec, record)
+    return cast(Record, record)
 
 
-RECORDS: dict[str, Callable[[Any, Any, Plane], Spec]] = {
+RECORDS: dict[str, Callable[[Any, Any, Plane], Record]] = {
     "add_beam": _beam,
     "add_mesh": _mesh,
     "point_force": _load,

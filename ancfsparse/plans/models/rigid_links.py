@@ -15,7 +15,7 @@ from ancfsparse.scene.joints.connect import Connect
 from ancfsparse.scene.joints.distance import Distance, RigidRod
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.joints.pin import Pin
-from ancfsparse.scene.joints.prescribed_point import Drive
+from ancfsparse.scene.joints.prescribed_point import PrescribedPoint
 from ancfsparse.scene.loads.loads import PointMoment
 from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
@@ -26,7 +26,7 @@ Vector = NDArray[np.float64]
 # What a straight beam without stress is given by; anything else is left to elements.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
 # Joints that hold points and leave directions free: they bend no rod between its ends.
-HINGES: tuple[type[Joint], ...] = (Pin, Connect, Drive, Distance, RigidRod, Winch)
+HINGES: tuple[type[Joint], ...] = (Pin, Connect, PrescribedPoint, Distance, RigidRod, Winch)
 # Share by which a velocity may stretch a rod: rounding.
 ROUNDING = 1e-9
 
@@ -106,7 +106,7 @@ def possible(scene: Scene) -> list[str]:
     bending = (joint.nodes for joint in scene.joints if not isinstance(joint, HINGES))
     out |= {node.beam.name for nodes in bending for node in nodes}
     out |= {load.node.beam.name for load in scene.loads if isinstance(load, PointMoment)}
-    turned = (thing for thing in scene.attached if isinstance(thing, PointMass))
+    turned = (thing for thing in scene.attachments if isinstance(thing, PointMass))
     out |= {thing.node.beam.name for thing in turned if np.any(thing.inertia)}
     return [name for name in found if name not in out]
 

@@ -18,7 +18,7 @@ from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.section_offsets import checked_offsets, offsets_of
 from ancfsparse.scene.bodies.strained_reference import strained_ends
-from ancfsparse.scene.records.record import PointRef, Spec, as_data
+from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection, Taper
 
@@ -32,7 +32,7 @@ NODE_SNAP = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class BeamSpec(Spec):
+class BeamSpec(Record):
     """The record of `Scene.add_beam`."""
 
     element: str | ElementKind

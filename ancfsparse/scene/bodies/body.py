@@ -21,22 +21,22 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene.kinematics.linear_forms import Coordinates
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.joint_coordinates import Measure
-    from ancfsparse.scene.kinematics.track import Offset
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
+    from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ancfsparse.checks import check_finite, check_integer
+from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.record import BodyRef, PointRef
-from ancfsparse.scene.records.transferable_functions import sendable
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.joint_coordinates import Measure
-    from ancfsparse.scene.kinematics.track import Offset
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
+    from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 Vector = NDArray[np.float64]
 Numbers = NDArray[np.int32]
@@ -97,7 +97,7 @@ class Body(ABC):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled: a velocity only if it can be."""
-        return self.__dict__ | {"velocity": sendable(self.velocity)}
+        return self.__dict__ | {"velocity": picklable(self.velocity)}
 
     @property
     def dim(self) -> int:
@@ -223,7 +223,7 @@ class Body(ABC):
     def describe(self) -> dict[str, str]:
         """Describe for the digest of a scene what decides how it moves, but for its shape."""
 
-    def constrain(self, builder: Builder) -> None:
+    def constrain(self, builder: ConstraintBuilder) -> None:
         """State the equations of its coordinates that do not depend on joints: none by default."""
         del builder
 
@@ -328,12 +328,12 @@ class Point:
 LINEAR = -1
 
 
-class Led(NamedTuple):
+class RheonomicTerm(NamedTuple):
     """What an equation follows: ``g(q) = s(t)``.
 
     Attributes
     ----------
-    course : Course
+    motion : PrescribedMotion
         A prescribed motion.
     column : int
         The component of it that counts.
@@ -341,12 +341,12 @@ class Led(NamedTuple):
         From its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; by default they are it.
     """
 
-    course: Course
+    motion: PrescribedMotion
     column: int
     scale: Callable[[Vector], Vector] | None = None
 
 
-class Builder(Protocol):
+class ConstraintBuilder(Protocol):
     """What joints are lowered to; coordinates are numbers that it gives out.
 
     Attributes
@@ -388,7 +388,7 @@ class Builder(Protocol):
         """Hold coordinates as `fix` does, in place of equations that hold just these."""
         ...
 
-    def drive(self, coordinates: Coordinates, course: Course) -> None:
+    def drive(self, coordinates: Coordinates, motion: PrescribedMotion) -> None:
         """Let coordinates follow a prescribed motion, one component of it each."""
         ...
 
@@ -403,9 +403,9 @@ class Builder(Protocol):
         *terms: tuple[float, int, int],
         about: Sequence[float] = (),
         size: float = 0.0,
-        led: Led | None = None,
+        rheonomic: RheonomicTerm | None = None,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure | Offset]] = (),
+        measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
     ) -> None:
         """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
 
@@ -421,12 +421,12 @@ class Builder(Protocol):
             Of each term [m].
         size : float, optional
             Of what the offset was added up from [m].
-        led : Led, optional
+        rheonomic : RheonomicTerm, optional
             A function of time that takes the place of the zero [m].
         mass : float, optional
             What its gradients count with where masses are used as a matrix [kg], for coordinates
             that have none of their own.  A solution does not depend on it.
-        measures : sequence of (float, Measure), optional
+        measures : sequence of (float, JointCoordinate), optional
             Further terms: a factor [m or 1] and an angle or a length.
         """
         ...

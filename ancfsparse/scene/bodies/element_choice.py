@@ -16,7 +16,7 @@ from ancfsparse.kernels.catalog import (
     slack_form,
 )
 from ancfsparse.messages import format_value
-from ancfsparse.scene.records.record import Spec
+from ancfsparse.scene.records.record import Record
 from ancfsparse.scene.sections.cross_section import list_section_types, principal_axes
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection, Taper
@@ -29,7 +29,7 @@ LEAST_SLACK = 1e-9
 DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
 
 
-def given_options(record: Spec) -> dict[str, str]:
+def given_options(record: Record) -> dict[str, str]:
     """Return the value that a record has for every option of every element."""
     return {name: getattr(record, name) for name in DEFAULTS}
 

@@ -16,7 +16,7 @@ from ancfsparse.scene.bodies.beam import NODE_SNAP, resettled
 from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import section_axes
-from ancfsparse.scene.records.record import PointRef, Spec, as_data
+from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection
 
@@ -25,7 +25,7 @@ MANY_LINES = 200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MeshSpec(Spec):
+class MeshSpec(Record):
     """The record of `Scene.add_mesh`."""
 
     nodes: ArrayLike

@@ -18,7 +18,7 @@ from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.body import Builder
+    from ancfsparse.scene.bodies.body import ConstraintBuilder
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
 AXES = "uvw"
@@ -204,7 +204,7 @@ class RigidBody(Body):
             "inertia": format_numbers(self.spread),
         }
 
-    def constrain(self, builder: Builder) -> None:
+    def constrain(self, builder: ConstraintBuilder) -> None:
         """Hold the vectors orthonormal: (u.u - 1) / 2 = 0 and u.v = 0, times the size, in metres.
 
         Their gradients are added to the mass where it is used as a matrix, because the mass alone

@@ -9,17 +9,21 @@ from typing import Any
 from ancfsparse.checks import MAX_MAGNITUDE, check_finite, check_not_negative
 from ancfsparse.errors import InputError
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.joints.joint_coordinate import OF_FORCES, UNITS, freedom_of
-from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import JointRef, Spec
+from ancfsparse.scene.joints.joint_coordinate import (
+    COORDINATE_UNITS,
+    FORCE_UNITS,
+    select_coordinate,
+)
+from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import JointRef, Record
 
 # What acts, in the order of ``Law`` in _joint_springs.pyx.
 LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
 
 
 @dataclass(frozen=True, eq=False)
-class JointSpringSpec(Spec):
+class JointSpringSpec(Record):
     """The record of `Scene.joint_spring`."""
 
     joint: JointRef
@@ -31,7 +35,7 @@ class JointSpringSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class JointStopSpec(Spec):
+class JointStopSpec(Record):
     """The record of `Scene.joint_stop`."""
 
     joint: JointRef
@@ -44,7 +48,7 @@ class JointStopSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class JointFrictionSpec(Spec):
+class JointFrictionSpec(Record):
     """The record of `Scene.joint_friction`."""
 
     joint: JointRef
@@ -63,7 +67,7 @@ class JointFrictionSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class JointSpring(Attached):
+class JointSpring(Attachment):
     """What acts along a freedom of a joint: an angle [rad] or a displacement [m].
 
     Attributes
@@ -103,7 +107,7 @@ class JointSpring(Attached):
         return f"the {kind} at the {self.of} of the {self.joint.label}"
 
 
-class JointSprings(Records):
+class JointSprings(SceneBase):
     """What acts in the joints of a scene."""
 
     def joint_spring(
@@ -288,8 +292,8 @@ class JointSprings(Records):
     ) -> tuple[JointRef, str, tuple[str, str]]:
         """Return a joint's reference, which freedom is taken, and units of force and of it."""
         reference = self._joint(what, joint)
-        freedom = freedom_of(what, joint, of)
-        return reference, freedom, (OF_FORCES[freedom], UNITS[freedom])
+        freedom = select_coordinate(what, joint, of)
+        return reference, freedom, (FORCE_UNITS[freedom], COORDINATE_UNITS[freedom])
 
 
 def _positive(what: str, value: object, unit: str) -> float:

@@ -15,9 +15,9 @@ from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.kinematics.rigid_motion import second_moments
-from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, PointRef, Spec
+from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import At, PointRef, Record
 
 Matrix = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class MassSpec(Spec):
+class MassSpec(Record):
     """The record of `Scene.add_mass`."""
 
     node: PointRef
@@ -41,7 +41,7 @@ class MassSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class PointMass(Attached):
+class PointMass(Attachment):
     """A mass at a point of a beam, perhaps with a rotary inertia.
 
     Attributes
@@ -67,7 +67,7 @@ class PointMass(Attached):
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingFrameSpec(Spec):
+class RotatingFrameSpec(Record):
     """The record of `Scene.rotating_frame`."""
 
     angular_velocity: float | tuple[float, ...]
@@ -81,7 +81,7 @@ class RotatingFrameSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class RotatingFrame(Attached):
+class RotatingFrame(Attachment):
     """A steady rotation of the frame that a scene is described in.
 
     Attributes
@@ -103,7 +103,7 @@ class RotatingFrame(Attached):
         return "the rotating frame"
 
 
-class Masses(Records):
+class Masses(SceneBase):
     """Masses of a scene."""
 
     def add_mass(self, node: Point, mass: float, *, inertia: ArrayLike | None = None) -> PointMass:
@@ -183,7 +183,7 @@ class Masses(Records):
         -----
         The theory is in docs/theory.md.
         """
-        if any(isinstance(each, RotatingFrame) for each in self.attached):
+        if any(isinstance(each, RotatingFrame) for each in self.attachments):
             raise InputError(
                 "the scene is described in a rotating frame already: add up both angular velocities"
             )
@@ -213,7 +213,7 @@ class Masses(Records):
     @property
     def turning(self) -> float:
         """Angular speed of the frame that the scene is described in [rad/s]."""
-        frames = [each for each in self.attached if isinstance(each, RotatingFrame)]
+        frames = [each for each in self.attachments if isinstance(each, RotatingFrame)]
         return float(np.linalg.norm(frames[0].spin)) / math.sqrt(2.0) if frames else 0.0
 
     def _check_frame(self, node: Point) -> None:

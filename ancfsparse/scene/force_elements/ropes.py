@@ -14,18 +14,18 @@ from ancfsparse.checks import check_moderate, check_not_negative
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.prescribed_motion import Places
-from ancfsparse.scene.records.record import At, Spec, text
+from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.picklable_functions import picklable
+from ancfsparse.scene.records.prescribed_motion import PrescribedValue
+from ancfsparse.scene.records.record import At, Record, text
 from ancfsparse.scene.records.signal import Signal
-from ancfsparse.scene.records.transferable_functions import sendable
 
 Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class RopeSpec(Spec):
+class RopeSpec(Record):
     """The record of `Scene.rope`."""
 
     points: tuple[Any, ...]
@@ -67,11 +67,11 @@ class Change:
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
-        return self.__dict__ | {"given": sendable(self.__dict__["given"])}
+        return self.__dict__ | {"given": picklable(self.__dict__["given"])}
 
 
 @dataclass(frozen=True, eq=False)
-class Rope(Attached):
+class Rope(Attachment):
     """A massless elastic rope over points without friction, which goes slack.
 
     Attributes
@@ -86,7 +86,7 @@ class Rope(Attached):
         Natural length at t = 0 [m].
     slack : float
         Strain about which it goes slack [-].
-    change : Places, optional
+    change : PrescribedValue, optional
         By how much the natural length differs from that over time [m].
     given : float, Signal or callable
         The length as it was given.
@@ -97,7 +97,7 @@ class Rope(Attached):
     damping: float
     length: float
     slack: float
-    change: Places | None
+    change: PrescribedValue | None
     given: Any
     contribution = "force_elements.ropes"
 
@@ -109,7 +109,7 @@ class Rope(Attached):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
-        return self.__dict__ | {"given": sendable(self.given)}
+        return self.__dict__ | {"given": picklable(self.given)}
 
     @property
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
@@ -137,7 +137,7 @@ class Rope(Attached):
         return np.asarray(elastic + np.maximum(viscous, -elastic))
 
 
-class Ropes(Records):
+class Ropes(SceneBase):
     """Elastic ropes of a scene."""
 
     def rope(
@@ -195,9 +195,9 @@ class Ropes(Records):
                     "a rope whose length changes with time takes no damping: damp the body that it "
                     "holds, or give it a constant length"
                 )
-            start = Places(subject, 0, length).at(0.0)[0]
+            start = PrescribedValue(subject, 0, length).at(0.0)[0]
             natural = check_moderate(f"{subject} at t = 0", start, "m")
-            change = Places(subject, 0, Change(length, natural))
+            change = PrescribedValue(subject, 0, Change(length, natural))
         elif length is not None:
             natural = check_moderate(subject, length, "m")
         elasticity = check_moderate("stiffness of a rope", stiffness, "N")

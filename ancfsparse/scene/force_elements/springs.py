@@ -16,10 +16,14 @@ from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.geometry.positions import SAME_PLACE, check_position
 from ancfsparse.scene.joints.joint import check_point
-from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.records.record import At, PointRef, Spec, as_data
+from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.compiled_callbacks import (
+    check_signature,
+    is_compiled,
+    picklable_callback,
+)
+from ancfsparse.scene.records.record import At, PointRef, Record, as_data
 
 if TYPE_CHECKING:
     pass
@@ -31,7 +35,7 @@ LAWS = ("double (double)", "double (double, void *)")
 
 
 @dataclass(frozen=True, eq=False)
-class SpringSpec(Spec):
+class SpringSpec(Record):
     """The record of `Scene.spring`."""
 
     a: PointRef
@@ -52,7 +56,7 @@ class SpringSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class Spring(Attached):
+class Spring(Attachment):
     """A massless spring and a damper side by side, along the line between two points.
 
     Attributes
@@ -109,10 +113,10 @@ class Spring(Attached):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
-        return self.__dict__ | {"stiffness": sent(self.stiffness, self.what)}
+        return self.__dict__ | {"stiffness": picklable_callback(self.stiffness, self.what)}
 
 
-class Springs(Records):
+class Springs(SceneBase):
     """Springs, dampers and elastic ropes of a scene."""
 
     def spring(

@@ -14,10 +14,14 @@ from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
-from ancfsparse.scene.loads.attachment import Attached
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.compiled_callbacks import check_signature, is_compiled, sent
-from ancfsparse.scene.records.record import At, PointRef, Spec, text
+from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.compiled_callbacks import (
+    check_signature,
+    is_compiled,
+    picklable_callback,
+)
+from ancfsparse.scene.records.record import At, PointRef, Record, text
 from ancfsparse.scene.records.signal import Signal
 
 Vector = NDArray[np.float64]
@@ -27,7 +31,7 @@ SIGNATURE = "int (ptrdiff_t, double *, double *, double, double *, void *)"
 
 
 @dataclass(frozen=True, eq=False)
-class ForceSpec(Spec):
+class ForceSpec(Record):
     """The record of `Scene.force`."""
 
     points: tuple[PointRef, ...]
@@ -41,7 +45,7 @@ class ForceSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class Force(Attached):
+class Force(Attachment):
     """Forces on points that are a function of where they are, how they move, and the time.
 
     Attributes
@@ -102,10 +106,10 @@ class Force(Attached):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
-        return self.__dict__ | {"function": sent(self.function, self.what)}
+        return self.__dict__ | {"function": picklable_callback(self.function, self.what)}
 
 
-class Forces(Records):
+class Forces(SceneBase):
     """Forces of a scene that are functions of the motion."""
 
     def force(

@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
+from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark
 from ancfsparse.scene.kinematics.linear_forms import Coordinates
-from ancfsparse.scene.records.record import At, PointRef, Spec
+from ancfsparse.scene.records.record import At, PointRef, Record
 
 # A slope whose direction is within this of a coordinate axis can be clamped by numbering.
 ALIGNED = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
-class ClampSpec(Spec):
+class ClampSpec(Record):
     """The record of `Scene.clamp`."""
 
     node: PointRef
@@ -47,7 +47,7 @@ class Clamp(Joint):
     stretch: str = "free"
     name = "clamp"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Fix the position and the vectors of the section, row by row."""
         kind = builder.kind(self.node)
         first = self.node.beam.rows_of(self.node.index).start
@@ -61,7 +61,7 @@ class Clamp(Joint):
                 for vector in ("r", *kind.section):
                     builder.fix(coordinates[kind.columns(vector)])
 
-    def _hold_direction(self, builder: Builder, row: int, slope: Coordinates) -> None:
+    def _hold_direction(self, builder: ConstraintBuilder, row: int, slope: Coordinates) -> None:
         """Hold the direction of a slope and leave it its length.
 
         A slope that is not along a coordinate axis is held by equations e.r_x = 0 across it.  It

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
+from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, in_the_plane
-from ancfsparse.scene.records.record import At, PointRef, Spec
+from ancfsparse.scene.records.record import At, PointRef, Record
 
 
 @dataclass(frozen=True, eq=False)
-class ConnectSpec(Spec):
+class ConnectSpec(Record):
     """The record of `Scene.connect`."""
 
     a: PointRef
@@ -41,7 +41,7 @@ class Connect(Joint):
     apart: bool = False
     name = "connection"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Share the position; points of bodies that are not their origins by equations."""
         if not self.has_multipliers:
             builder.share(builder.position(self.a), builder.position(self.b))
@@ -63,7 +63,7 @@ class Connect(Joint):
         return self.apart or not (self.a.is_node and self.b.is_node)
 
     @property
-    def freedoms(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """In the plane its angle."""
         return in_the_plane(self)
 

@@ -9,7 +9,7 @@ from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import Joint
 
 
-class Holds:
+class ConstrainedPoints:
     """What the joints of a scene hold where, so that no point is held twice.
 
     Redundant equations make the matrix singular and the reactions arbitrary.

@@ -10,21 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.messages import format_numbers
-from ancfsparse.scene.bodies.body import LINEAR, Builder, Led, Point
+from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point, RheonomicTerm
 from ancfsparse.scene.joints.frame_vectors import point
 from ancfsparse.scene.joints.joint import Joint, Mark
-from ancfsparse.scene.records.record import At, PointRef, Spec, text
+from ancfsparse.scene.records.record import At, PointRef, Record, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.linear_forms import Coordinates
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 Vector = NDArray[np.float64]
 Term = tuple[float, int, int]
 
 
 @dataclass(frozen=True, eq=False)
-class RodSpec(Spec):
+class RodSpec(Record):
     """The record of `Scene.rod`."""
 
     node: PointRef
@@ -42,7 +42,7 @@ class RodSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class DistanceSpec(Spec):
+class DistanceSpec(Record):
     """The record of `Scene.distance`."""
 
     a: PointRef
@@ -86,12 +86,12 @@ class DistanceConstraint(Joint):
     ----------
     length : float
         Distance l_0 in the reference shape [m].
-    course : Course or None
+    motion : PrescribedMotion or None
         Prescribed distance over time; None if it is constant.
     """
 
     length: float
-    course: Course | None
+    motion: PrescribedMotion | None
 
     @property
     def has_multipliers(self) -> bool:
@@ -99,13 +99,13 @@ class DistanceConstraint(Joint):
         return True
 
     def _add_equation(
-        self, builder: Builder, label: str, terms: list[Term], about: list[float]
+        self, builder: ConstraintBuilder, label: str, terms: list[Term], about: list[float]
     ) -> None:
         """Add the equation of the squared distance."""
-        led, offset = None, -0.5 * self.length
-        if self.course is not None:
-            led, offset = Led(self.course, 0, HalfSquaredLength(self.length)), 0.0
-        builder.equation(label, offset, *terms, about=about, led=led)
+        rheonomic, offset = None, -0.5 * self.length
+        if self.motion is not None:
+            rheonomic, offset = RheonomicTerm(self.motion, 0, HalfSquaredLength(self.length)), 0.0
+        builder.equation(label, offset, *terms, about=about, rheonomic=rheonomic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,10 +125,10 @@ class RigidRod(DistanceConstraint):
     node: Point
     anchor: Vector
     length: float
-    course: Course | None = None
+    motion: PrescribedMotion | None = None
     name = "rod"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """State the equation of the distance from the anchor."""
         positions = builder.ends(self.node)[:, : len(self.anchor)]
         terms, about = squared_distance(
@@ -167,10 +167,10 @@ class Distance(DistanceConstraint):
     a: Point
     b: Point
     length: float
-    course: Course | None = None
+    motion: PrescribedMotion | None = None
     name = "distance"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """State the equation of the distance of the points."""
         vector = point(builder, self.a) - point(builder, self.b)
         positions = {

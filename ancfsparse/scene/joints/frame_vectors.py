@@ -7,17 +7,23 @@ from dataclasses import replace
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
-from ancfsparse.scene.kinematics.linear_forms import ALIGNED, Coordinates, Sum, Vector, _mixed
+from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
+from ancfsparse.scene.kinematics.linear_forms import (
+    ALIGNED,
+    Coordinates,
+    LinearForm,
+    Vector,
+    _mixed,
+)
 
 
-def point(builder: Builder, node: Point) -> Sum:
+def point(builder: ConstraintBuilder, node: Point) -> LinearForm:
     """Return the position of a point."""
     places, weights = builder.point(node)
-    return Sum.of(list(places.T), weights.tolist())
+    return LinearForm.of(list(places.T), weights.tolist())
 
 
-def row_of(builder: Builder, node: Point) -> Coordinates:
+def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
     """Return the coordinates of a node that has one slope, (n_c,).
 
     Raises
@@ -36,14 +42,14 @@ def row_of(builder: Builder, node: Point) -> Coordinates:
     return row
 
 
-def vectors_of(builder: Builder, node: Point) -> list[Coordinates]:
+def vectors_of(builder: ConstraintBuilder, node: Point) -> list[Coordinates]:
     """Return the coordinates of the vectors of a node, each (dim,)."""
     row, dim = row_of(builder, node), node.beam.dim
     width = (len(row) // dim - 1) * dim
     return list(row[dim : dim + width].reshape(-1, dim))
 
 
-def direction(builder: Builder, node: Point, vector: Vector) -> Sum:
+def direction(builder: ConstraintBuilder, node: Point, vector: Vector) -> LinearForm:
     """Return the direction that is `vector` in the reference shape and rotates with a node.
 
     In the plane one vector is a frame; in space it gives only the directions along it.
@@ -54,7 +60,7 @@ def direction(builder: Builder, node: Point, vector: Vector) -> Sum:
         size = float(frame[0] @ frame[0])
         along = float(vector @ frame[0]) / size
         beside = float(frame[0, 0] * vector[1] - frame[0, 1] * vector[0]) / size
-        u = Sum.of(own, [1.0])
+        u = LinearForm.of(own, [1.0])
         weights = np.array([along, beside])
         if abs(beside) > ALIGNED:
             return _mixed(u, along, u.turned(), beside)
@@ -62,18 +68,23 @@ def direction(builder: Builder, node: Point, vector: Vector) -> Sum:
         weights = np.linalg.lstsq(frame.T, vector, rcond=None)[0]
     weights[np.abs(weights) <= ALIGNED] = 0.0
     weights[np.abs(weights - 1.0) <= ALIGNED] = 1.0
-    found = Sum.of(own, weights[: len(own)].tolist())
+    found = LinearForm.of(own, weights[: len(own)].tolist())
     # The slopes of beams change their length: what they share is a direction.
     return replace(found, whole=None) if node.beam.n_elements else found
 
 
-def is_one(one: Sum, other: Sum) -> bool:
+def is_one(one: LinearForm, other: LinearForm) -> bool:
     """Whether two vectors can be identified by numbering."""
     return one.whole is not None and (other.whole is not None or not any(other.terms))
 
 
 def same(
-    builder: Builder, label: str, one: Sum, other: Sum, size: float, factor: float = 1.0
+    builder: ConstraintBuilder,
+    label: str,
+    one: LinearForm,
+    other: LinearForm,
+    size: float,
+    factor: float = 1.0,
 ) -> None:
     """Make two vectors equal: by numbering where both are coordinates, else by linear equations.
 
@@ -93,7 +104,9 @@ def same(
         builder.equation(name, factor * float(apart.constant[d]), *linear, size=size)
 
 
-def across(builder: Builder, label: str, one: Sum, other: Sum, factor: float) -> None:
+def across(
+    builder: ConstraintBuilder, label: str, one: LinearForm, other: LinearForm, factor: float
+) -> None:
     """Hold two vectors at a right angle: ``factor one . other = 0``, the factor in metres."""
     offset, size, terms = 0.0, factor, []
     pairs = zip(one.terms, other.terms, one.constant, other.constant, strict=True)

@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID
 from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.kinematics.linear_forms import Vector
 
 
@@ -40,7 +40,7 @@ class Joint(ABC):
     name: ClassVar[str]
 
     @abstractmethod
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Fix or share coordinates, or state equations."""
 
     @property
@@ -85,7 +85,7 @@ class Joint(ABC):
         return a, b[0] if b else None
 
     @property
-    def freedoms(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """What it leaves free that is one number: ``"angle"``, ``"displacement"``."""
         return ()
 

@@ -9,17 +9,17 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.joints.joint import Joint
 
 # Units of freedoms, and those of their rates, and of the forces along them.
-UNITS = {"angle": "rad", "displacement": "m"}
+COORDINATE_UNITS = {"angle": "rad", "displacement": "m"}
 
 
-OF_FORCES = {"angle": "N m", "displacement": "N"}
+FORCE_UNITS = {"angle": "N m", "displacement": "N"}
 
 
-def freedom_of(what: str, joint: Joint, of: str | None) -> str:
+def select_coordinate(what: str, joint: Joint, of: str | None) -> str:
     """Return the freedom of a joint that is named, or its only one."""
     if of is not None:
         check_choice(f"of of {what}", of, ("angle", "displacement"))
-    free = joint.freedoms
+    free = joint.coordinate_names
     if not free or (of is not None and of not in free):
         needed = {None: "an angle or a displacement", "angle": "an angle"}.get(of, "a displacement")
         raise InputError(

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import LINEAR, Builder, Point
+from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark, in_the_plane
-from ancfsparse.scene.records.record import At, PointRef, Spec
+from ancfsparse.scene.records.record import At, PointRef, Record
 
 
 @dataclass(frozen=True, eq=False)
-class PinSpec(Spec):
+class PinSpec(Record):
     """The record of `Scene.pin`."""
 
     node: PointRef
@@ -39,7 +39,7 @@ class Pin(Joint):
     as_constraint: bool = False
     name = "pin"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Fix the position, or state an equation for each component."""
         if not self.has_multipliers:
             builder.fix(builder.position(self.node))
@@ -51,7 +51,7 @@ class Pin(Joint):
             builder.equation(label, -held, *terms, size=self.node.beam.size)
 
     @property
-    def freedoms(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """In the plane its angle."""
         return in_the_plane(self)
 

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.scene.bodies.body import LINEAR, Builder, Led, Point
+from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point, RheonomicTerm
 from ancfsparse.scene.joints.joint import Joint, Mark
-from ancfsparse.scene.records.record import At, PointRef, Spec, text
+from ancfsparse.scene.records.record import At, PointRef, Record, text
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 
 @dataclass(frozen=True, eq=False)
-class DriveSpec(Spec):
+class DriveSpec(Record):
     """The record of `Scene.drive`."""
 
     node: PointRef
@@ -35,34 +35,34 @@ class DriveSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class Drive(Joint):
+class PrescribedPoint(Joint):
     """Prescribe the position of a node, leave its rotation free.
 
     Attributes
     ----------
     node : Point
         The node moved.
-    course : Course
+    motion : PrescribedMotion
         Its position over time.
     as_constraint : bool
         Move it by equations with multipliers instead of by numbering.
     """
 
     node: Point
-    course: Course
+    motion: PrescribedMotion
     as_constraint: bool = False
     name = "drive"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Prescribe the position, or what an equation for each component has."""
         if not self.has_multipliers:
-            builder.drive(builder.position(self.node), self.course)
+            builder.drive(builder.position(self.node), self.motion)
             return
         places, weights = builder.point(self.node)
         for d, row in enumerate(places):
             label = f"drive at {self.node!r}, component {d + 1}"
             terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
-            builder.equation(label, 0.0, *terms, led=Led(self.course, d))
+            builder.equation(label, 0.0, *terms, rheonomic=RheonomicTerm(self.motion, d))
 
     @property
     def nodes(self) -> tuple[Point, ...]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.linear_forms import Sum
+    from ancfsparse.scene.kinematics.linear_forms import LinearForm
 
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int32]
@@ -27,7 +27,7 @@ ANGLE, LENGTH, ALONG = range(3)
 
 
 @dataclass(frozen=True)
-class Measure:
+class JointCoordinate:
     """A number that follows from coordinates.
 
     Attributes
@@ -46,10 +46,10 @@ class Measure:
     place: Integers
     weight: Vector
     constant: Vector
-    is_track: ClassVar[bool] = False
+    is_sliding: ClassVar[bool] = False
 
     @classmethod
-    def of(cls, kind: int, vectors: Sequence[Sum]) -> Measure:
+    def of(cls, kind: int, vectors: Sequence[LinearForm]) -> JointCoordinate:
         """Make it from A, B and C; those that are left out are zero."""
         used = sorted({k for each in vectors for terms in each.terms for k in terms})
         column = {k: i for i, k in enumerate(used)}
@@ -61,7 +61,7 @@ class Measure:
                     weight[column[k], 3 * n + d] += w
         return cls(kind, np.array(used, dtype=np.int32), weight, constant)
 
-    def placed(self, final: Integers) -> Measure:
+    def placed(self, final: Integers) -> JointCoordinate:
         """Return it with other numbers of coordinates, of which several may be one."""
         place, own = np.unique(final[self.place], return_inverse=True)
         weight = np.zeros((len(place), 9))

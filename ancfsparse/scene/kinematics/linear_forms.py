@@ -16,7 +16,7 @@ ALIGNED = 1e-12
 
 
 @dataclass(frozen=True)
-class Sum:
+class LinearForm:
     """A vector that is linear in coordinates: ``constant + sum of w q``, component by component.
 
     Attributes
@@ -34,12 +34,12 @@ class Sum:
     whole: Coordinates | None = None
 
     @classmethod
-    def fixed(cls, vector: Vector) -> Sum:
+    def fixed(cls, vector: Vector) -> LinearForm:
         """Return a vector that stays as it is."""
         return cls(tuple({} for _ in vector), np.asarray(vector, dtype=float))
 
     @classmethod
-    def of(cls, vectors: Sequence[Coordinates], weights: Sequence[float]) -> Sum:
+    def of(cls, vectors: Sequence[Coordinates], weights: Sequence[float]) -> LinearForm:
         """Return a weighted sum of vectors of coordinates."""
         used = [(v, w) for v, w in zip(vectors, weights, strict=True) if w != 0.0]
         dim = len(vectors[0])
@@ -47,11 +47,11 @@ class Sum:
         alone = len(used) == 1 and used[0][1] == 1.0
         return cls(terms, np.zeros(dim), used[0][0] if alone else None)
 
-    def turned(self) -> Sum:
+    def turned(self) -> LinearForm:
         """Return the vector rotated by +90 degrees in the plane."""
         x, y = self.terms
         constant = np.array([-self.constant[1], self.constant[0]])
-        return Sum(({k: -w for k, w in y.items()}, x), constant)
+        return LinearForm(({k: -w for k, w in y.items()}, x), constant)
 
     def component(self, along: Vector) -> Coordinates | None:
         """Return the coordinate (1,) that is the component along a unit vector; None if none is."""
@@ -60,7 +60,7 @@ class Sum:
             return None
         return self.whole[[d]]
 
-    def __sub__(self, other: Sum) -> Sum:
+    def __sub__(self, other: LinearForm) -> LinearForm:
         """Return the difference of two."""
         terms = []
         for mine, its in zip(self.terms, other.terms, strict=True):
@@ -68,14 +68,14 @@ class Sum:
             for k, w in its.items():
                 both[k] = both.get(k, 0.0) - w
             terms.append(both)
-        return Sum(tuple(terms), self.constant - other.constant)
+        return LinearForm(tuple(terms), self.constant - other.constant)
 
 
-def _mixed(one: Sum, a: float, other: Sum, b: float) -> Sum:
+def _mixed(one: LinearForm, a: float, other: LinearForm, b: float) -> LinearForm:
     terms = []
     for mine, its in zip(one.terms, other.terms, strict=True):
         both = {k: a * w for k, w in mine.items()}
         for k, w in its.items():
             both[k] = both.get(k, 0.0) + b * w
         terms.append(both)
-    return Sum(tuple(terms), a * one.constant + b * other.constant)
+    return LinearForm(tuple(terms), a * one.constant + b * other.constant)

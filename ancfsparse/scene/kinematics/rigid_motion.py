@@ -11,7 +11,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Uniform:
+class UniformVelocity:
     """The same velocity everywhere.
 
     Parameters

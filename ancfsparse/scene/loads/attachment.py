@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 
-class Attached(ABC):
+class Attachment(ABC):
     """Something attached to points of beams.
 
     Attributes

@@ -13,9 +13,9 @@ from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.records.record import At, BodyRef, PointRef, Spec, text
-from ancfsparse.scene.records.time_dependent import Applied, Value
-from ancfsparse.scene.records.transferable_functions import sendable
+from ancfsparse.scene.records.picklable_functions import picklable
+from ancfsparse.scene.records.record import At, BodyRef, PointRef, Record, text
+from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
 Vector = NDArray[np.float64]
 # How a single number is read in the force that follows a cable in space.
@@ -23,7 +23,7 @@ ALONG = "one number along the axis, the only axis that a cable has in space"
 
 
 @dataclass(frozen=True, eq=False)
-class LoadSpec(Spec):
+class LoadSpec(Record):
     """What the records of all loads have in common."""
 
     def describe(self, at: At, made: Any) -> str:
@@ -72,7 +72,7 @@ class DistributedForceSpec(LoadSpec):
 
 
 @dataclass(frozen=True, eq=False)
-class ChangingGravitySpec(Spec):
+class ChangingGravitySpec(Record):
     """The record of `Scene.changing_gravity`."""
 
     value: Any
@@ -81,7 +81,7 @@ class ChangingGravitySpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class PointForce(Applied):
+class PointForce(TimeDependentValue):
     """A force at a point, fixed in space or along the axes of the section.
 
     Attributes
@@ -112,7 +112,7 @@ class PointForce(Applied):
 
 
 @dataclass(frozen=True, eq=False)
-class PointMoment(Applied):
+class PointMoment(TimeDependentValue):
     """A moment at a node, about axes of space or of the section.
 
     Attributes
@@ -143,7 +143,7 @@ class PointMoment(Applied):
 
 
 @dataclass(frozen=True, eq=False)
-class DistributedForce(Applied):
+class DistributedForce(TimeDependentValue):
     """A force per reference length along a whole beam or mesh.
 
     Attributes
@@ -167,7 +167,7 @@ class DistributedForce(Applied):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
-        return super().__getstate__() | {"along": sendable(self.along)}
+        return super().__getstate__() | {"along": picklable(self.along)}
 
     @property
     def what(self) -> str:
@@ -201,7 +201,7 @@ class DistributedForce(Applied):
 
 
 @dataclass(frozen=True, eq=False)
-class ChangingGravity(Applied):
+class ChangingGravity(TimeDependentValue):
     """A uniform acceleration of all masses, in addition to that of gravity.
 
     Attributes

@@ -6,7 +6,7 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.gear import Gear
-    from ancfsparse.scene.mechanisms.prescribed_joint import Driven
+    from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint
     from ancfsparse.scene.mechanisms.sliding_joint import Slide, elements_under
     from ancfsparse.scene.mechanisms.two_body_joint import (
         Cylindrical,
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Cylindrical",
-    "Driven",
     "Gear",
+    "PrescribedJoint",
     "Prismatic",
     "Revolute",
     "Slide",
@@ -32,7 +32,7 @@ __all__ = [
 
 _MODULES = {
     "Cylindrical": "two_body_joint",
-    "Driven": "prescribed_joint",
+    "PrescribedJoint": "prescribed_joint",
     "Gear": "gear",
     "Prismatic": "two_body_joint",
     "Revolute": "two_body_joint",

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import direction, point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, Measure
-from ancfsparse.scene.kinematics.linear_forms import Sum, Vector
+from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, JointCoordinate
+from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
 
 
-def measure(builder: Builder, joint: Joint, of: str) -> Measure:
+def joint_coordinate(builder: ConstraintBuilder, joint: Joint, of: str) -> JointCoordinate:
     """Return a freedom of a joint.
 
     Parameters
     ----------
-    builder : Builder
+    builder : ConstraintBuilder
         What gives the coordinates.
     joint : Joint
         One that has the freedom.
@@ -37,10 +37,12 @@ def at_reference(joint: Joint, of: str) -> float:
     return float((a.position - b.position) @ joint.axis)
 
 
-def distance(builder: Builder, one: Point | Vector, other: Point | Vector) -> Measure:
+def distance(
+    builder: ConstraintBuilder, one: Point | Vector, other: Point | Vector
+) -> JointCoordinate:
     """Return the distance of two points, of which one may be fixed in space."""
     apart = _place(builder, one) - _place(builder, other)
-    return Measure.of(LENGTH, [apart, apart])
+    return JointCoordinate.of(LENGTH, [apart, apart])
 
 
 def first_across(axis: Vector | None) -> tuple[Vector, Vector]:
@@ -51,24 +53,24 @@ def first_across(axis: Vector | None) -> tuple[Vector, Vector]:
     return first, np.cross(axis, first)
 
 
-def _angle(builder: Builder, joint: Joint) -> Measure:
+def _angle(builder: ConstraintBuilder, joint: Joint) -> JointCoordinate:
     a, b = joint.sides
     one, other = first_across(joint.axis)
     across = [_direction(builder, b, each) for each in (one, other)]
-    return Measure.of(ANGLE, [direction(builder, a, one), *across])
+    return JointCoordinate.of(ANGLE, [direction(builder, a, one), *across])
 
 
-def _displacement(builder: Builder, joint: Joint) -> Measure:
+def _displacement(builder: ConstraintBuilder, joint: Joint) -> JointCoordinate:
     a, b = joint.sides
     apart = point(builder, a) - _place(builder, a.position if b is None else b)
     axis = joint.axis
     assert axis is not None
-    return Measure.of(ALONG, [apart, _direction(builder, b, axis)])
+    return JointCoordinate.of(ALONG, [apart, _direction(builder, b, axis)])
 
 
-def _direction(builder: Builder, node: Point | None, vector: Vector) -> Sum:
-    return Sum.fixed(vector) if node is None else direction(builder, node, vector)
+def _direction(builder: ConstraintBuilder, node: Point | None, vector: Vector) -> LinearForm:
+    return LinearForm.fixed(vector) if node is None else direction(builder, node, vector)
 
 
-def _place(builder: Builder, end: Point | Vector) -> Sum:
-    return point(builder, end) if isinstance(end, Point) else Sum.fixed(end)
+def _place(builder: ConstraintBuilder, end: Point | Vector) -> LinearForm:
+    return point(builder, end) if isinstance(end, Point) else LinearForm.fixed(end)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.mechanisms.coordinate_functions import at_reference, measure
+from ancfsparse.scene.mechanisms.coordinate_functions import at_reference, joint_coordinate
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Gear(Joint):
     ratio: float
     name = "gear"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """State ``factor (h_one - ratio h_other - c) = 0``, in metres."""
         factor = self.one.arm if self.of[0] == "angle" else 1.0
         factors, pairs = (factor, -factor * self.ratio), zip(self.joints, self.of, strict=True)
@@ -38,7 +38,7 @@ class Gear(Joint):
             self.label,
             -sum(f * value for f, value in zip(factors, start, strict=True)),
             measures=[
-                (f, measure(builder, joint, of))
+                (f, joint_coordinate(builder, joint, of))
                 for f, (joint, of) in zip(factors, pairs, strict=True)
             ],
         )

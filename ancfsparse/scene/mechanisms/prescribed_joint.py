@@ -1,4 +1,4 @@
-"""Motors: the angle or the displacement of a joint follows a function of time."""
+"""Prescribed joints: the angle or the displacement of a joint follows a function of time."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ancfsparse.scene.bodies.body import Builder, Led, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point, RheonomicTerm
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.linear_forms import Vector
-from ancfsparse.scene.mechanisms.coordinate_functions import measure
-from ancfsparse.scene.records.prescribed_motion import Angles, Course, Places, SpinRates, Spins
-from ancfsparse.scene.records.signal import at_once
+from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate
+from ancfsparse.scene.records.prescribed_motion import PrescribedMotion, PrescribedValue
+from ancfsparse.scene.records.signal import is_vectorized
 
 
 @dataclass(frozen=True)
-class Times:
+class ScaledMotion:
     """A motion times a factor.
 
     Parameters
@@ -28,66 +28,70 @@ class Times:
 
     factor: float
 
-    def __call__(self, course: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, motion: Vector) -> Vector:
         """Return values and rates (k, 3) [m, m/s, m/s2]."""
-        return self.factor * course
+        return self.factor * motion
 
 
 @dataclass(frozen=True)
-class Direction:
-    """A vector that turns with a prescribed angle, or a rate of it.
+class RotatingVector:
+    """A planar vector that rotates by a prescribed angle, or a derivative of it.
 
     Parameters
     ----------
-    given : tuple of Places
-        The angle [rad], and as many of its rates as are needed.
+    angle : tuple of PrescribedValue
+        The angle [rad], and its rates up to the order of the derivative.
     vector : tuple of float
-        The vector where the angle is zero.
+        The vector at angle zero.
     """
 
-    given: tuple[Places, ...]
+    angle: tuple[PrescribedValue, ...]
     vector: tuple[float, float]
 
     @property
     def takes_arrays(self) -> bool:
-        """Whether the angle and its rates are evaluated for all times at once."""
-        return all(at_once(each.value) for each in self.given)
+        """True if the angle and its rates are evaluated for all times at once."""
+        return all(is_vectorized(function.value) for function in self.angle)
 
     def __call__(self, t: ArrayLike) -> Vector:
-        """Return it at a time, (2,), or at many, (k, 2) [1, 1/s or 1/s2]."""
-        angle, *rates = (_at(each, t) for each in self.given)
-        along = np.cos(angle), np.sin(angle)
-        u, v = self.vector
-        out = np.stack([along[0] * u - along[1] * v, along[1] * u + along[0] * v], axis=-1)
-        across = np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        """Return its value at a time, (2,), or at many, (k, 2) [1, 1/s or 1/s2]."""
+        angle, *rates = (_evaluate(function, t) for function in self.angle)
+        cos, sin = np.cos(angle), np.sin(angle)
+        x, y = self.vector
+        rotated = np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
+        normal = np.stack([-rotated[..., 1], rotated[..., 0]], axis=-1)
         if not rates:
-            return np.asarray(out)
+            return np.asarray(rotated)
         if len(rates) == 1:
-            return np.asarray(rates[0][..., None] * across)
-        return np.asarray(rates[1][..., None] * across - rates[0][..., None] ** 2 * out)
+            return np.asarray(rates[0][..., None] * normal)
+        return np.asarray(rates[1][..., None] * normal - rates[0][..., None] ** 2 * rotated)
 
 
-def turned(course: Course, vector: Vector) -> Course:
-    """Return the motion of a vector, (2,), that turns with a prescribed angle."""
-    given = course.places, course.rates, course.second_rates
-    along = float(vector[0]), float(vector[1])
-    places = Angles(course.places.subject, 2, Direction(given[:1], along))
-    if given[1] is None or given[2] is None:
-        return Course(places, None, None)
-    rates = Spins(given[1].subject, 2, Direction((given[0], given[1]), along))
-    second = SpinRates(given[2].subject, 2, Direction((given[0], given[1], given[2]), along))
-    return Course(places, rates, second)
+def rotating_vector(motion: PrescribedMotion, vector: Vector) -> PrescribedMotion:
+    """Return the motion of a planar vector, (2,), that rotates by a prescribed angle."""
+    start = float(vector[0]), float(vector[1])
+    angle, rate, second_rate = motion.value, motion.rate, motion.second_rate
+
+    def derivative(*angles: PrescribedValue) -> PrescribedValue:
+        function, last = RotatingVector(angles, start), angles[-1]
+        return PrescribedValue(last.subject, 2, function, last.unit)
+
+    if rate is None or second_rate is None:
+        return PrescribedMotion(derivative(angle), None, None)
+    return PrescribedMotion(
+        derivative(angle), derivative(angle, rate), derivative(angle, rate, second_rate)
+    )
 
 
-def _at(given: Places, t: ArrayLike) -> Vector:
-    function: Any = given.value
+def _evaluate(prescribed: PrescribedValue, t: ArrayLike) -> Vector:
+    function: Any = prescribed.value
     value = function(t) if callable(function) else function
     return np.asarray(value, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
-class Driven(Joint):
-    """Prescribe what a joint leaves free.
+class PrescribedJoint(Joint):
+    """Prescribe a coordinate of a joint: its angle or its displacement.
 
     Attributes
     ----------
@@ -95,54 +99,54 @@ class Driven(Joint):
         The joint.
     of : str
         ``"angle"`` or ``"displacement"``.
-    course : Course
-        It over time [rad or m].
+    motion : PrescribedMotion
+        The coordinate over time [rad or m].
     as_constraint : bool
-        Prescribe it by an equation also where numbering could.
+        Always use an equation, also where coordinates could be prescribed.
     """
 
     joint: Joint
     of: str
-    course: Course
+    motion: PrescribedMotion
     as_constraint: bool = False
     name = "drive"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Prescribe the direction of a planar body, or state ``factor (h(q) - s(t)) = 0`` [m]."""
         if self.turns_body and builder.turns:
             body, _ = self.joint.sides
             columns = builder.kind(body).columns("r_x")
             vector = np.asarray(body.beam.vectors[0, 0])
-            builder.drive(builder.rows(body)[0, columns], turned(self.course, vector))
+            builder.drive(builder.rows(body)[0, columns], rotating_vector(self.motion, vector))
             return
         factor = self.joint.arm if self.of == "angle" else 1.0
         builder.equation(
             self.label,
             0.0,
-            measures=[(factor, measure(builder, self.joint, self.of))],
-            led=Led(self.course, 0, Times(factor)),
+            measures=[(factor, joint_coordinate(builder, self.joint, self.of))],
+            rheonomic=RheonomicTerm(self.motion, 0, ScaledMotion(factor)),
         )
 
     @property
     def turns_body(self) -> bool:
-        """Whether it can be made by numbering: it turns a planar body against the ground."""
+        """True if it rotates a planar rigid body relative to the ground, without an equation."""
         a, b = self.joint.sides
         at_ground = b is None and self.of == "angle" and not self.as_constraint
         return at_ground and a.beam.dim == 2 and a.beam.masses is not None
 
     @property
     def nodes(self) -> tuple[Point, ...]:
-        """Those of the joint."""
+        """Points of the joint."""
         return self.joint.nodes
 
     @property
     def sides(self) -> tuple[Point, Point | None]:
-        """Those of the joint."""
+        """Sides of the joint."""
         return self.joint.sides
 
     @property
     def axis(self) -> Vector | None:
-        """That of the joint."""
+        """Axis of the joint."""
         return self.joint.axis
 
     @property
@@ -152,5 +156,5 @@ class Driven(Joint):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it certainly makes an equation."""
+        """True if it is certainly made by an equation."""
         return not self.turns_body

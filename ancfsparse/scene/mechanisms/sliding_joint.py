@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.linear_forms import Coordinates, Vector
-from ancfsparse.scene.kinematics.track import Offset, Track
+from ancfsparse.scene.kinematics.sliding_curve import CurveOffset, SlidingCurve
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Slide(Joint):
     lateral: Vector
     name = "slide"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """State ``n . (p - r(s*)) = 0`` for each normal."""
         body = self.along
         kind = builder.kind(body.node(0))
@@ -45,10 +45,10 @@ class Slide(Joint):
         pairs = [rows[:, kind.columns(name)] for name in ("r", "r_x")]
         ends = np.stack([each[part] for part in (slice(-1), slice(1, None)) for each in pairs], 1)
         places, weights = builder.point(self.point)
-        track = Track(ends, body.lengths[self.elements], places, weights, self.lateral)
+        track = SlidingCurve(ends, body.lengths[self.elements], places, weights, self.lateral)
         for k in range(body.dim - 1):
             label = self.label + (f", normal {k + 1}" if body.dim == 3 else "")
-            builder.equation(label, 0.0, measures=[(1.0, Offset(track, k))])
+            builder.equation(label, 0.0, measures=[(1.0, CurveOffset(track, k))])
 
     @property
     def _rows(self) -> list[int]:
@@ -56,7 +56,7 @@ class Slide(Joint):
         ends = self.along.ends[self.elements]
         return [int(ends[0, 0]), *ends[:, 1].tolist()]
 
-    def _row(self, builder: Builder, row: int) -> Coordinates:
+    def _row(self, builder: ConstraintBuilder, row: int) -> Coordinates:
         node = int(self.along.row_nodes[row])
         first = self.along.rows_of(node).start
         return np.asarray(builder.rows(self.along.node(node))[row - first])

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import across, direction, is_one, point, same
 from ancfsparse.scene.joints.joint import Joint, Mark
-from ancfsparse.scene.kinematics.linear_forms import Sum, Vector
+from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
 
 
 @dataclass(frozen=True, eq=False)
-class Between(Joint):
+class TwoBodyJoint(Joint):
     """A joint between a point and another one, or the ground.
 
     Attributes
@@ -67,20 +67,20 @@ class Between(Joint):
         """The axis that it has; None where it has none, or two."""
         return self.axes[0] if len(self.axes) == 1 else None
 
-    def _points(self, builder: Builder) -> tuple[Sum, Sum]:
-        other = Sum.fixed(self.a.position) if self.b is None else point(builder, self.b)
+    def _points(self, builder: ConstraintBuilder) -> tuple[LinearForm, LinearForm]:
+        other = LinearForm.fixed(self.a.position) if self.b is None else point(builder, self.b)
         return point(builder, self.a), other
 
-    def _of_a(self, builder: Builder, vector: Vector) -> Sum:
+    def _of_a(self, builder: ConstraintBuilder, vector: Vector) -> LinearForm:
         return direction(builder, self.a, vector)
 
-    def _of_b(self, builder: Builder, vector: Vector) -> Sum:
-        return Sum.fixed(vector) if self.b is None else direction(builder, self.b, vector)
+    def _of_b(self, builder: ConstraintBuilder, vector: Vector) -> LinearForm:
+        return LinearForm.fixed(vector) if self.b is None else direction(builder, self.b, vector)
 
-    def _share_point(self, builder: Builder) -> None:
+    def _share_point(self, builder: ConstraintBuilder) -> None:
         same(builder, self.label, *self._points(builder), self.size)
 
-    def _share_axis(self, builder: Builder, axis: Vector) -> None:
+    def _share_axis(self, builder: ConstraintBuilder, axis: Vector) -> None:
         """Keep an axis of both parallel: one vector where it is one of each, else two equations."""
         one, other = self._of_a(builder, axis), self._of_b(builder, axis)
         if is_one(one, other):
@@ -90,7 +90,7 @@ class Between(Joint):
             label = f"{self.label}, axis {k + 1}"
             across(builder, label, one, self._of_b(builder, normal), self.size)
 
-    def _share_frame(self, builder: Builder) -> None:
+    def _share_frame(self, builder: ConstraintBuilder) -> None:
         """Keep all directions of both parallel."""
         axes = self.a.beam.axes_of(self.a.beam.rows_of(self.a.index).start)
         ones = [self._of_a(builder, axis) for axis in axes]
@@ -104,7 +104,7 @@ class Between(Joint):
             label = f"{self.label}, turn {i + j}"
             across(builder, label, ones[i], others[j], self.size)
 
-    def _share_line(self, builder: Builder, axis: Vector) -> None:
+    def _share_line(self, builder: ConstraintBuilder, axis: Vector) -> None:
         """Keep the point of `a` on the line through that of `b` along an axis of `b`.
 
         Beside the ground that holds a coordinate for each axis of space across the line.
@@ -120,29 +120,29 @@ class Between(Joint):
 
 
 @dataclass(frozen=True, eq=False)
-class Revolute(Between):
+class Revolute(TwoBodyJoint):
     """Two points are one, and an axis of both is."""
 
     name = "revolute"
 
     @property
-    def freedoms(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """Its angle."""
         return ("angle",)
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Share the point and the axis."""
         self._share_point(builder)
         self._share_axis(builder, self.axes[0])
 
 
 @dataclass(frozen=True, eq=False)
-class Universal(Between):
+class Universal(TwoBodyJoint):
     """Two points coincide, and an axis of the first stays at a right angle to one of the second."""
 
     name = "universal"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Share the point, and hold the angle."""
         self._share_point(builder)
         one, other = self._of_a(builder, self.axes[0]), self._of_b(builder, self.axes[1])
@@ -150,36 +150,36 @@ class Universal(Between):
 
 
 @dataclass(frozen=True, eq=False)
-class Cylindrical(Between):
+class Cylindrical(TwoBodyJoint):
     """A point of one body stays on an axis of both, along and about which it is free."""
 
     name = "cylindrical"
     is_point = False
 
     @property
-    def freedoms(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """Its angle and its displacement."""
         return "angle", "displacement"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Share the axis, and hold the point on it."""
         self._share_axis(builder, self.axes[0])
         self._share_line(builder, self.axes[0])
 
 
 @dataclass(frozen=True, eq=False)
-class Prismatic(Between):
+class Prismatic(TwoBodyJoint):
     """A point of one body stays on an axis of the other, without relative rotation."""
 
     name = "prismatic"
     is_point = False
 
     @property
-    def freedoms(self) -> tuple[str, ...]:
+    def coordinate_names(self) -> tuple[str, ...]:
         """Its displacement."""
         return ("displacement",)
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Share all directions, and hold the point on the axis."""
         self._share_frame(builder)
         self._share_line(builder, self.axes[0])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Builder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import (
@@ -17,8 +17,8 @@ from ancfsparse.scene.joints.frame_vectors import (
     vectors_of,
 )
 from ancfsparse.scene.joints.joint import Mark
-from ancfsparse.scene.kinematics.linear_forms import Sum, Vector
-from ancfsparse.scene.mechanisms.two_body_joint import Between
+from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
+from ancfsparse.scene.mechanisms.two_body_joint import TwoBodyJoint
 
 NAMES = ("r_x", "r_y", "r_z")
 # Sine of the angle between two slopes below which they are in line.
@@ -26,7 +26,7 @@ OFF = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Weld(Between):
+class Weld(TwoBodyJoint):
     """Two points coincide, without relative rotation.
 
     At beams it holds what a clamp holds, to a wall that may move.
@@ -47,7 +47,7 @@ class Weld(Between):
             return None
         return Mark("clamp", self.a.beam.interior_direction(self.a))
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """Share the point, and the directions that both have."""
         self._share_point(builder)
         beams = [node for node in self.nodes if node.beam.n_elements]
@@ -60,7 +60,7 @@ class Weld(Between):
             held, wall = wall, held
         self._hold(builder, held, wall)
 
-    def _hold(self, builder: Builder, held: Point, wall: Point | None) -> None:
+    def _hold(self, builder: ConstraintBuilder, held: Point, wall: Point | None) -> None:
         """Hold the directions of a node of a beam to a wall, which may move."""
         kind, frame = builder.kind(held), held.frame
         if wall is not None and wall.beam.n_elements and self._needs_stiff_section(held, wall):
@@ -75,7 +75,7 @@ class Weld(Between):
         row = row_of(builder, held)
         for name, vector in zip(("r_x", "r_y", "r_z"), frame, strict=False):
             if name in kind.section or (name == "r_x" and self.stretch == "fixed"):
-                own = Sum.of([row[kind.columns(name)]], [1.0])
+                own = LinearForm.of([row[kind.columns(name)]], [1.0])
                 beside = self._beside(builder, wall, vector)
                 same(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
 
@@ -88,7 +88,7 @@ class Weld(Between):
         sizes = np.linalg.norm(slope) * np.linalg.norm(section, axis=1)
         return bool((np.abs(section @ slope) > OFF * sizes).any())
 
-    def _stiffen(self, builder: Builder, wall: Point) -> None:
+    def _stiffen(self, builder: ConstraintBuilder, wall: Point) -> None:
         """Keep lengths and angles of the vectors of a node.
 
         Otherwise the last element alone bears the moment that turns a slope against a section, by a
@@ -105,5 +105,5 @@ class Weld(Between):
                 builder.equation(label, -factor * float(mine @ its), *terms, size=factor, mass=mass)
 
     @staticmethod
-    def _beside(builder: Builder, wall: Point | None, vector: Vector) -> Sum:
-        return Sum.fixed(vector) if wall is None else direction(builder, wall, vector)
+    def _beside(builder: ConstraintBuilder, wall: Point | None, vector: Vector) -> LinearForm:
+        return LinearForm.fixed(vector) if wall is None else direction(builder, wall, vector)

@@ -7,11 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import Builder, Led, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point, RheonomicTerm
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.linear_forms import Vector
-from ancfsparse.scene.mechanisms.coordinate_functions import distance, measure
-from ancfsparse.scene.records.prescribed_motion import Course
+from ancfsparse.scene.mechanisms.coordinate_functions import distance, joint_coordinate
+from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Winch(Joint):
         Points of bodies and beams, or fixed in space [m].
     length : float
         Of the rope in the reference shape [m].
-    course : Course, optional
+    motion : PrescribedMotion, optional
         Its length over time, where it changes.
     drum : Joint, optional
         A hinge whose angle winds the rope up.
@@ -34,12 +34,12 @@ class Winch(Joint):
 
     points: tuple[Point | Vector, ...]
     length: float
-    course: Course | None = None
+    motion: PrescribedMotion | None = None
     drum: Joint | None = None
     radius: float = 0.0
     name = "winch"
 
-    def lower(self, builder: Builder) -> None:
+    def lower(self, builder: ConstraintBuilder) -> None:
         """State ``sum of d_i + radius angle - l = 0``, whose multiplier is the tension."""
         fixed, measures = 0.0, []
         for one, other in pairwise(self.points):
@@ -48,10 +48,12 @@ class Winch(Joint):
             else:
                 fixed += float(np.linalg.norm(one - other))
         if self.drum is not None:
-            measures.append((self.radius, measure(builder, self.drum, "angle")))
-        led = None if self.course is None else Led(self.course, 0)
-        offset = fixed - (self.length if led is None else 0.0)
-        builder.equation(self.label, offset, measures=measures, size=self.length, led=led)
+            measures.append((self.radius, joint_coordinate(builder, self.drum, "angle")))
+        rheonomic = None if self.motion is None else RheonomicTerm(self.motion, 0)
+        offset = fixed - (self.length if rheonomic is None else 0.0)
+        builder.equation(
+            self.label, offset, measures=measures, size=self.length, rheonomic=rheonomic
+        )
 
     @property
     def nodes(self) -> tuple[Point, ...]:

@@ -9,7 +9,7 @@ from ancfsparse.checks import check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import VelocityField
 from ancfsparse.scene.geometry.positions import place
-from ancfsparse.scene.kinematics.rigid_motion import Uniform
+from ancfsparse.scene.kinematics.rigid_motion import UniformVelocity
 
 Vector = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ def velocity_field(
     what = f"velocity of {label}"
     if not callable(velocity):
         constant = check_vector(what, velocity, positions.shape[1], "m/s")
-        return Uniform(constant)
+        return UniformVelocity(constant)
     values = check_reals(f"what {what} returns", velocity(positions.copy()), "an array of numbers")
     if values.shape != positions.shape:
         raise InputError(

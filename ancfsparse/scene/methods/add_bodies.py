@@ -13,7 +13,7 @@ from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.body import VelocityField
 from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
 from ancfsparse.scene.meshing.build_beam import build_beam
-from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.meshing.eigenstrain import Eigencurvature, Eigenstrain
 
 
-class Bodies(Records):
+class Bodies(SceneBase):
     """Beams and meshes of a scene."""
 
     def add_beam(

@@ -23,22 +23,22 @@ from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import Joint, check_end
-from ancfsparse.scene.joints.joint_coordinate import UNITS, freedom_of
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Spec, as_data, text
+from ancfsparse.scene.joints.joint_coordinate import COORDINATE_UNITS, select_coordinate
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Record, as_data, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.beam import Beam
     from ancfsparse.scene.bodies.mesh import Mesh
     from ancfsparse.scene.mechanisms.gear import Gear
-    from ancfsparse.scene.mechanisms.prescribed_joint import Driven
+    from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint
     from ancfsparse.scene.mechanisms.sliding_joint import Slide
     from ancfsparse.scene.mechanisms.winch import Winch
     from ancfsparse.scene.records.signal import Signal
 
 
 @dataclass(frozen=True, eq=False)
-class DrivenSpec(Spec):
+class DrivenSpec(Record):
     """The record of `Scene.drive_joint`."""
 
     joint: JointRef
@@ -56,7 +56,7 @@ class DrivenSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class SlideSpec(Spec):
+class SlideSpec(Record):
     """The record of `Scene.slide`."""
 
     point: PointRef
@@ -66,7 +66,7 @@ class SlideSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class GearSpec(Spec):
+class GearSpec(Record):
     """The record of `Scene.gear`."""
 
     one: JointRef
@@ -78,7 +78,7 @@ class GearSpec(Spec):
 
 
 @dataclass(frozen=True, eq=False)
-class WinchSpec(Spec):
+class WinchSpec(Record):
     """The record of `Scene.winch`."""
 
     points: tuple[Any, ...]
@@ -98,7 +98,7 @@ class WinchSpec(Spec):
         return f"winch ({points}){length}{drum}"
 
 
-class Couplings(Records):
+class Couplings(SceneBase):
     """Joints of a scene that act on the freedoms of others."""
 
     def drive_joint(
@@ -110,7 +110,7 @@ class Couplings(Records):
         second_rate: Callable[[float], float] | None = None,
         of: str | None = None,
         as_constraint: bool = False,
-    ) -> Driven:
+    ) -> PrescribedJoint:
         """Move a joint as prescribed: a hinge by its angle, a sliding joint by its displacement.
 
         `Trajectory.joint_force` is the moment or force that takes; its work counts in the energy
@@ -140,7 +140,7 @@ class Couplings(Records):
 
         Returns
         -------
-        Driven
+        PrescribedJoint
             The drive.
 
         Raises
@@ -151,10 +151,10 @@ class Couplings(Records):
             If it is driven already.
         """
         reference = self._joint("a drive", joint)
-        freedom = freedom_of("a drive", joint, of)
+        freedom = select_coordinate("a drive", joint, of)
         for other in self.joints:
             if (
-                isinstance(other, mechanisms.Driven)
+                isinstance(other, mechanisms.PrescribedJoint)
                 and other.joint is joint
                 and other.of == freedom
             ):
@@ -162,10 +162,12 @@ class Couplings(Records):
                     f"the {freedom} of the {joint.label} is driven already: leave one drive out"
                 )
         subject = f"the {freedom} of the {joint.label}"
-        course = records.course_of(subject, 0, value, rate, second_rate, UNITS[freedom])
+        motion = records.define_motion(
+            subject, 0, value, rate, second_rate, COORDINATE_UNITS[freedom]
+        )
         flag = check_flag("as_constraint of a drive", as_constraint)
         record = DrivenSpec(reference, value, rate, second_rate, of, flag)
-        return self._add_partial(mechanisms.Driven(joint, freedom, course, flag), record)
+        return self._add_partial(mechanisms.PrescribedJoint(joint, freedom, motion, flag), record)
 
     def slide(self, point: Point, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
         """Let a point slide along a beam or a mesh without friction, from element to element.
@@ -262,7 +264,7 @@ class Couplings(Records):
             If a joint has no such freedom, or the ratio is zero or not finite.
         """
         references = self._joint("a gear", one), self._joint("a gear", other)
-        of = freedom_of("a gear", one, of_one), freedom_of("a gear", other, of_other)
+        of = select_coordinate("a gear", one, of_one), select_coordinate("a gear", other, of_other)
         if one is other and of[0] == of[1]:
             raise InputError(f"a gear needs two freedoms, got the {of[0]} of the {one.label} twice")
         by = check_finite("ratio of a gear", ratio)
@@ -318,7 +320,7 @@ class Couplings(Records):
             raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
         if drum is not None and length is not None:
             raise InputError("a winch has a drum or a prescribed length, not both: drive the drum")
-        course = self._length_over_time("the length of the winch", length, rate, second_rate)
+        motion = self._length_over_time("the length of the winch", length, rate, second_rate)
         wound, by = None, 0.0
         if drum is not None:
             wound, by = (
@@ -326,9 +328,9 @@ class Couplings(Records):
                 check_moderate("radius of a drum", radius, "m"),
             )
             radius = by
-            freedom_of("a winch", drum, "angle")
+            select_coordinate("a winch", drum, "angle")
         places = tuple(
             each.reference if isinstance(each, Point) else tuple(each.tolist()) for each in ends
         )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
-        return self._add_partial(mechanisms.Winch(ends, sum(apart), course, drum, by), record)
+        return self._add_partial(mechanisms.Winch(ends, sum(apart), motion, drum, by), record)

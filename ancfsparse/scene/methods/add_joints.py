@@ -19,15 +19,15 @@ from ancfsparse.scene.joints.connect import Connect, ConnectSpec
 from ancfsparse.scene.joints.distance import Distance, DistanceSpec, RigidRod, RodSpec
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_point, check_turns
 from ancfsparse.scene.joints.pin import Pin, PinSpec
-from ancfsparse.scene.joints.prescribed_point import Drive, DriveSpec
-from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.joints.prescribed_point import DriveSpec, PrescribedPoint
+from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import as_data
 
 if TYPE_CHECKING:
     from ancfsparse.scene.joints.distance import Distance, DistanceSpec, RigidRod, RodSpec
 
 
-class Joints(Records):
+class Joints(SceneBase):
     """Joints of a scene."""
 
     def pin(self, node: Point, *, as_constraint: bool = False) -> Pin:
@@ -82,7 +82,7 @@ class Joints(Records):
         rate: Callable[[float], ArrayLike] | None = None,
         second_rate: Callable[[float], ArrayLike] | None = None,
         as_constraint: bool = False,
-    ) -> Drive:
+    ) -> PrescribedPoint:
         """Move the position of a point as prescribed, leave its rotation free.
 
         The force that takes is the reaction at the node; its work counts in the energy balance.
@@ -112,9 +112,9 @@ class Joints(Records):
         own = self._mine("a drive", check_point("a drive", node))
         check_flag("as_constraint of a drive", as_constraint)
         subject = f"the position of the drive at {own!r}"
-        course = records.course_of(subject, self.dim, position, rate, second_rate)
+        motion = records.define_motion(subject, self.dim, position, rate, second_rate)
         record = DriveSpec(own.reference, as_data(position), rate, second_rate, as_constraint)
-        return self._add(Drive(own, course, as_constraint), record)
+        return self._add(PrescribedPoint(own, motion, as_constraint), record)
 
     def rod(
         self,
@@ -155,9 +155,9 @@ class Joints(Records):
                 "node itself; to hold the node there, use pin"
             )
         subject = f"the length of the rod at {node!r}"
-        course = self._length_over_time(subject, length, rate, second_rate)
+        motion = self._length_over_time(subject, length, rate, second_rate)
         record = RodSpec(node.reference, as_data(point), length, rate, second_rate)
-        return self._add(RigidRod(node, point, distance, course), record)
+        return self._add(RigidRod(node, point, distance, motion), record)
 
     def connect(self, a: Point, b: Point, *, apart: bool = False) -> Connect:
         """Join two points at one place, free to turn against each other.
@@ -223,6 +223,6 @@ class Joints(Records):
         if apart <= SAME_PLACE * max(a.beam.size, b.beam.size):
             raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
         subject = f"the distance of {a!r} and {b!r}"
-        course = self._length_over_time(subject, length, rate, second_rate)
+        motion = self._length_over_time(subject, length, rate, second_rate)
         record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
-        return self._add_partial(Distance(a, b, apart, course), record)
+        return self._add_partial(Distance(a, b, apart, motion), record)

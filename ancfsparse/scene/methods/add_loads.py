@@ -24,10 +24,10 @@ from ancfsparse.scene.loads.loads import (
     PointMoment,
     PointMomentSpec,
 )
-from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.methods.scene_base import SceneBase
 
 
-class Loads(Records):
+class Loads(SceneBase):
     """Loads of a scene."""
 
     def point_force(

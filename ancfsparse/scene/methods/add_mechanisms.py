@@ -20,20 +20,20 @@ from ancfsparse.scene.bodies.body import Point, Vector
 from ancfsparse.scene.geometry.positions import SAME_PLACE, place
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import At, PointRef, Spec, text
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import At, PointRef, Record, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.two_body_joint import (
-        Between,
         Cylindrical,
         Prismatic,
         Revolute,
+        TwoBodyJoint,
         Universal,
     )
     from ancfsparse.scene.mechanisms.weld import Weld
 
-Kind = TypeVar("Kind", bound="Between")
+Kind = TypeVar("Kind", bound="TwoBodyJoint")
 
 # Deviation from a right angle that is taken for rounding [rad].
 OFF = 1e-9
@@ -42,7 +42,7 @@ UNIT = 8.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
-class BetweenSpec(Spec):
+class BetweenSpec(Record):
     """A record of a joint between two points."""
 
     a: PointRef
@@ -98,7 +98,7 @@ class WeldSpec(BetweenSpec):
     method = "weld"
 
 
-class Mechanisms(Records):
+class Mechanisms(SceneBase):
     """Joints of a scene that hold directions, or a point on a line."""
 
     def revolute(

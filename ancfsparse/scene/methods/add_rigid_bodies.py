@@ -23,8 +23,8 @@ from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.body import Vector
 from ancfsparse.scene.geometry.positions import check_position
 from ancfsparse.scene.kinematics.rigid_motion import RigidMotion, second_moments
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import Spec, as_data
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import Record, as_data
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -35,7 +35,7 @@ ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class BodySpec(Spec):
+class BodySpec(Record):
     """The record of `Scene.add_body`."""
 
     shape: RigidShape | None
@@ -60,7 +60,7 @@ class BodySpec(Spec):
     }
 
 
-class RigidBodies(Records):
+class RigidBodies(SceneBase):
     """Rigid bodies of a scene."""
 
     def add_body(

@@ -17,23 +17,23 @@ from ancfsparse.scene import records
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.positions import SAME_PLACE, Vector, check_position
-from ancfsparse.scene.joints.constrained_points import Holds
+from ancfsparse.scene.joints.constrained_points import ConstrainedPoints
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.loads.attachment import Attached
+from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.loads.loads import Load
-from ancfsparse.scene.records.record import JointRef, Spec
+from ancfsparse.scene.records.record import JointRef, Record
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
     from ancfsparse.scene.records.signal import Signal
 
 AnyBody = TypeVar("AnyBody", bound=Body)
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
 AnyLoad = TypeVar("AnyLoad", bound=Load)
-Thing = TypeVar("Thing", bound=Attached)
+Thing = TypeVar("Thing", bound=Attachment)
 
 
-class Records:
+class SceneBase:
     """What was specified, in one gravity field, and the handles built from it.
 
     Parameters
@@ -57,10 +57,10 @@ class Records:
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.loads: list[Load] = []
-        self.attached: list[Attached] = []
+        self.attachments: list[Attachment] = []
         self._bodies: dict[str, Body] = {}
-        self._built: dict[object, Spec] = {}
-        self._holds = Holds()
+        self._built: dict[object, Record] = {}
+        self._holds = ConstrainedPoints()
 
     @property
     def gravity(self) -> NDArray[np.float64]:
@@ -92,16 +92,16 @@ class Records:
         return self._bodies[name]
 
     @property
-    def records(self) -> tuple[Spec, ...]:
+    def records(self) -> tuple[Record, ...]:
         """What was specified, in the order of the calls."""
         return tuple(self._built.values())
 
-    def record_of(self, handle: object) -> Spec:
+    def record_of(self, handle: object) -> Record:
         """Return the record that a handle was built from.
 
         Parameters
         ----------
-        handle : Body, Joint, Load or Attached
+        handle : Body, Joint, Load or Attachment
             What a method of this scene has returned.
 
         Raises
@@ -117,7 +117,7 @@ class Records:
                 f"such as a beam, a joint or a load, got {format_value(handle)}"
             ) from None
 
-    def _take(self, body: AnyBody, record: Spec) -> AnyBody:
+    def _take(self, body: AnyBody, record: Record) -> AnyBody:
         if isinstance(body, ElasticBody):
             _check_range(body)
         self.bodies.append(body)
@@ -125,27 +125,27 @@ class Records:
         self._record(record, body)
         return body
 
-    def _add(self, joint: AnyJoint, record: Spec) -> AnyJoint:
+    def _add(self, joint: AnyJoint, record: Record) -> AnyJoint:
         self._holds.add(joint)
         return self._add_partial(joint, record)
 
-    def _add_partial(self, joint: AnyJoint, record: Spec) -> AnyJoint:
+    def _add_partial(self, joint: AnyJoint, record: Record) -> AnyJoint:
         """Add a joint that leaves its points free to move, so others may hold them too."""
         self.joints.append(joint)
         self._record(record, joint)
         return joint
 
-    def _load(self, load: AnyLoad, record: Spec) -> AnyLoad:
+    def _load(self, load: AnyLoad, record: Record) -> AnyLoad:
         self.loads.append(load)
         self._record(record, load)
         return load
 
-    def _attach(self, thing: Thing, record: Spec) -> Thing:
-        self.attached.append(thing)
+    def _attach(self, thing: Thing, record: Record) -> Thing:
+        self.attachments.append(thing)
         self._record(record, thing)
         return thing
 
-    def _record(self, record: Spec, handle: object) -> None:
+    def _record(self, record: Record, handle: object) -> None:
         self._built[handle] = record
 
     def _label(self, name: str | None, kind: str) -> str:
@@ -192,10 +192,10 @@ class Records:
         length: Signal | Callable[[float], float] | None,
         rate: Callable[[float], float] | None,
         second_rate: Callable[[float], float] | None,
-    ) -> Course | None:
+    ) -> PrescribedMotion | None:
         """Return a length that changes as a prescribed motion; None if it is constant."""
         if length is not None:
-            return records.course_of(subject, 0, length, rate, second_rate)
+            return records.define_motion(subject, 0, length, rate, second_rate)
         if rate is not None or second_rate is not None:
             raise InputError(
                 f"{subject} has a rate and is constant: give it as a function, length=l(t), too"

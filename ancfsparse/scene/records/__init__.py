@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.records.prescribed_motion import course_of
+    from ancfsparse.scene.records.prescribed_motion import define_motion
 
-__all__ = ["course_of"]
+__all__ = ["define_motion"]
 
 _MODULES = {
-    "course_of": "prescribed_motion",
+    "define_motion": "prescribed_motion",
 }
 
 __getattr__ = on_demand(__name__, _MODULES)

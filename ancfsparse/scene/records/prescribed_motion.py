@@ -1,4 +1,4 @@
-"""Motions that are prescribed: a position or a length as a function of time, and its rates."""
+"""Prescribed motions: a position, length or angle as a function of time, with its derivatives."""
 
 from __future__ import annotations
 
@@ -12,31 +12,36 @@ from numpy.typing import ArrayLike
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.records.signal import Signal
-from ancfsparse.scene.records.time_dependent import Applied, Value
+from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
-# Derivatives of a prescribed motion that must be continuous: a jump of the acceleration rings for
-# ever in a scheme without damping, one of the velocity is an impact.
-SMOOTH = 2
+# Continuous derivatives of a prescribed motion: a jump of the acceleration excites a vibration that
+# a scheme without damping never loses, a jump of the velocity is an impact.
+MIN_SMOOTHNESS = 2
+
+# Units of a motion, its velocity, and its acceleration.
+UNITS = {"m": ("m", "m/s", "m/s2"), "rad": ("rad", "rad/s", "rad/s2")}
 
 
 @dataclass(frozen=True, eq=False)
-class Places(Applied):
-    """Positions over time.
+class PrescribedValue(TimeDependentValue):
+    """A position, length or angle, or a derivative of one, over time.
 
     Attributes
     ----------
     subject : str
-        What moves, for messages.
+        Name in messages.
     width : int
-        Components of a value; 0 for a number.
+        Number of components of a value; 0 for a scalar.
     value : number, ndarray or callable
         A value [`unit`], or a function of t [s] that returns it.
+    unit : str
+        Unit of the value.
     """
 
     subject: str
     width: int
     value: Value
-    unit = "m"
+    unit: str = "m"
     number = "one number"
 
     @property
@@ -46,126 +51,90 @@ class Places(Applied):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of a value: ``(width,)``, or ``()`` for a number."""
+        """Shape of a value: ``(width,)``, or ``()`` for a scalar."""
         return (self.width,) if self.width else ()
 
 
 @dataclass(frozen=True, eq=False)
-class Rates(Places):
-    """Velocities over time, as `Places`."""
-
-    unit = "m/s"
-
-
-@dataclass(frozen=True, eq=False)
-class SecondRates(Places):
-    """Accelerations over time, as `Places`."""
-
-    unit = "m/s2"
-
-
-@dataclass(frozen=True, eq=False)
-class Angles(Places):
-    """Angles over time, as `Places`."""
-
-    unit = "rad"
-
-
-@dataclass(frozen=True, eq=False)
-class Spins(Places):
-    """Angular velocities over time, as `Places`."""
-
-    unit = "rad/s"
-
-
-@dataclass(frozen=True, eq=False)
-class SpinRates(Places):
-    """Angular accelerations over time, as `Places`."""
-
-    unit = "rad/s2"
-
-
-KINDS = {"m": (Places, Rates, SecondRates), "rad": (Angles, Spins, SpinRates)}
-
-
-@dataclass(frozen=True, eq=False)
-class Course:
-    """A prescribed motion.
+class PrescribedMotion:
+    """A prescribed motion and its derivatives.
 
     Attributes
     ----------
-    places : Places
-        Where it is.
-    rates, second_rates : Places or None
-        Its derivatives; None if not given, so that differences replace them.
+    value : PrescribedValue
+        The position, length or angle.
+    rate, second_rate : PrescribedValue or None
+        Its derivatives; None if they are to be approximated by differences.
     """
 
-    places: Places
-    rates: Places | None
-    second_rates: Places | None
+    value: PrescribedValue
+    rate: PrescribedValue | None
+    second_rate: PrescribedValue | None
 
 
-def course_of(
+def define_motion(
     subject: str,
     width: int,
     value: ArrayLike | Callable[[float], ArrayLike],
     rate: Callable[[float], ArrayLike] | None = None,
     second_rate: Callable[[float], ArrayLike] | None = None,
     unit: str = "m",
-) -> Course:
-    """Check a prescribed motion, and find its derivatives where they are known.
+) -> PrescribedMotion:
+    """Check a prescribed motion, and take its derivatives from a signal or a constant.
 
     Parameters
     ----------
     subject : str
-        What moves, for messages.
+        Name in messages.
     width : int
-        Components of a value; 0 for a number.
+        Number of components of a value; 0 for a scalar.
     value : array_like or callable
-        The motion [m], or a function of t [s] that returns it.
+        The motion [`unit`], or a function of t [s] that returns it.
     rate, second_rate : callable, optional
-        Its derivatives [m/s, m/s2], as functions of t; both or none.
+        Its derivatives [`unit`/s, `unit`/s2], as functions of t; both or none.
     unit : str, optional
-        ``"m"``; or ``"rad"`` of angles [rad, rad/s, rad/s2].
+        ``"m"`` or ``"rad"``.
 
     Raises
     ------
     InputError
-        If a value is invalid, a derivative is missing, or the motion is a signal that is not
+        If a value is invalid, one derivative is missing, or the motion is a signal that is not
         smooth.
     """
-    for name, given in (("rate", rate), ("second_rate", second_rate)):
-        if given is not None and not callable(given):
+    for name, function in (("rate", rate), ("second_rate", second_rate)):
+        if function is not None and not callable(function):
             raise InputError(
-                f"{name} of {subject} must be a function of time, got {format_value(given)}: leave "
-                "it out where the motion is a signal or does not change"
+                f"{name} of {subject} must be a function of time, got {format_value(function)}: "
+                "leave it out where the motion is a signal or constant"
             )
     if (rate is None) != (second_rate is None):
         missing = "second_rate" if second_rate is None else "rate"
         raise InputError(f"{subject} needs both of its derivatives or none: give {missing} too")
-    kinds = KINDS[unit]
-    places = kinds[0](subject, width, value)
+    units = UNITS[unit]
+    position = PrescribedValue(subject, width, value, units[0])
     if rate is None and isinstance(value, Signal):
-        if value.smoothness < SMOOTH:
+        if value.smoothness < MIN_SMOOTHNESS:
             raise InputError(
-                f"{subject} follows {value!r}, whose acceleration is not continuous, so it would "
-                "ring: take Ramp(..., smooth=True), Sine, or a smooth function such as "
-                "scipy.interpolate.CubicSpline(times, values, bc_type='clamped')"
+                f"{subject} follows {value!r}, whose acceleration is not continuous and would "
+                "excite vibrations: take Ramp(..., smooth=True), Sine, or a smooth function such "
+                "as scipy.interpolate.CubicSpline(times, values, bc_type='clamped')"
             )
-        rate, second_rate = _Rate(value, 1), _Rate(value, 2)
+        rate, second_rate = _SignalRate(value, 1), _SignalRate(value, 2)
     elif rate is None and not callable(value):
-        rate = second_rate = _Rest((width,) if width else ())
+        rate = second_rate = _ZeroRate(position.shape)
     if rate is None or second_rate is None:
-        return Course(places, None, None)
-    return Course(
-        places,
-        kinds[1](f"the rate of {subject}", width, rate),
-        kinds[2](f"the second rate of {subject}", width, second_rate),
+        return PrescribedMotion(position, None, None)
+    return PrescribedMotion(
+        position,
+        PrescribedValue(f"the rate of {subject}", width, rate, units[1]),
+        PrescribedValue(f"the second rate of {subject}", width, second_rate, units[2]),
     )
 
 
 @dataclass(frozen=True)
-class _Rate:
+class _SignalRate:
+    """A derivative of a signal."""
+
     signal: Signal
     order: int
     takes_arrays: ClassVar[bool] = True
@@ -175,7 +144,9 @@ class _Rate:
 
 
 @dataclass(frozen=True)
-class _Rest:
+class _ZeroRate:
+    """The derivative of a constant."""
+
     shape: tuple[int, ...]
     takes_arrays: ClassVar[bool] = True
 

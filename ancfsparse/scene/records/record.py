@@ -14,13 +14,13 @@ import numpy as np
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
-from ancfsparse.scene.records.compiled_callbacks import is_compiled, sent
+from ancfsparse.scene.records.compiled_callbacks import is_compiled, picklable_callback
 from ancfsparse.scene.records.signal import Signal
 
 # The record of every method of `Scene` that adds something.
-SPECS: dict[str, type[Spec]] = {}
+RECORD_TYPES: dict[str, type[Record]] = {}
 # What records hold in place of handles, by the name of the class.
-REFERENCES: dict[str, type[BodyRef]] = {}
+REFERENCE_TYPES: dict[str, type[BodyRef]] = {}
 
 
 class References(Protocol):
@@ -53,7 +53,7 @@ class BodyRef:
 
     def __init_subclass__(cls) -> None:
         """Enter it in the table of references."""
-        REFERENCES[cls.kind()] = cls
+        REFERENCE_TYPES[cls.kind()] = cls
 
     @classmethod
     def kind(cls) -> str:
@@ -65,7 +65,7 @@ class BodyRef:
         return scene.body(self.body)
 
 
-REFERENCES[BodyRef.kind()] = BodyRef
+REFERENCE_TYPES[BodyRef.kind()] = BodyRef
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ _NUMPY = np.ndarray, np.generic
 
 
 @dataclass(frozen=True, eq=False)
-class Spec:
+class Record:
     """The arguments of one call; its fields have the names of the parameters.
 
     Vectors are tuples, matrices read-only arrays, handles `BodyRef` or `PointRef`.
@@ -142,7 +142,7 @@ class Spec:
     def __init_subclass__(cls) -> None:
         """Enter it in the table of records."""
         if "method" in cls.__dict__:
-            SPECS[cls.method] = cls
+            RECORD_TYPES[cls.method] = cls
 
     def __post_init__(self) -> None:
         """Keep vectors as tuples, and numbers of NumPy as those of Python."""
@@ -187,7 +187,9 @@ class Spec:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what is pickled: functions only if they can be."""
-        return {name: sent(value, self.method) for name, value in self.__dict__.items()}
+        return {
+            name: picklable_callback(value, self.method) for name, value in self.__dict__.items()
+        }
 
 
 def mapped(value: Any, change: Callable[[BodyRef], Any]) -> Any:

@@ -67,7 +67,7 @@ class Signal(ABC):
     __array_ufunc__ = None
 
 
-def at_once(value: object) -> bool:
+def is_vectorized(value: object) -> bool:
     """Whether a load or motion is a function that takes arrays of any times."""
     return bool(getattr(value, "takes_arrays", False))
 
@@ -114,7 +114,7 @@ class Sum(Signal):
         return " + ".join([*(part.describe() for part in self.parts), repr(self.constant)])
 
 
-class Shaped(Signal):
+class ScaledSignal(Signal):
     """A value that is multiplied by a number which changes with time."""
 
     @property

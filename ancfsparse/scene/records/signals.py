@@ -25,7 +25,7 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum, format_value
-from ancfsparse.scene.records.signal import Shaped, Signal, Value, checked_value
+from ancfsparse.scene.records.signal import ScaledSignal, Signal, Value, checked_value
 
 Vector = NDArray[np.float64]
 
@@ -156,7 +156,7 @@ class Table(Signal):
 
 
 @dataclass(frozen=True)
-class Ramp(Shaped):
+class Ramp(ScaledSignal):
     """A rise from zero to a value, which is then held.
 
     Parameters
@@ -208,7 +208,7 @@ class Ramp(Shaped):
 
 
 @dataclass(frozen=True)
-class Sine(Shaped):
+class Sine(ScaledSignal):
     """``amplitude sin(2 pi frequency t + phase)``.
 
     Parameters
@@ -251,7 +251,7 @@ class Sine(Shaped):
 
 
 @dataclass(frozen=True)
-class Pulse(Shaped):
+class Pulse(ScaledSignal):
     """A value between two times and zero before and after.
 
     Parameters

@@ -12,14 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_finite, check_reals, check_vector, set_fields
 from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_value
-from ancfsparse.scene.records.transferable_functions import sendable
+from ancfsparse.scene.records.picklable_functions import picklable
 
 Vector = NDArray[np.float64]
 
 Value = ArrayLike | Callable[[float], ArrayLike]
 
 
-class Applied(ABC):
+class TimeDependentValue(ABC):
     """What all loads have in common.
 
     It can be sent to another process, if need be without its function of time.
@@ -31,7 +31,7 @@ class Applied(ABC):
     """
 
     value: Value
-    unit: ClassVar[str]
+    unit: str
     number: ClassVar[str] = "one number about +z because the scene is planar"
 
     def __post_init__(self) -> None:
@@ -43,7 +43,7 @@ class Applied(ABC):
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""
-        return self.__dict__ | {"value": sendable(self.__dict__["value"])}
+        return self.__dict__ | {"value": picklable(self.__dict__["value"])}
 
     @property
     @abstractmethod

@@ -14,13 +14,13 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.auto_element import PLACES
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import BodyRef, PointRef, Spec
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 
-AnyScene = TypeVar("AnyScene", bound=Records)
+AnyScene = TypeVar("AnyScene", bound=SceneBase)
 
 
-def build(like: AnyScene, records: Iterable[Spec], gravity: ArrayLike | None = None) -> AnyScene:
+def build(like: AnyScene, records: Iterable[Record], gravity: ArrayLike | None = None) -> AnyScene:
     """Return a scene made from records, in the gravity of another one unless given [m/s2]."""
     scene = type(like)(like.gravity if gravity is None else gravity)
     for record in records:
@@ -31,7 +31,7 @@ def build(like: AnyScene, records: Iterable[Spec], gravity: ArrayLike | None = N
 def refined(scene: AnyScene, factor: int) -> AnyScene:
     """Return a copy with every element divided; see `Scene.refined`."""
     times = check_count("the factor of refined", factor)
-    finer: dict[int, Spec] = {}
+    finer: dict[int, Record] = {}
     for body in scene.beams:
         record = scene.record_of(body)
         finer[id(record)] = replace(record, **body.finer(times))
@@ -56,7 +56,7 @@ def replaced(
     return build(scene, _with(scene, {id(record): other}), gravity)
 
 
-def counterpart(scene: Records, handle: Body | Point) -> Any:
+def counterpart(scene: SceneBase, handle: Body | Point) -> Any:
     """Return the handle of the same body or point in a scene; see `Scene.counterpart`."""
     if isinstance(handle, Point):
         here = scene.body(handle.beam.name)
@@ -70,7 +70,7 @@ def counterpart(scene: Records, handle: Body | Point) -> Any:
     )
 
 
-def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
+def _with(scene: SceneBase, others: Mapping[int, Record]) -> list[Record]:
     """Return the records of a scene with some in place of others, to which points are moved."""
     bodies = {body.name: others.get(id(scene.record_of(body))) for body in scene.bodies}
 
@@ -88,7 +88,7 @@ def _with(scene: Records, others: Mapping[int, Spec]) -> list[Spec]:
     return [others.get(id(record)) or record.moved(move) for record in scene.records]
 
 
-def _count(record: Spec) -> int:
+def _count(record: Record) -> int:
     """Return the number of elements of a beam, or of every edge of a mesh, from its record."""
     n_elements = record.given["n_elements"]
     if isinstance(n_elements, str) and n_elements == "auto":
@@ -96,7 +96,7 @@ def _count(record: Spec) -> int:
     return check_count(f"n_elements of {record.given['name']}", n_elements)
 
 
-def _as_data(scene: Records, value: Any) -> Any:
+def _as_data(scene: SceneBase, value: Any) -> Any:
     """Return an argument as a record holds it: handles as references."""
     if isinstance(value, Joint):
         return scene._joint("replaced", value)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from ancfsparse.messages import checksum, format_numbers
-from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef
 
 # Longer descriptions are cut here and end in a checksum.
@@ -17,7 +17,7 @@ WRAPPED = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 
-def digest(scene: Records) -> dict[str, str]:
+def digest(scene: SceneBase) -> dict[str, str]:
     """Describe what decides how a scene moves, but for its shape and initial velocities.
 
     These are numbers, and compared as such.  Of a load that is a function of time only its place
@@ -55,7 +55,7 @@ def digest(scene: Records) -> dict[str, str]:
     for part, handles in (
         ("joints", scene.joints),
         ("loads", scene.loads),
-        ("attached", scene.attached),
+        ("attached", scene.attachments),
     ):
         parts[part] = "; ".join(scene.record_of(each).describe(at, each) for each in handles)
     return {name: _short(value) for name, value in parts.items()}

@@ -22,12 +22,12 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.rigid_shapes import SHAPE_TYPES
 from ancfsparse.scene.geometry.curves import Arc, Helix
-from ancfsparse.scene.methods.scene_base import Records
+from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.compiled_callbacks import is_compiled
-from ancfsparse.scene.records.record import REFERENCES, SPECS, BodyRef, Spec
+from ancfsparse.scene.records.picklable_functions import MissingFunction
+from ancfsparse.scene.records.record import RECORD_TYPES, REFERENCE_TYPES, BodyRef, Record
 from ancfsparse.scene.records.signal import Sum
 from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
-from ancfsparse.scene.records.transferable_functions import Unsent
 from ancfsparse.scene.sections.cross_section import SECTION_TYPES
 from ancfsparse.scene.sections.material import Material
 
@@ -42,10 +42,10 @@ DATA: dict[str, type[Any]] = (
     SECTION_TYPES | SHAPE_TYPES | {kind.__name__: kind for kind in (Material, *SIGNALS, *CURVES)}
 )
 
-AnyScene = TypeVar("AnyScene", bound=Records)
+AnyScene = TypeVar("AnyScene", bound=SceneBase)
 
 
-def written(scene: Records) -> str:
+def written(scene: SceneBase) -> str:
     """Return a scene as the text of its file.
 
     Raises
@@ -64,7 +64,7 @@ def written(scene: Records) -> str:
     return f'{{{first},\n"records": [\n' + ",\n".join(lines) + "\n]}\n"
 
 
-def save(scene: Records, path: str | Path) -> None:
+def save(scene: SceneBase, path: str | Path) -> None:
     """Write a scene; see `Scene.save`."""
     file, text = _place(path), written(scene)
     part = file.with_name(f".{file.name}.{os.getpid()}")
@@ -154,13 +154,13 @@ def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
     if isinstance(value, np.ndarray):
         return _array(value)
     kind = value.kind() if isinstance(value, BodyRef) else type(value).__name__
-    if (DATA | REFERENCES).get(kind) is type(value):
+    if (DATA | REFERENCE_TYPES).get(kind) is type(value):
         given = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
         return {"kind": kind} | {k: encoded(v, where, names) for k, v in given.items()}
     if isinstance(value, ElementKind):
         name = value.package or value.name
         return {"own": name, "definition": value.definition, "values": dict(value.values)}
-    if isinstance(value, Unsent):
+    if isinstance(value, MissingFunction):
         raise InputError(f"{where}: {value.reason}")
     if callable(value) and not is_compiled(value):
         name = name_of(value)
@@ -190,12 +190,12 @@ def _array(values: np.ndarray[Any, Any]) -> Any:
     return {"array": plain.dtype.str, "shape": list(values.shape), "base64": text}
 
 
-def _build(scene: Records, entry: Any, own: Mapping[str, Any]) -> None:
+def _build(scene: SceneBase, entry: Any, own: Mapping[str, Any]) -> None:
     if not isinstance(entry, dict):
         raise InputError(f"it must be a method and its arguments, got {format_value(entry)}")
-    method = check_choice("method", entry.get("method"), SPECS)
+    method = check_choice("method", entry.get("method"), RECORD_TYPES)
     given = {name: _decoded(each, own) for name, each in entry.items() if name != "method"}
-    record: Spec = _made(SPECS[method], given, method)
+    record: Record = _made(RECORD_TYPES[method], given, method)
     record.build(scene)
 
 
@@ -214,7 +214,7 @@ def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
         return _element(own[value["own"]], value) if "definition" in value else own[value["own"]]
     if "base64" in value:
         return _array_of(value)
-    known = DATA | REFERENCES
+    known = DATA | REFERENCE_TYPES
     kind = check_choice("kind", value.get("kind"), known)
     given = {name: _decoded(each, own) for name, each in value.items() if name != "kind"}
     return _made(known[kind], given, kind)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene.methods.scene_base import Records
-from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef, Spec, equal
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef, Record, equal
 from ancfsparse.scene.records.signal import Signal
 
 
-def line(record: Spec, scene: Records) -> str:
+def line(record: Record, scene: SceneBase) -> str:
     """Write one record of a scene: the call, and every argument that differs from its default."""
     words = []
     for name, each in unusual(record).items():
@@ -22,7 +22,7 @@ def line(record: Spec, scene: Records) -> str:
     return f"{record.method.removeprefix('add_').replace('_', ' ')}: {', '.join(words)}"
 
 
-def value(given: Any, scene: Records) -> str:
+def value(given: Any, scene: SceneBase) -> str:
     """Write one argument."""
     if isinstance(given, PointRef):
         return repr(given.of(scene))

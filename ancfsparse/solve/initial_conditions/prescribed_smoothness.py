@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ancfsparse.checks import MAX_MAGNITUDE
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Signal
-from ancfsparse.scene.records.prescribed_motion import Course
+from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 from ancfsparse.system import System
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
@@ -44,13 +44,13 @@ def check_smoothness(system: System, t_end: float) -> None:
         With the time of the jump.
     """
     for course in system.prescribed.courses:
-        if callable(course.places.value) and not isinstance(course.places.value, Signal):
+        if callable(course.value.value) and not isinstance(course.value.value, Signal):
             _check_motion(course, system.t0, t_end)
 
 
-def _check_motion(course: Course, begin: float, end: float) -> None:
-    places = course.places
-    given = course.second_rates
+def _check_motion(course: PrescribedMotion, begin: float, end: float) -> None:
+    places = course.value
+    given = course.second_rate
     source = FunctionAmplitude(places if given is None else given)
     order = 2 if given is None else 0
     times = np.linspace(begin, end, N_SAMPLES)

@@ -60,9 +60,9 @@ def start_prescribed_motions(
         float(np.max(np.abs(system.q0))), float(np.max(np.abs(now.q)))
     )
     course = prescribed.course_of(worst)
-    if difference[worst] > allowed and course.places.unit == "rad":
+    if difference[worst] > allowed and course.value.unit == "rad":
         raise InputError(
-            f"{course.places.what} begins {difference[worst]:.3g} rad and more from where the "
+            f"{course.value.what} begins {difference[worst]:.3g} rad and more from where the "
             "motion starts: take start=solve_static(scene), or let its function begin there"
         )
     if difference[worst] > allowed:
@@ -80,9 +80,9 @@ def start_prescribed_motions(
     excess = np.abs(system.v0[first:] - now.v) - allowed_v
     worst = int(np.argmax(excess))
     course = prescribed.course_of(worst)
-    if excess[worst] > 0.0 and course.places.unit == "rad":
+    if excess[worst] > 0.0 and course.value.unit == "rad":
         raise InputError(
-            f"{course.places.what} begins with another angular velocity than the body has there, "
+            f"{course.value.what} begins with another angular velocity than the body has there, "
             f"by {abs(system.v0[first + worst] - now.v[worst]):.3g} rad/s and more: "
             "that is an impact; let the angle begin smoothly, as Ramp(..., smooth=True) does, or "
             "give the body that angular velocity"

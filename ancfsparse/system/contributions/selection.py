@@ -19,10 +19,10 @@ CONDITIONS: dict[str, Callable[[Discretization], bool]] = {
     "applied.follower_forces": lambda system: bool(system.loads.followers),
     "joints.constraints": lambda system: system.n_multipliers > 0,
     "joints.joint_coordinate_constraints": lambda system: any(
-        not m.is_track for *_, m in system.constraints.measures
+        not m.is_sliding for *_, m in system.constraints.measures
     ),
     "joints.sliding_joints": lambda system: any(
-        m.is_track for *_, m in system.constraints.measures
+        m.is_sliding for *_, m in system.constraints.measures
     ),
     "bodies.time_dependent_gravity": lambda system: bool(system.loads.gravity_column),
 }
@@ -37,7 +37,7 @@ def contributions_of(system: Discretization) -> list[Contribution]:
     The function ``of`` of each module takes the system and returns its contributions.
     """
     needed = [name for name, is_needed in CONDITIONS.items() if is_needed(system)]
-    names = dict.fromkeys([*needed, *(each.contribution for each in system.attached)])
+    names = dict.fromkeys([*needed, *(each.contribution for each in system.attachments)])
     ordered = [name for name in names if name not in ON_ALL_MASSES]
     ordered += [name for name in ON_ALL_MASSES if name in names]
     modules = (import_module(f"{PACKAGE}.{name}") for name in ordered)

@@ -18,8 +18,8 @@ from ancfsparse.scene.bodies.body import LINEAR
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-    from ancfsparse.scene.kinematics.joint_coordinates import Measure
-    from ancfsparse.scene.kinematics.track import Offset
+    from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
+    from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 
 
 OF_TERMS = ("i", "j", "coefficient", "about")
@@ -65,7 +65,7 @@ class Constraints:
     mass: list[float] = field(default_factory=list)
     labels: list[str] = field(default_factory=list)
     source: list[tuple[int, int]] = field(default_factory=list)
-    measures: list[tuple[int, float, Measure | Offset]] = field(default_factory=list)
+    measures: list[tuple[int, float, JointCoordinate | CurveOffset]] = field(default_factory=list)
 
     def add(
         self,
@@ -75,7 +75,7 @@ class Constraints:
         about: Sequence[float] = (),
         size: float = 0.0,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure | Offset]] = (),
+        measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
         source: tuple[int, int] = (0, 0),
     ) -> None:
         """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
@@ -171,7 +171,7 @@ class Constraints:
 
         parts = [self.jacobian(q)]
         parts[0].data[:] = 1.0
-        for places in (each.reach() for _, _, each in self.measures if each.is_track):
+        for places in (each.reach() for _, _, each in self.measures if each.is_sliding):
             start = np.arange(len(places) + 1) * places.shape[1]
             ones = np.ones(places.size)
             parts.append(sp.csr_array((ones, places.ravel(), start), shape=(len(places), len(q))))

@@ -65,7 +65,7 @@ class Discretization(Coordinates):
         self.scene, self.description = scene, scene.digest()
         self.dim = scene.dim
         self.bodies, self.joints = tuple(scene.bodies), tuple(scene.joints)
-        self.attached = tuple(scene.attached)
+        self.attachments = tuple(scene.attachments)
         self.kinds = [body.kind for body in self.bodies]
         if start is not None:
             check_state(scene, start)

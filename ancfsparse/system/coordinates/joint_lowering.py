@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Body, Point, Scene
-from ancfsparse.scene.bodies.body import LINEAR, Led
+from ancfsparse.scene.bodies.body import LINEAR, RheonomicTerm
 from ancfsparse.system.coordinates.constraint_terms import Constraints
 from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.joint_coordinates import Measure
-    from ancfsparse.scene.kinematics.track import Offset
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
+    from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 Places = NDArray[np.int32]
 
@@ -72,8 +72,8 @@ class Lowering:
         self._fixed: list[Places] = []
         self.on_lines: list[Places] = []
         self._driven: list[Places] = []
-        self.courses: list[Course] = []
-        self._led: list[Led | None] = []
+        self.courses: list[PrescribedMotion] = []
+        self._rheonomic: list[RheonomicTerm | None] = []
         self._one: list[Places] = []
         self._other: list[Places] = []
         self._equations = Constraints()
@@ -120,7 +120,7 @@ class Lowering:
         """Hold coordinates in place of equations."""
         self.on_lines.append(coordinates)
 
-    def drive(self, coordinates: Places, course: Course) -> None:
+    def drive(self, coordinates: Places, course: PrescribedMotion) -> None:
         """Let coordinates follow a prescribed motion, one component of it each."""
         self._driven.append(coordinates)
         self.courses.append(course)
@@ -137,12 +137,12 @@ class Lowering:
         *terms: tuple[float, int, int],
         about: Sequence[float] = (),
         size: float = 0.0,
-        led: Led | None = None,
+        rheonomic: RheonomicTerm | None = None,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure | Offset]] = (),
+        measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
     ) -> None:
         """Hold an equation by a multiplier."""
-        self._led.append(led)
+        self._rheonomic.append(rheonomic)
         self._equations.add(
             label,
             offset,
@@ -204,9 +204,9 @@ class Lowering:
         return driven if owner is None else owner[driven]
 
     @property
-    def led(self) -> list[Led]:
+    def rheonomic(self) -> list[RheonomicTerm]:
         """What the last equations follow."""
-        return [led for led in self._led if led is not None]
+        return [rheonomic for rheonomic in self._rheonomic if rheonomic is not None]
 
     def constraints(self, final: Places, still: range) -> Constraints:
         """Return the equations by the places of coordinates; those that are led come last.
@@ -214,8 +214,10 @@ class Lowering:
         Equations of bodies that hold nothing because all their coordinates are held, in the range
         `still`, or that repeat those of a body which shares its coordinates, are left out.
         """
-        is_led = np.array([led is not None for led in self._led], dtype=bool)
-        out = self._equations.ordered(np.argsort(is_led, kind="stable"))
+        is_rheonomic = np.array(
+            [rheonomic is not None for rheonomic in self._rheonomic], dtype=bool
+        )
+        out = self._equations.ordered(np.argsort(is_rheonomic, kind="stable"))
         out.i = [int(final[i]) for i in out.i]
         out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
         out.measures = [(row, c, each.placed(final)) for row, c, each in out.measures]

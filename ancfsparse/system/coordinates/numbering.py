@@ -107,7 +107,7 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
         for beam, where in zip(scene.bodies, places, strict=True):
             _set_moving(beam, where, v)
         _hold_still(scene, places, v, slice(n_free, n_still))
-    prescribed = Prescribed(lowered.courses, lowered.led)
+    prescribed = Prescribed(lowered.courses, lowered.rheonomic)
     return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
 
 

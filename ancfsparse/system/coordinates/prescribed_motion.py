@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
-from ancfsparse.scene.bodies.body import Led
+from ancfsparse.scene.bodies.body import RheonomicTerm
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.records.prescribed_motion import Course
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int_]
@@ -63,15 +63,17 @@ class Prescribed:
         All motions, each once.
     """
 
-    def __init__(self, courses: Sequence[Course], led: Sequence[Led]) -> None:
-        of_equations = {id(each.course): each.course for each in led}
+    def __init__(
+        self, courses: Sequence[PrescribedMotion], rheonomic: Sequence[RheonomicTerm]
+    ) -> None:
+        of_equations = {id(each.motion): each.motion for each in rheonomic}
         self.courses = [*courses, *of_equations.values()]
         self._courses = [_Table(course) for course in courses]
         tables = {key: _Table(course) for key, course in of_equations.items()}
-        self._led = [(tables[id(each.course)], each) for each in led]
+        self._rheonomic = [(tables[id(each.motion)], each) for each in rheonomic]
         self._tables = [*self._courses, *tables.values()]
         self.n = sum(table.width for table in self._courses)
-        self.n_equations = len(led)
+        self.n_equations = len(rheonomic)
 
     def __bool__(self) -> bool:
         """Whether anything is prescribed."""
@@ -110,9 +112,9 @@ class Prescribed:
         failure : LoadError or None
             What happened at time j.
         """
-        courses, led, failure = self._evaluate(times)
+        courses, rheonomic, failure = self._evaluate(times)
         parts = [courses[:, k] for k in range(3)]
-        parts += [led[:, k] for k in range(3 if rates else 1)]
+        parts += [rheonomic[:, k] for k in range(3 if rates else 1)]
         return np.concatenate(parts, axis=1), failure
 
     def at(self, time: float) -> Motion:
@@ -123,19 +125,19 @@ class Prescribed:
         LoadError
             If a function fails.
         """
-        courses, led, failure = self._evaluate(np.array([time]))
+        courses, rheonomic, failure = self._evaluate(np.array([time]))
         if failure is not None:
             raise failure
-        return Motion(*courses[0], *led[0])
+        return Motion(*courses[0], *rheonomic[0])
 
     def rates(self, times: Vector) -> tuple[Vector, Vector]:
         """Return velocities (k, n) and rates of equations (k, n_equations) [m/s]."""
-        courses, led, failure = self._evaluate(times)
+        courses, rheonomic, failure = self._evaluate(times)
         if failure is not None:
             raise failure
-        return courses[:, 1], led[:, 1]
+        return courses[:, 1], rheonomic[:, 1]
 
-    def course_of(self, k: int) -> Course:
+    def course_of(self, k: int) -> PrescribedMotion:
         """Return what driven coordinate k follows."""
         ends = np.cumsum([table.width for table in self._courses])
         return self.courses[int(np.searchsorted(ends, k, side="right"))]
@@ -154,7 +156,7 @@ class Prescribed:
             Time [s].
         """
         out = np.zeros(self.n_equations)
-        for k, (table, each) in enumerate(self._led):
+        for k, (table, each) in enumerate(self._rheonomic):
             course = table.tabulate(np.array([time]))[0][:, :, each.column]
             off = course.copy()
             off[:, 1] += table.rate_error(time)[each.column]
@@ -178,21 +180,21 @@ class Prescribed:
             found[id(table)], failed = table.tabulate(times[:rows])
             rows, failure = len(found[id(table)]), failed or failure
         courses = [np.empty((rows, 3, 0)), *(found[id(each)][:rows] for each in self._courses)]
-        led = np.empty((rows, 3, self.n_equations))
-        for k, (table, each) in enumerate(self._led):
+        rheonomic = np.empty((rows, 3, self.n_equations))
+        for k, (table, each) in enumerate(self._rheonomic):
             course = found[id(table)][:rows, :, each.column]
-            led[:, :, k] = course if each.scale is None else each.scale(course)
-        return np.concatenate(courses, axis=2), led, failure
+            rheonomic[:, :, k] = course if each.scale is None else each.scale(course)
+        return np.concatenate(courses, axis=2), rheonomic, failure
 
 
 class _Table:
     """A prescribed motion and its rates at many times."""
 
-    def __init__(self, course: Course) -> None:
-        self._places = FunctionAmplitude(course.places)
-        given = (course.rates, course.second_rates)
+    def __init__(self, course: PrescribedMotion) -> None:
+        self._places = FunctionAmplitude(course.value)
+        given = (course.rate, course.second_rate)
         self._rates = [FunctionAmplitude(each) for each in given if each is not None]
-        self.name, self.has_rates = course.places.what, bool(self._rates)
+        self.name, self.has_rates = course.value.what, bool(self._rates)
         self.width = self._places.width
         self.step = self.begin = self.end = 0.0
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
-from ancfsparse.scene.records.signal import at_once
-from ancfsparse.scene.records.time_dependent import Applied
+from ancfsparse.scene.records.signal import is_vectorized
+from ancfsparse.scene.records.time_dependent import TimeDependentValue
 
 Vector = NDArray[np.float64]
 
@@ -70,10 +70,10 @@ class FunctionAmplitude:
         The load.
     """
 
-    def __init__(self, load: Applied) -> None:
+    def __init__(self, load: TimeDependentValue) -> None:
         self.load = load
         self.width = load.shape[0] if load.shape else 1
-        self._always = at_once(load.value)
+        self._always = is_vectorized(load.value)
         self._takes_arrays = True
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point, Scene
-from ancfsparse.scene.bodies.body import LINEAR, Led
+from ancfsparse.scene.bodies.body import LINEAR, RheonomicTerm
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import direction
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.kinematics.joint_coordinates import Measure
-from ancfsparse.scene.kinematics.track import Offset
-from ancfsparse.scene.records.prescribed_motion import Course
+from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
+from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
+from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 from ancfsparse.system.contributions.force_elements.ropes import Ropes
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.state import StateHistory
@@ -86,7 +86,7 @@ class JointRecorder:
         """Note that coordinates are held."""
         self.fix(coordinates)
 
-    def drive(self, coordinates: Places, course: Course) -> None:
+    def drive(self, coordinates: Places, course: PrescribedMotion) -> None:
         """Note that coordinates are prescribed."""
         self.numbers = True
         self.held.append(coordinates.ravel())
@@ -102,9 +102,9 @@ class JointRecorder:
         *terms: tuple[float, int, int],
         about: Sequence[float] = (),
         size: float = 0.0,
-        led: Led | None = None,
+        rheonomic: RheonomicTerm | None = None,
         mass: float = 0.0,
-        measures: Sequence[tuple[float, Measure | Offset]] = (),
+        measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
     ) -> None:
         """Note an equation."""
         kept = list(terms)

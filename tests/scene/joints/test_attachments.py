@@ -54,7 +54,7 @@ def test_what_is_invalid_is_refused_at_once(attach, message):
     scene, beam = scene_of()
     with pytest.raises(ancf.InputError, match=message):
         attach(scene, beam)
-    assert scene.attached == []
+    assert scene.attachments == []
 
 
 @pytest.mark.parametrize(
@@ -96,6 +96,6 @@ def test_scenes_with_functions_can_be_sent(monkeypatch):
     scene.force(beam.end, lambda q, v, t: -v)
     scene.add_mass(beam.end, 1.0)
     there = pickle.loads(pickle.dumps(scene))
-    assert len(there.attached) == 3
+    assert len(there.attachments) == 3
     with pytest.raises(ancf.InputError, match="was not sent along"):
-        there.attached[0].stiffness(1.0)
+        there.attachments[0].stiffness(1.0)

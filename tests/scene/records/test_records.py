@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.scene.records.record import SPECS
+from ancfsparse.scene.records.record import RECORD_TYPES
 from ancfsparse.system import System
 from tests.scene.everything import everything
 
-OWN = {name: each for name, each in SPECS.items() if each.__module__.startswith("ancfsparse.")}
+OWN = {
+    name: each for name, each in RECORD_TYPES.items() if each.__module__.startswith("ancfsparse.")
+}
 
 
 def test_there_is_a_scene_with_every_record():
@@ -22,8 +24,8 @@ def test_there_is_a_scene_with_every_record():
 def test_a_record_has_the_parameters_of_its_method(method):
     taken = inspect.signature(getattr(ancf.Scene, method)).parameters
     usual = {name: each.default for name, each in taken.items() if name != "self"}
-    assert {each.name for each in fields(SPECS[method])} == set(usual)
-    assert set(SPECS[method].units) <= set(usual)
+    assert {each.name for each in fields(RECORD_TYPES[method])} == set(usual)
+    assert set(RECORD_TYPES[method].units) <= set(usual)
 
 
 def test_the_same_records_build_the_same_system():

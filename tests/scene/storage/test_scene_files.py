@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import ancfsparse as ancf
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.scene import Signal
-from ancfsparse.scene.records import transferable_functions as sent_functions
+from ancfsparse.scene.records import picklable_functions as sent_functions
 from ancfsparse.scene.storage.json_file import name_of
 from tests.paths import ROOT
 from tests.scene import everything as all_of_it
@@ -72,8 +72,8 @@ def test_random_scenes_come_back(tmp_path_factory, number):
         assert twin == scene
         assert twin.digest() == scene.digest()
         assert twin != other
-    sent = pickle.loads(pickle.dumps(scene))
-    assert sent.digest() == scene.digest()
+    picklable_callback = pickle.loads(pickle.dumps(scene))
+    assert picklable_callback.digest() == scene.digest()
     fine = scene.refined(2)
     assert fine.replaced(fine.beams[0], n_elements=scene.beams[0].n_elements).beams[0].n_nodes == (
         scene.beams[0].n_nodes
@@ -224,7 +224,7 @@ def test_what_cannot_be_written_is_named(tmp_path):
 
 
 def test_a_function_that_was_not_sent_is_not_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(sent_functions, "_code", lambda function: None)
+    monkeypatch.setattr(sent_functions, "_pickle_by_value", lambda function: None)
     scene = ancf.Scene()
     rod = scene.add_beam("thin", (0, 0), (2, 0), 3, SECTION, MATERIAL)
     scene.point_force(rod.end, lambda t: (t, 0.0))

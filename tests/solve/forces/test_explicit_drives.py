@@ -11,7 +11,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.records.record import Spec
+from ancfsparse.scene.records.record import Record
 
 MOVE = ancf.Ramp((0.5, 0.3), 0.4, smooth=True)
 T_END = 0.36
@@ -44,7 +44,7 @@ def extrapolated(scene, node, steps):
     return fine, np.linalg.norm(fine - coarse)
 
 
-class BarSpec(Spec):
+class BarSpec(Record):
     """The record of a `Bar`."""
 
     def describe(self, at, made):

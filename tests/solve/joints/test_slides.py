@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.scene.kinematics.track import Offset
+from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 from ancfsparse.system import System
 from tests.matrices import stiffness
 
@@ -154,7 +154,7 @@ def test_equations_of_slides_have_their_derivatives(dim):
     n, none = system.n_free, np.zeros(system.n_all)
     q = system.q_ref + 0.0
     q[:n] += 0.1 * rng.standard_normal(n)
-    track = next(e.track for *_, e in system.constraints.measures if isinstance(e, Offset))
+    track = next(e.track for *_, e in system.constraints.measures if isinstance(e, CurveOffset))
     q[track.point[:, 0]] = track.at(q, 0.6)[1]
     system.assembly.memory = np.array([0.6])
     lam = rng.standard_normal(system.n_multipliers)

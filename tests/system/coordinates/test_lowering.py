@@ -13,7 +13,7 @@ from ancfsparse.problems import pendulum
 from ancfsparse.scene import Clamp, Point
 from ancfsparse.scene.bodies.body import LINEAR
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.records.record import PointRef, Spec
+from ancfsparse.scene.records.record import PointRef, Record
 from ancfsparse.system import System
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e6, 4000.0)
@@ -49,7 +49,7 @@ class Roller(Joint):
 
 
 @dataclass(frozen=True, eq=False)
-class RollerSpec(Spec):
+class RollerSpec(Record):
     """Its record."""
 
     node: PointRef

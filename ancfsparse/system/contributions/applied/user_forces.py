@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.force_elements.user_forces import Force
-from ancfsparse.scene.records.compiled_callbacks import capsule_of
+from ancfsparse.scene.records.compiled_callbacks import get_capsule
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.contributions.point_weights import Points
@@ -60,7 +60,7 @@ class UserForce(Contribution):
             self._force.coupled,
             self._way,
             self._speed,
-            capsule_of(self._force.function),
+            get_capsule(self._force.function),
             self._force.checked,
             self._failed,
         )
@@ -87,7 +87,7 @@ class UserForce(Contribution):
 
 def of(system: Discretization) -> list[UserForce]:
     """Return the forces of a system that are functions of the motion."""
-    found = [each for each in system.scene.attached if isinstance(each, Force)]
+    found = [each for each in system.scene.attachments if isinstance(each, Force)]
     if not found:
         return []
     clock = system.loads.n_amplitudes

@@ -63,7 +63,7 @@ def _add_inertia(entries: Entries, system: Discretization, mass: PointMass) -> N
 
 def of(system: Discretization) -> list[Masses]:
     """Return the point masses of a system."""
-    found = [each for each in system.scene.attached if isinstance(each, PointMass)]
+    found = [each for each in system.scene.attachments if isinstance(each, PointMass)]
     entries: Entries = {}
     for each in found:
         places, weights = system.point(each.node)

@@ -191,5 +191,5 @@ def of(system: Discretization) -> list[Rotation]:
     """Return the inertia forces of the rotating frame of a system."""
     amplitude = system.loads.n_amplitudes
     system.loads.sources.append(ConstantAmplitude())
-    frame = next(each for each in system.scene.attached if isinstance(each, RotatingFrame))
+    frame = next(each for each in system.scene.attachments if isinstance(each, RotatingFrame))
     return [Rotation(system, frame, amplitude)]

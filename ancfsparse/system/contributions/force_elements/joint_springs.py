@@ -9,7 +9,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.joint_springs import RUBBING, STOP, JointSpring
-from ancfsparse.scene.mechanisms.coordinate_functions import measure
+from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import (
     Compiled,
@@ -51,7 +51,7 @@ class JointSprings(Contribution):
         final = np.empty(lowering.n_raw, dtype=np.int32)
         for raw, places in zip(lowering.raw, system.places, strict=True):
             final[raw] = places
-        self._measures = [measure(lowering, s.joint, s.of).placed(final) for s in springs]
+        self._measures = [joint_coordinate(lowering, s.joint, s.of).placed(final) for s in springs]
         self._forces = [_force(system, s if s.law == RUBBING else None) for s in springs]
         self.reacts = any(s.law == RUBBING for s in springs)
 
@@ -152,5 +152,5 @@ def _flat(forces: list[Force]) -> dict[str, Any]:
 
 def of(system: Discretization) -> list[JointSprings]:
     """Return what acts along the freedoms of the joints of a system."""
-    springs = [each for each in system.scene.attached if isinstance(each, JointSpring)]
+    springs = [each for each in system.scene.attachments if isinstance(each, JointSpring)]
     return [JointSprings(system, springs)] if springs else []

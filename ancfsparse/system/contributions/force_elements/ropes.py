@@ -139,5 +139,5 @@ def _starts(parts: list[Any]) -> Places:
 
 def of(system: Discretization) -> list[Ropes]:
     """Return the elastic ropes of a system."""
-    found = [each for each in system.scene.attached if isinstance(each, Rope)]
+    found = [each for each in system.scene.attachments if isinstance(each, Rope)]
     return [Ropes(system, found)] if found else []

@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.springs import LAWS, Spring
-from ancfsparse.scene.records.compiled_callbacks import capsule_of
+from ancfsparse.scene.records.compiled_callbacks import get_capsule
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
 from ancfsparse.system.contributions.point_weights import Points
@@ -107,7 +107,7 @@ def _is_law(spring: Spring) -> bool:
 
 def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
     """Return a C function and whether it takes data, or a Python function; and its failure."""
-    capsule = capsule_of(spring.stiffness)
+    capsule = get_capsule(spring.stiffness)
     if capsule is None:
         return spring.stiffness, None, spring.failure
     return capsule, LAWS.index(spring.signature), spring.failure
@@ -115,5 +115,5 @@ def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
 
 def of(system: Discretization) -> list[Springs]:
     """Return the springs of a system."""
-    found = [each for each in system.scene.attached if isinstance(each, Spring)]
+    found = [each for each in system.scene.attachments if isinstance(each, Spring)]
     return [Springs(system, found)] if found else []

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, Measure
+from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, JointCoordinate
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -23,7 +23,7 @@ class Couplings(Contribution):
         self._system = system
         terms = system.constraints.measures
         self._n_free = system.n_free
-        self._terms = [(k, c, each) for k, c, each in terms if isinstance(each, Measure)]
+        self._terms = [(k, c, each) for k, c, each in terms if isinstance(each, JointCoordinate)]
 
     def cliques(self) -> list[Unknowns]:
         """Return the equation and the coordinates of each measure, (1, 1 + m)."""
@@ -67,7 +67,7 @@ class Couplings(Contribution):
         return np.array(start)
 
 
-def flat(measures: Sequence[Measure]) -> dict[str, Any]:
+def flat(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
     """Return measures as the arrays of measures.pxi."""
     return {
         "kind": np.array([each.kind for each in measures], dtype=np.int32),

@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
-from ancfsparse.scene.kinematics.track import Offset, Track
+from ancfsparse.scene.kinematics.sliding_curve import CurveOffset, SlidingCurve
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -18,7 +18,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 class Tracks(Contribution):
     """A point of a system on its track."""
 
-    def __init__(self, system: Discretization, rows: list[int], offset: Offset) -> None:
+    def __init__(self, system: Discretization, rows: list[int], offset: CurveOffset) -> None:
         self._n_free, self._rows, self._offset = system.n_free, rows, offset
         self._label = system.constraints.labels[rows[0]].split(", normal")[0]
         self._start = offset.track.nearest(system.q0)
@@ -48,7 +48,7 @@ class Tracks(Contribution):
         return made
 
 
-def ran_off(label: str, track: Track, s: float) -> LoadError:
+def ran_off(label: str, track: SlidingCurve, s: float) -> LoadError:
     """Return the error for a point that has left its beam at an arc coordinate [m]."""
     whole = float(track.arcs[-1])
     where = "start" if s < 0.0 else "end"
@@ -60,9 +60,9 @@ def ran_off(label: str, track: Track, s: float) -> LoadError:
 def of(system: Discretization) -> list[Tracks]:
     """Return the points of a system that slide along beams, one for each."""
     rows: dict[int, list[int]] = {}
-    offsets: dict[int, Offset] = {}
+    offsets: dict[int, CurveOffset] = {}
     for row, _, each in system.constraints.measures:
-        if isinstance(each, Offset):
+        if isinstance(each, CurveOffset):
             owner = system.constraints.source[row][0]
             rows.setdefault(owner, []).append(row)
             offsets.setdefault(owner, each)

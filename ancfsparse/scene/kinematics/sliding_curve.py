@@ -24,7 +24,7 @@ LOOKS, MOST = 4, 60
 
 
 @dataclass(frozen=True)
-class Track:
+class SlidingCurve:
     """The axis of a beam and a point on it.
 
     Attributes
@@ -47,7 +47,7 @@ class Track:
     weights: Vector
     lateral: Vector
 
-    def placed(self, final: Integers) -> Track:
+    def placed(self, final: Integers) -> SlidingCurve:
         """Return it with other numbers of coordinates."""
         return replace(self, ends=final[self.ends], point=final[self.point])
 
@@ -103,30 +103,30 @@ class Track:
 
 
 @dataclass(frozen=True)
-class Offset:
+class CurveOffset:
     """How far a point is off its track along one of the normals, as a term of an equation.
 
     Attributes
     ----------
-    track : Track
+    curve : SlidingCurve
         The axis and the point.
     k : int
         The normal.
     """
 
-    track: Track
+    track: SlidingCurve
     k: int
     is_angle: ClassVar[bool] = False
-    is_track: ClassVar[bool] = True
+    is_sliding: ClassVar[bool] = True
 
     @property
     def place(self) -> Integers:
         """All coordinates that it may depend on."""
         return np.unique(np.concatenate([self.track.ends.ravel(), self.track.point.ravel()]))
 
-    def placed(self, final: Integers) -> Offset:
+    def placed(self, final: Integers) -> CurveOffset:
         """Return it with other numbers of coordinates."""
-        return Offset(self.track.placed(final), self.k)
+        return CurveOffset(self.track.placed(final), self.k)
 
     def entries(self, q: Vector) -> tuple[Integers, Vector]:
         """Return the coordinates that it depends on in a state, and its derivatives by them."""
