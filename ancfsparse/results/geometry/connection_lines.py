@@ -12,7 +12,6 @@ from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import PACKED
 from ancfsparse.scene import Joint, Point
 from ancfsparse.scene.force_elements.springs import Spring
-from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
@@ -85,7 +84,7 @@ def read_connections(group: h5py.Group, dim: int) -> ConnectionLines:
 def make_connections(system: System) -> ConnectionLines:
     """Return the lines of all joints and force elements of a system that have any."""
     rows, springs = [], []
-    elements: tuple[Joint | Attached, ...] = (*system.joints, *system.attached)
+    elements: tuple[Joint | Attachment, ...] = (*system.joints, *system.attachments)
     for element in elements:
         for pair in element.links:
             rows.append(tuple(_end(system, each) for each in pair))

@@ -214,7 +214,7 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other
         places, weights = system.point(node)
         supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
-    ends = [end for element in system.attached for pair in element.links for end in pair]
+    ends = [end for element in system.attachments for pair in element.links for end in pair]
     for end in ends:
         if isinstance(end, Point):
             used.setdefault(end.beam.name, []).append(end)

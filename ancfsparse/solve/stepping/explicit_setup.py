@@ -50,7 +50,7 @@ SUGGESTED_INTEGRATOR = Parameter("integrator", "GeneralizedAlpha(0.9)", separato
 
 def check_explicit_scene(system: System, integrator: Explicit) -> None:
     """Check that an explicit integrator can handle constraints and damping of a scene."""
-    if any(term.is_track for _, _, term in system.constraints.measures):
+    if any(term.is_sliding for _, _, term in system.constraints.measures):
         raise InputError(
             "{integrator!r} cannot follow points that slide along beams: take an implicit "
             "integrator such as {implicit}",
