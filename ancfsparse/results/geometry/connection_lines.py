@@ -12,6 +12,7 @@ from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import PACKED
 from ancfsparse.scene import Joint, Point
 from ancfsparse.scene.force_elements.springs import Spring
+from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
