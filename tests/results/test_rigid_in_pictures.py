@@ -1,7 +1,5 @@
 """Pictures, films and files show rigid bodies where they are."""
 
-from itertools import pairwise
-
 import h5py
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -274,20 +272,6 @@ def test_vtk_reads_rigid_bodies_alone(solids, tmp_path):
     box = solids.system.scene.bodies[0]
     corner = solids.position(box.at((-0.5, -0.15, -0.1)))[-1]
     np.testing.assert_allclose(shape.GetPoint(0), corner, atol=1e-6)
-
-
-def test_a_film_moves(plate, tmp_path):
-    run, box, _, _ = plate
-    path = run.animate(
-        tmp_path / "run.gif", seconds=0.3, fps=10, dpi=40, trace=[box.centre], progress=False
-    )
-    with Image.open(path) as film:
-        pictures = []
-        for k in range(film.n_frames):
-            film.seek(k)
-            pictures.append(np.asarray(film.convert("RGB")))
-    assert len(pictures) == 3
-    assert all((one != other).any() for one, other in pairwise(pictures))
 
 
 def test_surfaces_are_rendered_in_true_size(tmp_path):

@@ -97,4 +97,34 @@ def everything(fine=1):
     scene.spring(rod.node(fine), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)
     scene.spring(rope.node(fine), net.node(0), stiffness=law, length=0.9)
     scene.force([rope.node(2 * fine), net.node(3)], drag, coupled=True)
+    add_special_beams(scene, fine)
     return scene
+
+
+def add_special_beams(scene, fine):
+    """Add curved, heated, eccentric and slack beams, all kinds of sections, and loads on them."""
+    bar = ancf.Polygon([(0, 0), (0.1, 0), (0.1, 0.05), (0, 0.05)])
+    hollow = ancf.Polygon(bar.corners, [[(0.01, 0.01), (0.09, 0.01), (0.09, 0.04), (0.01, 0.04)]])
+    plain = ancf.Section(1e-4, 2e-9, 3e-9, 1e-9, inertia_yz=-1e-9)
+    profile = ancf.IBeam(width=0.1, height=0.2, web=0.005, flange=0.008)
+    sections = bar, hollow, plain, ancf.Tube(0.1, 0.01), profile
+    for k, section in enumerate(sections):
+        ends = (10, k, 0), (11, k, 0)
+        scene.add_beam("thick", *ends, 2 * fine, section, MATERIAL, up=(0, 1, 1))
+    strip = scene.add_beam(
+        "thick", (0, 10, 0), (1, 10, 0), 2 * fine, SECTION, MATERIAL, section_strain="nodal",
+        eigenstrain=ancf.Ramp(1e-4, 1.0), eigencurvature=(0.1, 0.2),
+    )  # fmt: skip
+    scene.point_force(strip.end, (1.0, 2.0, 3.0), follow=True)
+    scene.point_moment(strip.end, (0.1, 0.2, 0.3), follow=True)
+    scene.distributed_force(strip, (0.0, 1.0, 0.0), follow=True)
+    scene.add_beam("string", (0, 11, 0), (1, 11, 0), 2 * fine, SECTION, MATERIAL, slack=1e-3)
+    scene.add_beam(
+        "thick", curve=ancf.Helix(0.5, 0.4, 2.0), n_elements=4 * fine, section=SECTION,
+        material=MATERIAL, twist=0.5,
+    )  # fmt: skip
+    side = scene.add_beam(
+        "thick", (0, 12, 0), (1, 12, 0), 2 * fine, SECTION, MATERIAL, curvature="section",
+        offset=(0.1, -0.2),
+    )  # fmt: skip
+    scene.point_force(side.at(0.7, y=0.01, z=0.02), (0.0, -1.0, 0.0))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.scene.bodies import beam as beam_module
 from ancfsparse.system import System
 
 LENGTH, SIDE = 1.0, 0.02
@@ -38,7 +39,9 @@ def test_at_each_time_it_is_the_static_eigenstrain_of_that_value(element, dim, o
     still, other = beam(
         element, dim, 5, eigenstrain=5e-4, eigencurvature=np.multiply(0.5, bend), **options
     )
-    found, expected = scene_system(scene, rod, 1.0), scene_system(still, other, 0.0)
+    scene.clamp(rod.start)
+    still.clamp(other.start)
+    found, expected = System(scene), System(still)
     q = expected.q_ref + 1e-3 * np.cos(np.arange(expected.n_all))
     loads = found.loads.amplitudes(np.array([1.0]))[0]
     energies = [found.assembly.strain_energy(q, loads), expected.assembly.strain_energy(q)]
@@ -48,11 +51,6 @@ def test_at_each_time_it_is_the_static_eigenstrain_of_that_value(element, dim, o
         for system, given in ((found, loads), (expected, np.zeros(0)))
     ]
     np.testing.assert_allclose(forces[0], forces[1], rtol=1e-11, atol=1e-9 * np.abs(forces).max())
-
-
-def scene_system(scene, rod, t):
-    scene.clamp(rod.start)
-    return System(scene)
 
 
 def test_slow_heat_bends_a_strip_as_statics_does():
@@ -143,11 +141,9 @@ def test_reactions_and_section_forces_are_those_of_the_time():
 
 
 def test_section_forces_of_many_states_need_few_evaluations_of_strains(monkeypatch):
-    from ancfsparse.scene.meshing import eigenstrain
-
-    calls, strained_ends = [], eigenstrain.strained_ends
+    calls, strained_ends = [], beam_module.strained_ends
     monkeypatch.setattr(
-        eigenstrain, "strained_ends", lambda *given: calls.append(1) or strained_ends(*given)
+        beam_module, "strained_ends", lambda *given: calls.append(1) or strained_ends(*given)
     )
     scene, rod = beam("thin", 2, 4, eigenstrain=ancf.Sine(1e-4, 3.0), strain="biot")
     scene.clamp(rod.start)
@@ -165,28 +161,6 @@ def test_heat_buckles_a_pinned_beam_at_eulers_load():
     scene.pin(rod.end)
     critical = math.pi**2 * SIDE**2 / 12.0
     assert ancf.buckling(scene, 1).factors[0] * 2e-5 == pytest.approx(critical, rel=1e-5)
-
-
-def test_a_run_in_two_parts_is_that_in_one():
-    scene, rod = beam("thin", 2, 4, eigencurvature=ancf.Sine(0.2, 30.0))
-    scene.clamp(rod.start)
-    exact = {"solver": ancf.Newton()}
-    whole = ancf.simulate(scene, 0.02, 1e-4, **exact)
-    first = ancf.simulate(scene, 0.01, 1e-4, **exact)
-    rest = ancf.simulate(scene, 0.02, 1e-4, start=first.last, **exact)
-    np.testing.assert_array_equal(rest.position(rod.end)[-1], whole.position(rod.end)[-1])
-
-
-def test_scenes_with_changing_eigenstrains_are_written_and_compared(tmp_path):
-    scene, rod = beam("thick", 3, eigenstrain=ancf.Ramp(1e-4, 1.0), eigencurvature=(0.1, 0.2))
-    scene.clamp(rod.start)
-    scene.save(tmp_path / "scene.json")
-    again = ancf.Scene.load(tmp_path / "scene.json")
-    assert again == scene
-    assert again.digest() == scene.digest()
-    other, _ = beam("thick", 3, eigenstrain=ancf.Ramp(2e-4, 1.0), eigencurvature=(0.1, 0.2))
-    other.clamp(other.bodies[0].start)
-    assert other.digest() != scene.digest()
 
 
 def test_bad_signals():

@@ -123,20 +123,6 @@ def test_a_motion_from_the_straight_shape_keeps_its_energy():
     assert run.position(rod.end)[:, 1].max() > 0.2
 
 
-def test_scenes_with_eigenstrains_are_written_refined_and_compared(tmp_path):
-    scene, rod = beam("thick", 3, eigenstrain=1e-4, eigencurvature=(0.1, 0.2))
-    scene.clamp(rod.start)
-    scene.save(tmp_path / "scene.json")
-    again = ancf.Scene.load(tmp_path / "scene.json")
-    assert again == scene
-    assert again.digest() == scene.digest()
-    fine = scene.refined(2)
-    tips = [ancf.solve_static(each).position(each.beams[0].end) for each in (scene, fine)]
-    np.testing.assert_allclose(*tips, atol=2e-6)
-    plain, _ = beam("thick", 3)
-    assert plain.digest() != scene.digest()
-
-
 def test_what_has_no_such_shape_and_bad_values_are_named():
     with pytest.raises(InputError, match="take 'thick', or 'thin' in the plane"):
         beam("thin", 3, eigenstrain=1e-3)

@@ -264,18 +264,6 @@ def test_a_rod_of_a_length_that_stays_is_a_rod():
     np.testing.assert_allclose(*ends, atol=1e-10)
 
 
-@pytest.mark.parametrize("as_constraint", [False, True])
-@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
-def test_a_driven_run_goes_on_bit_for_bit(integrator, as_constraint):
-    scene, _ = pendulum(as_constraint=as_constraint)
-    options = {"integrator": integrator, "solver": NEWTON}
-    whole = ancf.simulate(scene, 0.5, 1e-3, **options)
-    first = ancf.simulate(scene, 0.212, 1e-3, **options)
-    second = ancf.simulate(scene, 0.5, 1e-3, start=first.last, **options)
-    for name in ("t", "q", "v", "a", "lam"):
-        np.testing.assert_array_equal(getattr(second, name), getattr(whole, name)[212:])
-
-
 def test_an_accuracy_holds_with_a_drive():
     scene, rod = pendulum()
     run = ancf.simulate(scene, 0.6, accuracy=1e-4)

@@ -253,25 +253,6 @@ def test_the_energy_of_a_run_includes_the_work_of_following_forces():
     assert ends[1] < 5e-3
 
 
-def test_a_scene_with_following_loads_is_written_and_copied(tmp_path):
-    scene, rod = cantilever(4, 3, "thick", section_strain="nodal")
-    scene.point_force(rod.end, (1.0, 2.0, 3.0), follow=True)
-    scene.point_moment(rod.end, (0.1, 0.2, 0.3), follow=True)
-    scene.distributed_force(rod, (0.0, 1.0, 0.0), follow=True)
-    path = tmp_path / "scene.json"
-    scene.save(path)
-    again = ancf.Scene.load(path)
-    assert again == scene
-    assert again.digest() == scene.digest()
-    plain, beam = cantilever(4, 3, "thick", section_strain="nodal")
-    plain.point_force(beam.end, (1.0, 2.0, 3.0))
-    assert plain.digest() != scene.digest()
-    a, b = (
-        ancf.solve_static(each).position(each.beams[0].end) for each in (scene, scene.refined(1))
-    )
-    np.testing.assert_array_equal(a, b)
-
-
 def test_following_loads_are_checked():
     scene, rod = cantilever(4, 3)
     with pytest.raises(InputError, match="only axis that a cable has in space"):

@@ -259,10 +259,8 @@ def test_forces_of_a_frame_are_derivatives_of_their_potential():
     assert abs(skew + skew.T).max() < 1e-14 * abs(skew).max()
 
 
-def test_a_rotating_frame_is_written_and_checked(tmp_path):
+def test_a_rotating_frame_is_printed_and_checked():
     scene, _ = blade(3, 2.0)
-    scene.save(tmp_path / "scene.json")
-    assert ancf.Scene.load(tmp_path / "scene.json") == scene
     assert "rotating frame: angular_velocity (0, 0, 2) rad/s" in str(scene)
     with pytest.raises(ancf.InputError, match="rotating frame already"):
         scene.rotating_frame((0.0, 0.0, 1.0))

@@ -130,10 +130,8 @@ def test_strings_and_meshes_are_held_inside():
     assert carried == pytest.approx(weight, rel=1e-9)
 
 
-def test_scenes_with_such_joints_are_stored_and_refined(tmp_path):
+def test_scenes_with_such_joints_are_refined():
     scene, _, _, bob, *_ = net_of_all()
-    scene.save(tmp_path / "scene.json")
-    assert ancf.Scene.load(tmp_path / "scene.json") == scene
     fine = scene.refined(2)
     by_hand, *_ = net_of_all(10)
     assert fine == by_hand
