@@ -175,7 +175,7 @@ def contest(element: str, error: float) -> Contest:
         )
     scene, rod = pendulum(element, "auto", dim)
     planning, _ = _best(lambda: plan(scene, t_end, position(rod.end), error).run())
-    made = replace(plan(scene, t_end, position(rod.end), error), answer=None)
+    made = replace(plan(scene, t_end, position(rod.end), error), result=None)
     mine, planned = _best(made.run)
     return Contest(
         element, error, (mine, exact(planned, rod.end)), (seconds, off), planning, n, refining

@@ -208,8 +208,8 @@ def simulate(
     if not isinstance(save_every, int) or save_every != 1:
         options["save_every"] = save_every
     word = start if isinstance(start, str) else None
-    chosen = plans.plan(scene, t_end, quantity, error, dt=dt, integrator=integrator, start=word)
-    return chosen.run(**options)
+    selected = plans.plan(scene, t_end, quantity, error, dt=dt, integrator=integrator, start=word)
+    return selected.run(**options)
 
 
 def _check_free(name: str, value: object, is_free: bool) -> None:

@@ -1,4 +1,20 @@
-"""`plan`: from a scene, a quantity and its error to a model, a mesh and a step."""
+"""`plan`: from a scene and goals to a model, a mesh, a step and a method.
+
+Stages, with their input and output (names of folders in parentheses):
+
+1. Goals (`quantities`): quantities of interest and errors -> `Goal` each.
+2. Reduction (`models`): a scene in space that moves in a plane -> a planar scene.
+3. Selection of the method (`selection`, `trial_runs`): statics, sums of modes or time integration
+   -> `TrialRuns` by that method.
+4. Selection of the elements (`selection`, `model_error`): trial runs -> modelling errors by effect
+   -> an element for every beam.
+5. Selection of mesh and step (`discretization_error`): trial runs on coarse meshes with long steps
+   -> `ErrorModel`: predicted errors and work on every mesh and step -> the resolution with least
+   work within the tolerances.
+6. Confirmation (`selection`): the selected run, if it is short -> corrected error model.
+7. Plan (`execution`): error model -> `Plan` with predictions, alternatives and reasons;
+   `Plan.run` -> `PlannedRun`, planned again if it leaves the range of the trial runs.
+"""
 
 from __future__ import annotations
 
@@ -11,28 +27,28 @@ from ancfsparse.checks import check_choice, check_flag, check_positive
 from ancfsparse.errors import InputError, LoadError, PlanError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.integrators.interface.time_grid import count_steps_from
-from ancfsparse.plans.discretization_error.error_model import Found, neighbours
-from ancfsparse.plans.discretization_error.initial_singularity import check_start
+from ancfsparse.plans.discretization_error.error_model import ErrorModel, neighbours
+from ancfsparse.plans.discretization_error.initial_singularity import check_initial_force
 from ancfsparse.plans.execution.plan_data import (
-    SAVED,
+    MIN_INTERVALS,
     Alternative,
     PlanData,
     Prediction,
-    described,
+    describe_choice,
 )
 from ancfsparse.plans.execution.plan_reasons import reasons
 from ancfsparse.plans.execution.planned_trajectory import PlannedRun
-from ancfsparse.plans.execution.replanning import carried_out
-from ancfsparse.plans.execution.validity_range import span_of
-from ancfsparse.plans.execution.verification import measured
-from ancfsparse.plans.models.model import refined, spread, undecided
-from ancfsparse.plans.models.planar_reduction import InPlane, planar
-from ancfsparse.plans.quantities.functions import checked
+from ancfsparse.plans.execution.replanning import execute
+from ancfsparse.plans.execution.validity_range import validity_range
+from ancfsparse.plans.execution.verification import measure_errors
+from ancfsparse.plans.models.model import open_bodies, refine_given_meshes
+from ancfsparse.plans.models.planar_reduction import PlanarScene, reduce_to_plane
+from ancfsparse.plans.quantities.functions import check_quantities
 from ancfsparse.plans.quantities.quantity import AtPoint, Quantity
-from ancfsparse.plans.quantities.tolerances import Wanted, wanted
-from ancfsparse.plans.selection.confirmation_run import confirmed
-from ancfsparse.plans.selection.method_selection import Chosen, choose
-from ancfsparse.plans.trial_runs.trial_runs import FEWEST, Pilots
+from ancfsparse.plans.quantities.tolerances import Goal, check_goals
+from ancfsparse.plans.selection.confirmation_run import confirm_selection
+from ancfsparse.plans.selection.method_selection import Selection, select_method
+from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS, TrialRuns
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.motion.arguments import DEFAULT, EQUILIBRIUM, check_integrator
@@ -41,16 +57,16 @@ from ancfsparse.solve.preparation.memory_estimate import estimate_memory
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Plan(PlanData):
-    """How a scene is to be run, as `plan` returns it; fields as in `PlanData`."""
+    """Plan for a scene, as `plan` returns it; attributes as in `PlanData`."""
 
     def run(self, verify: bool = False, **options: Any) -> PlannedRun:
-        """March the scene as planned.
+        """Run the scene as planned.
 
         Parameters
         ----------
         verify : bool, optional
-            Also run with finer meshes, given ones too, and half the step, and report the difference
-            beside the prediction.
+            Whether to run it once more, one refinement level finer: with finer meshes, specified
+            ones included, and half the step. The difference is reported next to the prediction.
         **options
             Other arguments of `simulate`, such as ``output`` or ``progress``.  By default every
             step is saved up to 2000, and of more steps at least every 1000th part.
@@ -58,8 +74,8 @@ class Plan(PlanData):
         Returns
         -------
         PlannedRun
-            A `Trajectory` that also has the plan, and what was measured.  Handles of the scene that
-            was planned may be used with it.
+            A `Trajectory` with the plan and the measured difference.  Handles of the planned scene
+            may be used with it.
 
         Raises
         ------
@@ -71,17 +87,19 @@ class Plan(PlanData):
         Warns
         -----
         PlanChangedWarning
-            If the run leaves the range of the plan: a step fails that pilots had passed, strains,
-            turns in a step or loads are larger than theirs, a stop, a rope or a function of the
-            motion pushes that did not push there, or an equilibrium ceases to exist.
-            What is done is kept where a step fails, and goes on with half of it; otherwise meshes
-            and steps are refined until two runs agree, or the scene is planned again with steps.
+            If the run leaves the range of the plan: a step fails; strains, rotations in a step or
+            loads exceed those of the trial runs; a stop, a rope or a user force acts that did not
+            act there; or an equilibrium ceases to exist.  After a failed step the run continues
+            with half the step; otherwise meshes and steps are refined until two runs agree, or the
+            scene is planned again with time integration.
         """
         check_flag("verify", verify)
-        last, run = carried_out(self, options, plan)
-        off = measured(last, run) if verify else ()
-        return PlannedRun(**{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
-                          plan=last, measured=off)  # fmt: skip
+        last, run = execute(self, options, plan)
+        return PlannedRun(
+            **{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
+            plan=last,
+            measured=measure_errors(last, run) if verify else (),
+        )
 
 
 def plan(
@@ -94,46 +112,47 @@ def plan(
     integrator: Implicit | Explicit | str = "auto",
     start: str | None = None,
 ) -> Plan:
-    """Choose the cheapest mesh and step that give quantities to their errors.
+    """Select the cheapest model, mesh, step and method that give quantities within their errors.
 
-    Pilot runs on coarse meshes with long steps show how errors of mesh and steps decrease; the
-    choice is where both together are small enough at least cost.
+    Trial runs on coarse meshes with long steps show how the errors of mesh and steps decrease; the
+    mesh and step with least work are selected for which both together are small enough.
 
     Parameters
     ----------
     scene : Scene
-        Beams with ``n_elements="auto"`` or ``element="auto"`` are open; everything else stays as it
-        is.
+        Beams with ``n_elements="auto"`` or ``element="auto"`` are planned; all others stay as
+        specified.
     t_end : float, optional
-        Time at the end [s]; left out for quantities of the equilibrium.
+        Time at the end [s]; omitted for quantities of the equilibrium.
     quantity : Quantity or sequence of Quantity
-        What `position`, `velocity`, `slope_angle`, `reaction`, `section_force`, `strain` or
-        `energy` return; or, of the equilibrium, `static_deflection` and `frequency`.
+        From `position`, `velocity`, `slope_angle`, `reaction`, `section_force`, `strain` or
+        `energy`; or, for the equilibrium, from `static_deflection` and `frequency`.
     error : float, str or sequence of them
-        Largest error in the unit of the quantity, or a string such as ``"1 %"``, a share of its
+        Largest error in the unit of the quantity, or a string such as ``"1 %"``, relative to its
         size; one for all, or one for each.
     dt : float, optional
-        A step that is to be kept [s].
+        Prescribed time step [s].
     integrator : Implicit or "auto", optional
-        An integrator that is to be kept, `GeneralizedAlpha`, `HHT`, `Newmark` or `EnergyMomentum`;
-        ``"auto"`` is ``GeneralizedAlpha(0.9)``.
+        Prescribed integrator, `GeneralizedAlpha`, `HHT`, `Newmark` or `EnergyMomentum`; ``"auto"``
+        is ``GeneralizedAlpha(0.9)``.
     start : "equilibrium", optional
-        The motion begins at rest at the equilibrium at t = 0, which is found on each mesh; by
-        default from the stress-free shape with the initial velocities of the beams.
+        The motion begins at rest at the equilibrium at t = 0, computed on each mesh; by default it
+        begins at the stress-free shape with the initial velocities of the beams.
 
     Returns
     -------
     Plan
-        The choice, its predicted errors by source, its cost, and why; ``print(plan)`` shows it.
+        The selection, its predicted errors by source, its cost, and the reasons; ``print(plan)``
+        shows it.
 
     Raises
     ------
     InputError
-        If an argument is invalid, the scene does not have the quantity, or nothing is open.
+        If an argument is invalid, the scene does not have the quantity, or nothing can be selected.
     StepError
-        If no step is short enough to finish.
+        If no step is short enough for a complete run.
     PlanError
-        If motions do not approach each other as steps are halved.
+        If motions do not converge as steps are halved.
 
     Examples
     --------
@@ -142,139 +161,148 @@ def plan(
     """
     begin = time.perf_counter()
     check_scene(scene)
-    asked = wanted(checked(quantity, scene), error)
+    goals = check_goals(check_quantities(quantity, scene), error)
     if start is not None:
         check_choice("start of a plan", start, (EQUILIBRIUM,))
-    t_end = _span(asked[0].quantity, t_end, dt, start)
+    t_end = _check_t_end(goals[0].quantity, t_end, dt, start)
     named = check_integrator(integrator)
     if isinstance(named, Explicit):
         raise InputError(
-            f"plans choose steps of implicit integrators, and those of {named!r} are bound to the "
-            "mesh: leave integrator out, or take GeneralizedAlpha(0.9)"
+            f"plans select the steps of implicit integrators; those of {named!r} are limited by "
+            "the mesh: leave integrator out, or take GeneralizedAlpha(0.9)"
         )
     steps = None if dt is None or t_end is None else count_steps_from(0.0, t_end, dt)
-    if steps is not None and not undecided(scene):
+    if steps is not None and not open_bodies(scene):
         raise InputError(
             f"dt={dt:g} and an error are both given, and no beam has n_elements='auto' or "
-            "element='auto', so nothing is left to choose: leave dt or the error out"
+            "element='auto', so nothing remains to be selected: leave dt or the error out"
         )
-    # Equilibria in a plane may give way to its sides, and vibrations may leave it.
-    flat = None
-    if undecided(scene) and t_end is not None and not any(map(_beside, asked)):
-        flat = planar(scene)
-    arguments = t_end, asked, named, steps, start, begin
+    # Equilibria in a plane may be unstable out of it, and vibrations may leave it.
+    planar = None
+    if open_bodies(scene) and t_end is not None and not any(map(_is_off_axis, goals)):
+        planar = reduce_to_plane(scene)
+    arguments = t_end, goals, named, steps, start, begin
     try:
-        return _planned(scene, flat, *arguments)
+        return _plan(scene, planar, *arguments)
     except LoadError:
-        if flat is None:
+        if planar is None:
             raise
-    return _planned(scene, None, *arguments)  # a function may have left the plane
+    return _plan(scene, None, *arguments)  # a load function may have left the plane
 
 
-def _beside(wanted: Wanted) -> bool:
-    """Whether a quantity is of a point beside the axis of a beam, which has no place in a plane."""
-    of = wanted.quantity
-    return isinstance(of, AtPoint) and bool(of.point.offsets and of.point.beam.n_elements)
+def _is_off_axis(goal: Goal) -> bool:
+    """Return True for a point off the axis of a beam, which has no planar form."""
+    quantity = goal.quantity
+    return isinstance(quantity, AtPoint) and bool(
+        quantity.point.offsets and quantity.point.beam.n_elements
+    )
 
 
-def _planned(
+def _plan(
     scene: Scene,
-    flat: InPlane | None,
+    planar: PlanarScene | None,
     t_end: float | None,
-    asked: Sequence[Wanted],
+    goals: Sequence[Goal],
     named: Implicit | None,
     steps: int | None,
     start: str | None,
     begin: float,
 ) -> Plan:
     """Plan in a plane or in space."""
-    own = scene if flat is None else flat.scene
-    moved = [replace(each, quantity=each.quantity.on(own)) for each in asked]
-    pilots = Pilots(own, t_end, moved, named or DEFAULT, steps or FEWEST, start)
-    finer = refined(own)
-    chosen = choose(pilots, finer, steps, named is None and steps is None)
-    check_start(chosen.pilots, chosen.found.judge)
+    source = scene if planar is None else planar.scene
+    moved = [replace(each, quantity=each.quantity.in_scene(source)) for each in goals]
+    trials = TrialRuns(source, t_end, moved, named or DEFAULT, steps or MIN_STEPS, start)
+    arguments = trials, refine_given_meshes(source), steps, named is None and steps is None
+    selection = select_method(*arguments)
+    check_initial_force(selection.trials, selection.error_model.reference_run)
     try:
-        found = confirmed(chosen.pilots, chosen.found)
-    except PlanError as failure:  # steps have surprised, so that no other way was tried yet
-        chosen = choose(pilots, finer, steps, named is None and steps is None, failure)
-        found = confirmed(chosen.pilots, chosen.found)
-    chosen = replace(chosen, found=found)
-    why = ["the scene moves in a plane, and is solved there"] if flat is not None else []
-    chosen = replace(chosen, why=(*why, *chosen.why))
-    made = _record(own, t_end, moved, chosen, begin, named is not None)
-    return replace(made, scene=scene, start=start, flat=flat)
+        error_model = confirm_selection(selection.trials, selection.error_model)
+    except PlanError as failure:  # time integration fails, so other methods are tried
+        selection = select_method(*arguments, failure)
+        error_model = confirm_selection(selection.trials, selection.error_model)
+    why = selection.why
+    if planar is not None:
+        why = ("the scene moves in a plane, and is solved there", *why)
+    selection = replace(selection, error_model=error_model, why=why)
+    result = _build_plan(source, t_end, moved, selection, begin, named is not None)
+    return replace(result, scene=scene, start=start, planar=planar)
 
 
-def _span(
+def _check_t_end(
     first: Quantity, t_end: float | None, dt: float | None, start: str | None
 ) -> float | None:
     """Return the time at the end, None for an equilibrium."""
-    if not first.static:
+    if not first.is_static:
         if t_end is None:
             raise InputError(f"the {first.name} needs a time at the end: give t_end=1.0 [s]")
         return check_positive("t_end", t_end, "s")
     for name, value in (("t_end", t_end), ("dt", dt), ("start", start)):
         if value is not None:
             raise InputError(
-                f"the {first.name} is one of the equilibrium, which has no time: leave {name} out, "
-                "as in ancf.plan(scene, quantity=..., error=...)"
+                f"the {first.name} refers to the static equilibrium; omit {name}, as in "
+                "ancf.plan(scene, quantity=..., error=...)"
             )
     return None
 
 
-def _record(
+def _build_plan(
     scene: Scene,
     t_end: float | None,
-    asked: Sequence[Wanted],
-    chosen: Chosen,
+    goals: Sequence[Goal],
+    selection: Selection,
     begin: float,
     integrator_given: bool,
 ) -> Plan:
-    pilots, found = chosen.pilots, chosen.found
-    finest, steps = found.choice()
-    model = found.model.with_counts(spread(scene, finest))
-    answer = pilots.find(model, steps)
-    errors = found.errors(finest, steps)
-    floors = found.floors or (0.0,) * len(asked)
-    predictions = tuple(
-        Prediction(*each) for each in zip(asked, found.asked, errors, floors, strict=True)
+    trials, error_model = selection.trials, selection.error_model
+    n_longest, steps = error_model.optimum()
+    model = trials.with_mesh(error_model.model, n_longest)
+    trial = trials.find(model, steps)
+    errors = error_model.errors(n_longest, steps)
+    floors = error_model.floors or (0.0,) * len(goals)
+    columns = zip(goals, error_model.tolerances, errors, floors, strict=True)
+    predictions = tuple(Prediction(*each) for each in columns)
+    built = trials.build(model)
+    memory = estimate_memory(built, min(steps, 2 * MIN_INTERVALS) + 1, None, False, "auto").total
+    coarser, finer = (
+        _alternative(scene, t_end, trials, error_model, *resolution)
+        for resolution in neighbours(error_model, n_longest, steps)
     )
-    new = pilots.built(model)
-    memory = estimate_memory(new, min(steps, 2 * SAVED) + 1, None, False, "auto").total
-    cheaper, dearer = (_alternative(scene, t_end, pilots, found, *each)
-                       for each in neighbours(found, finest, steps))  # fmt: skip
-    own = sum(run.amount for run in pilots.bill)
+    operations = sum(run.work for run in trials.run_costs)
+    reference = error_model.reference_run
+    is_predicted = t_end is not None and trial is None
     return Plan(
         scene,
         t_end,
         model,
         steps,
-        pilots.integrator,
-        pilots.solver(new, steps) if answer is None else answer.solver,
+        trials.integrator,
+        trials.solver(built, steps) if trial is None else trial.solver,
         predictions,
-        found.seconds(finest, steps),
+        error_model.seconds(n_longest, steps),
         memory,
-        cheaper,
-        dearer,
-        (*chosen.why, *reasons(scene, found, predictions, integrator_given)),
+        coarser,
+        finer,
+        (*selection.why, *reasons(scene, error_model, predictions, integrator_given)),
         {
             "seconds": time.perf_counter() - begin,
-            "runs": float(len(pilots.done)),
-            "work": own / found.work(finest, steps),
-            "counted": own,
+            "runs": float(len(trials.done)),
+            "work": operations / error_model.work(n_longest, steps),
+            "operations": operations,
         },
-        answer=None if answer is None else answer.run,
-        span=None
-        if t_end is None or answer is not None
-        else span_of(found.judge.run, found.judge.steps),
+        result=None if trial is None else trial.run,
+        validity_range=validity_range(reference.run, reference.steps) if is_predicted else None,
     )
 
 
 def _alternative(
-    scene: Scene, t_end: float | None, pilots: Pilots, found: Found, finest: float, steps: int
+    scene: Scene,
+    t_end: float | None,
+    trials: TrialRuns,
+    error_model: ErrorModel,
+    n_longest: float,
+    steps: int,
 ) -> Alternative:
-    model = found.model.with_counts(spread(scene, finest))
-    errors = tuple(sum(each.values()) for each in found.errors(finest, steps))
-    choice = described(scene, model, steps, t_end, pilots.integrator)
-    return Alternative(choice, errors, found.seconds(finest, steps))
+    model = trials.with_mesh(error_model.model, n_longest)
+    errors = tuple(sum(each.values()) for each in error_model.errors(n_longest, steps))
+    choice = describe_choice(scene, model, steps, t_end, trials.integrator)
+    return Alternative(choice, errors, error_model.seconds(n_longest, steps))

@@ -14,8 +14,14 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.prolongation import prolonged
-from ancfsparse.plans.trial_runs.cost_model import BESIDE, FACTOR, RESIDUAL, SOLVE, counted
+from ancfsparse.plans.models.prolongation import prolongate
+from ancfsparse.plans.trial_runs.cost_model import (
+    FACTOR_WORK,
+    RESIDUAL_WORK,
+    SOLVE_WORK,
+    STEP_OVERHEAD,
+    cost_of_run,
+)
 from ancfsparse.system import System
 
 # Generalized alpha of Arnold and Bruels (2007), by its spectral radius.
@@ -73,7 +79,7 @@ def interpolate_on_finer(coarse: System, table: Any, system: System) -> Array:
     """Return a table of coordinates (k, n_all), or of their rates, on another mesh."""
     out = np.empty((len(table), len(system.q_ref)))
     for row, q in zip(out, np.asarray(table), strict=True):
-        state: Any = prolonged(_Run(coarse, q[None]), system.scene)  # type: ignore[arg-type]
+        state: Any = prolongate(_Run(coarse, q[None]), system.scene)  # type: ignore[arg-type]
         for fine, coarse_indices in zip(system.places, state.layout.places, strict=True):
             row[fine] = state.q[coarse_indices]
     return out
@@ -182,7 +188,11 @@ class LinearizedSteps:
     @property
     def work(self) -> float:
         """Counted work: a residual, a factor and a solution for every step."""
-        return (len(self.t) - 1) * (RESIDUAL + FACTOR + SOLVE) * (self.n + BESIDE)
+        return (
+            (len(self.t) - 1)
+            * (RESIDUAL_WORK + FACTOR_WORK + SOLVE_WORK)
+            * (self.n + STEP_OVERHEAD)
+        )
 
 
 def beam(
@@ -287,7 +297,7 @@ def integrate(make: Make, n: int, t_end: float, steps: int) -> tuple[ancf.Trajec
 
 def work(run: Any) -> float:
     """Return the counted work of a run."""
-    return counted(run.stats, len(run.t) - 1, run.q.shape[1]).amount
+    return cost_of_run(run.stats, len(run.t) - 1, run.q.shape[1]).work
 
 
 def compare_motion(make: Make, t_end: float, n: int, steps: int) -> tuple[Any, Any, float, float]:
@@ -336,7 +346,8 @@ def compare_equilibrium(make: Make, n: int) -> tuple[Any, ...]:
         first = next(iter(results.values()), None)
         start: Any = None
         if first is not None:
-            start = prolonged(_Run(first[0].system, first[0].q[None]), scene)  # type: ignore[arg-type]
+            run = _Run(first[0].system, first[0].q[None])
+            start = prolongate(run, scene)  # type: ignore[arg-type]
         equilibrium = ancf.solve_static(scene, start=start)
         results[count] = equilibrium, equilibrium.position(node)
     coarse, position = results[n]
@@ -347,9 +358,9 @@ def compare_equilibrium(make: Make, n: int) -> tuple[Any, ...]:
     by_adjoint = -(z.T @ residual(system, q)) / (1.0 - 2.0**-4)
     second, other = results[3 * n // 2][0], results[3 * n // 2][1] - position
     errors = results[16 * n][1] - position, by_adjoint, other / (1.0 - 1.5**-4)
-    adjoint_work = (RESIDUAL + FACTOR + SOLVE) * (system.n_free + BESIDE)
+    adjoint_work = (RESIDUAL_WORK + FACTOR_WORK + SOLVE_WORK) * (system.n_free + STEP_OVERHEAD)
     count = second.system.n_free
-    return (*map(np.linalg.norm, errors), adjoint_work, counted(second.stats, 1, count).amount)
+    return (*map(np.linalg.norm, errors), adjoint_work, cost_of_run(second.stats, 1, count).work)
 
 
 def compare_shear(height: float, n: int) -> tuple[float, float]:

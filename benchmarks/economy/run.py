@@ -24,7 +24,7 @@ from ancfsparse.errors import AncfError
 from ancfsparse.integrators import CentralDifference, Explicit, GeneralizedAlpha, Implicit, Newmark
 from ancfsparse.plans import plan
 from ancfsparse.plans.quantities.quantity import Quantity
-from ancfsparse.plans.trial_runs.cost_model import counted
+from ancfsparse.plans.trial_runs.cost_model import cost_of_run
 from ancfsparse.solve import stable_step
 from benchmarks.common.progress import bar
 from benchmarks.economy.reference import Reference, run_in, times_of, values_of
@@ -211,7 +211,7 @@ def _try(
     name = f"{made.n} {made.element}{options}"
     if case.t_end is not None:
         name += f", {steps} steps of {integrator!r}"
-    work = counted(run.stats, steps, len(run.system.q0)).amount
+    work = cost_of_run(run.stats, steps, len(run.system.q0)).work
     return _Tried(name, error, seconds, work, solve)
 
 
@@ -255,7 +255,7 @@ def _planned(
                 warnings.simplefilter("ignore")
                 made = plan(scene, case.t_end, quantity, f"{100.0 * tolerance:g} %")
                 middle = time.process_time()
-                run = replace(made, answer=None).run()
+                run = replace(made, result=None).run()
         except AncfError as failure:
             reason = f"{type(failure).__name__}: {failure}"
             times.append((time.process_time() - begin, 0.0))
@@ -265,9 +265,9 @@ def _planned(
             "predicted": made.error / reference.size,
             "reached": reference.error(times_of(run), values_of(quantity, run)),
             "choice": made.choice,
-            "plan_work": made.cost["counted"],
-            "run_work": counted(run.stats, made.steps, run.q.shape[1]).amount,
-            "is_made": made.answer is not None,
+            "plan_work": made.cost["operations"],
+            "run_work": cost_of_run(run.stats, made.steps, run.q.shape[1]).work,
+            "is_made": made.result is not None,
         }
         if sum(map(sum, times)) > MAX_REPEATED:
             break

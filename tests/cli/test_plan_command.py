@@ -20,8 +20,8 @@ def test_a_sagging_line_is_planned_run_and_verified():
 
 def test_a_short_twisted_beam_is_no_cable():
     plan = plan_scene("twisted", None, march=False).plan
-    (rung,) = plan.model.rungs.values()
-    assert rung.element == "thick"
+    (rung,) = plan.model.elements.values()
+    assert rung.name == "thick"
     assert plan.is_met
 
 

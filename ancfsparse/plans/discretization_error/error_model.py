@@ -1,4 +1,4 @@
-"""What pilot runs have shown of one model, from which every mesh and step is predicted."""
+"""Error model: errors and cost of a model on every mesh and step, predicted from trial runs."""
 
 from __future__ import annotations
 
@@ -11,26 +11,25 @@ import numpy as np
 from ancfsparse.plans.discretization_error.mesh_error import MeshError, elements_of
 from ancfsparse.plans.discretization_error.time_error import TimeError
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.trial_runs import cost_model
-from ancfsparse.plans.trial_runs.trial_runs import Pilot, rounded
+from ancfsparse.plans.trial_runs.cost_model import CostModel
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, round_steps
 
-# Share of the error asked for that predictions may add up to: what they miss is about as large.
-SURE, UNSURE = 0.75, 0.5
-# Shares of it that the mesh may have, of which the cheapest is taken.
-SHARES = np.linspace(0.05, 0.95, 37)
-# Where the rest of the error is larger than what was asked for, or models differ by more, what is
-# open may add this share.
-BESIDE = 0.1
-# Errors are continued to so many times the elements or steps of the finest pilots, no further; to
-# fewer steps by an order that is not that of the method.
-REACH_MESH, REACH_STEPS, REACH_ROUGH = 8.0, 64.0, 16.0
-# What the tolerance of the solver leaves, over the error of the step (see `simulate`).
-SOLVER = 0.01
+# Safety factors: predicted errors may use only this fraction of the tolerance, because the
+# estimates miss a comparable amount.
+ASYMPTOTIC_FRACTION = 0.75  # of the tolerance, if all orders are those of the methods
+OBSERVED_FRACTION = 0.5  # of the tolerance, otherwise
+MESH_FRACTIONS = np.linspace(0.05, 0.95, 37)  # of the adjustable error, tried for the mesh
+# If the fixed part of the error exceeds the tolerance, the adjustable part may add this fraction.
+ADDED_FRACTION = 0.1  # of the fixed part
+MAX_MESH_RATIO = 8.0  # elements over those of the finest trial run
+MAX_STEP_RATIO = 64.0  # steps over those of the trial run with most, with the order of the method
+MAX_OBSERVED_STEP_RATIO = 16.0  # the same with another order
+SOLVER_FRACTION = 0.01  # error by the tolerance of the solver over that of the step
 
 
 @dataclass(frozen=True)
-class Found:
-    """What pilot runs have shown of one model, from which every mesh and step is predicted.
+class ErrorModel:
+    """Errors and cost of one model, predicted from trial runs for every mesh and step.
 
     Attributes
     ----------
@@ -39,116 +38,115 @@ class Found:
     time : TimeError
         Of the steps.
     mesh : MeshError or None
-        Of the open meshes.
-    given : tuple of float
-        Error of the meshes that were given, for every quantity [its unit].
-    asked : tuple of float
+        Of the automatic meshes.
+    given_mesh_errors : tuple of float
+        Error of the meshes specified by the user, for every quantity [its unit].
+    tolerances : tuple of float
         Largest error of every quantity [its unit].
     cost : CostModel
         Work by steps and coordinates.
     fixed_steps : int or None
-        Number of steps if the step was given.
+        Number of steps if the step was specified.
     effects : tuple of mapping of str to float
-        What the chosen elements neglect, for every quantity [its unit].
-    sure : float or None
-        Share of the errors asked for that predictions may add up to; None: by the estimates.
-    chosen : tuple of float and int, or None
-        Elements on the longest beam and steps of a run that was made and is exact enough.
+        Modelling errors of the elements by effect, for every quantity [its unit].
+    safety_factor : float or None
+        Fraction of the tolerances for predicted errors; None: by the estimates.
+    selected : tuple of float and int, or None
+        Elements on the longest beam and steps of a completed run that meets the tolerances.
     base : int
-        Steps of the longest kind, see `rounded`.
-    pair : tuple of float, or None
-        The error of the choice, of mesh and steps together, where two pilots were enough.
-    is_short : bool
-        Whether mesh and steps were refined together, see `ladder`.
+        Smallest number of steps, see `round_steps`.
+    combined_errors : tuple of float, or None
+        Error of the selected run by mesh and steps together, if two trial runs were enough.
+    is_simultaneous : bool
+        Whether mesh and steps were refined together, see `refine_together`.
     order : int
         Order of positions in the length of the elements.
     floors : tuple of float
-        By how much converged elements differ, for every quantity [its unit].
+        Difference between converged elements, for every quantity [its unit].
     is_bound : bool
-        Whether errors are bounds, of motions that approach each other slowly, see `rugged`.
+        Whether errors are bounds, of slowly converging motions, see `refine_to_bounds`.
     """
 
     model: Model
     time: TimeError
     mesh: MeshError | None
-    given: tuple[float, ...]
-    asked: tuple[float, ...]
-    cost: cost_model.CostModel
+    given_mesh_errors: tuple[float, ...]
+    tolerances: tuple[float, ...]
+    cost: CostModel
     fixed_steps: int | None
     effects: tuple[Mapping[str, float], ...] = ()
-    sure: float | None = None
-    chosen: tuple[float, int] | None = None
+    safety_factor: float | None = None
+    selected: tuple[float, int] | None = None
     base: int = 1
-    pair: tuple[float, ...] | None = None
-    is_short: bool = False
+    combined_errors: tuple[float, ...] | None = None
+    is_simultaneous: bool = False
     order: int = 4
     floors: tuple[float, ...] = ()
     is_bound: bool = False
 
-    def with_effects(self, effects: Sequence[Mapping[str, float]]) -> Found:
-        """Return the same with what the elements neglect."""
+    def with_effects(self, effects: Sequence[Mapping[str, float]]) -> ErrorModel:
+        """Return the same with modelling errors of the elements."""
         return replace(self, effects=tuple(effects))
 
     @property
-    def judge(self) -> Pilot:
-        """The pilot that effects are judged by: forces in sections need the finest mesh."""
+    def reference_run(self) -> TrialRun:
+        """Trial run for modelling errors: section forces need the finest mesh."""
         return self.mesh.runs[-1] if self.mesh is not None else self.time.runs[-1]
 
     @property
-    def rough(self) -> Pilot:
-        """The pilot that responses are measured with: the coarse mesh with the same steps.
-
-        Of two that are alike, the cheaper.
-        """
+    def coarse_run(self) -> TrialRun:
+        """Cheapest trial run with the steps of the reference run, to measure responses."""
         last = self.time.runs[-1]
-        if self.pair is not None:
-            alike = [run for run in self.time.runs if run.integrator == last.integrator]
-            return min(alike, key=lambda run: run.cost.amount)
-        return last if last.steps == self.judge.steps else self.judge
+        if self.combined_errors is not None:
+            same = [run for run in self.time.runs if run.integrator == last.integrator]
+            return min(same, key=lambda run: run.cost.work)
+        return last if last.steps == self.reference_run.steps else self.reference_run
 
     def neglected(self, i: int) -> float:
-        """Return the sum of the neglected effects on a quantity [its unit]."""
+        """Return the sum of the modelling errors of quantity i [its unit]."""
         return sum(self.effects[i].values()) if self.effects else 0.0
 
-    def errors(self, finest: float, steps: float) -> list[dict[str, float]]:
+    def errors(self, n_longest: float, steps: float) -> list[dict[str, float]]:
         """Predict the error of every quantity by its source [its unit].
 
         Parameters
         ----------
-        finest : float
-            Number of elements on the longest open beam.
+        n_longest : float
+            Number of elements on the longest automatic beam.
         steps : float
             Number of steps.
         """
         out = []
         for i, time in enumerate(self.time.estimates):
-            mesh = self.given[i]
+            mesh = self.given_mesh_errors[i]
             if self.mesh is not None:
-                mesh += self.mesh.estimates[i].at(finest * self.density)
+                mesh += self.mesh.estimates[i].at(n_longest * self.density)
             of_steps = time.at(steps)
-            sources = {"mesh": mesh, "time": of_steps, "solver": SOLVER * of_steps}
-            if self.pair is not None and (finest, steps) == self.chosen:
-                sources = {"mesh and steps": self.pair[i], "solver": SOLVER * self.pair[i]}
+            sources = {"mesh": mesh, "time": of_steps, "solver": SOLVER_FRACTION * of_steps}
+            if self.combined_errors is not None and (n_longest, steps) == self.selected:
+                both = self.combined_errors[i]
+                sources = {"mesh and steps": both, "solver": SOLVER_FRACTION * both}
             out.append(sources | dict(self.effects[i] if self.effects else {}))
         return out
 
     @property
     def density(self) -> float:
-        """Elements of all open beams for each on the longest."""
+        """Elements of all automatic beams over those of the longest."""
         if self.mesh is None:
             return 1.0
         last = self.mesh.runs[-1]
         return elements_of(last) / max(last.model.counts.values())
 
     @property
-    def share(self) -> float:
-        """Share of the error asked for that predictions may add up to."""
-        if self.sure is not None:
-            return self.sure
+    def error_fraction(self) -> float:
+        """Fraction of the tolerances that predicted errors may use."""
+        if self.safety_factor is not None:
+            return self.safety_factor
         every = [*self.time.estimates, *(self.mesh.estimates if self.mesh else ())]
-        return SURE if all(each.settled for each in every) else UNSURE
+        is_asymptotic = all(each.is_asymptotic for each in every)
+        return ASYMPTOTIC_FRACTION if is_asymptotic else OBSERVED_FRACTION
 
-    def coordinates(self, finest: float) -> float:
+    def coordinates(self, n_longest: float) -> float:
         """Return the number of coordinates on a mesh."""
         if self.mesh is None:
             return self.time.runs[-1].cost.coordinates
@@ -158,94 +156,104 @@ class Found:
             slope = (other.cost.coordinates - one.cost.coordinates) / (
                 elements_of(other) - elements_of(one)
             )
-        more = finest * self.density - elements_of(other)
+        more = n_longest * self.density - elements_of(other)
         return max(other.cost.coordinates + slope * more, 1.0)
 
-    def seconds(self, finest: float, steps: float) -> float:
-        """Predict what a run takes [s]."""
-        return self.cost.seconds(steps, self.coordinates(finest))
+    def seconds(self, n_longest: float, steps: float) -> float:
+        """Predict the time of a run [s]."""
+        return self.cost.seconds(steps, self.coordinates(n_longest))
 
-    def work(self, finest: float, steps: float) -> float:
-        """Return the work of a run, in that of a residual of one coordinate."""
-        return self.cost.amount(steps, self.coordinates(finest))
+    def work(self, n_longest: float, steps: float) -> float:
+        """Return the work of a run, relative to a residual of one coordinate."""
+        return self.cost.work(steps, self.coordinates(n_longest))
 
-    def choice(self) -> tuple[float, int]:
-        """Return elements on the longest beam and number of steps, at least cost.
+    def optimum(self) -> tuple[float, int]:
+        """Return elements on the longest beam and number of steps with least work.
 
-        Parts of the error that nothing open can change are taken as they are: what is left of the
-        error asked for is divided between mesh and steps, so that the work is least.
+        Fixed parts of the error are accepted; the rest of the tolerance is divided between mesh and
+        steps such that the work is least.
         """
-        if self.chosen is not None:
-            return self.chosen
-        return min((self._for(share) for share in SHARES), key=self._price)
+        if self.selected is not None:
+            return self.selected
+        return min((self._resolution(fraction) for fraction in MESH_FRACTIONS), key=self._rank)
 
-    def missed(self, finest: float, steps: float) -> float:
-        """Return the largest predicted error over the one asked for."""
-        errors = zip(self.errors(finest, steps), self.asked, strict=True)
-        return max(sum(each.values()) / most for each, most in errors)
+    def excess(self, n_longest: float, steps: float) -> float:
+        """Return the largest ratio of predicted error to tolerance."""
+        errors = zip(self.errors(n_longest, steps), self.tolerances, strict=True)
+        return max(sum(each.values()) / tolerance for each, tolerance in errors)
 
-    def _price(self, choice: tuple[float, int]) -> tuple[float, float]:
-        """Return by how much a choice misses what can be reached, and its work."""
-        finest, steps = choice
-        errors = enumerate(self.errors(finest, steps))
-        excess = max(sum(each.values()) / self._within_reach(i) for i, each in errors)
-        return max(1.0, excess), self.work(finest, steps)
+    def _rank(self, resolution: tuple[float, int]) -> tuple[float, float]:
+        """Return the ratio of the error to the smallest possible one, at least 1, and the work."""
+        n_longest, steps = resolution
+        errors = enumerate(self.errors(n_longest, steps))
+        excess = max(sum(each.values()) / self._reachable(i) for i, each in errors)
+        return max(1.0, excess), self.work(n_longest, steps)
 
-    def _within_reach(self, i: int) -> float:
-        """Return the error asked for; or what is left of it and what is open may add."""
-        rest = self.given[i] + self.neglected(i)
-        return max(self.asked[i], rest + self._free(i))
+    def _reachable(self, i: int) -> float:
+        """Return the tolerance of quantity i, or the smallest error that can be reached."""
+        fixed = self.given_mesh_errors[i] + self.neglected(i)
+        return max(self.tolerances[i], fixed + self._adjustable(i))
 
-    def _free(self, i: int) -> float:
-        """Return the error of a quantity that what is open may have [its unit]."""
-        rest, most = self.given[i] + self.neglected(i), self.share * self.asked[i]
-        beside = BESIDE * max(rest, self.floors[i] if self.floors else 0.0)
-        return max(most - rest if most > rest else most, beside)
+    def _adjustable(self, i: int) -> float:
+        """Return the error that automatic meshes and steps may cause in quantity i [its unit]."""
+        fixed = self.given_mesh_errors[i] + self.neglected(i)
+        allowed = self.error_fraction * self.tolerances[i]
+        added = ADDED_FRACTION * max(fixed, self.floors[i] if self.floors else 0.0)
+        return max(allowed - fixed if allowed > fixed else allowed, added)
 
-    def _for(self, share: float) -> tuple[float, int]:
-        finest, steps = 1.0, 1.0
+    def _resolution(self, mesh_fraction: float) -> tuple[float, int]:
+        """Return elements and steps for a fraction of the adjustable error due to the mesh."""
+        n_longest, steps = 1.0, 1.0
         for i, time in enumerate(self.time.estimates):
-            free = self._free(i)
+            adjustable = self._adjustable(i)
             if self.mesh is not None:
-                of_mesh = share * free
-                needed = self.mesh.estimates[i].needed(of_mesh) / self.density
-                finest = max(finest, math.ceil(needed - 1e-9))
+                of_mesh = mesh_fraction * adjustable
+                count = self.mesh.estimates[i].resolution_for(of_mesh) / self.density
+                n_longest = max(n_longest, math.ceil(count - 1e-9))
             else:
-                share = 0.0
-            needed = time.needed((1.0 - share) * free / (1.0 + SOLVER))
-            steps = max(steps, needed)
+                mesh_fraction = 0.0
+            of_steps = (1.0 - mesh_fraction) * adjustable / (1.0 + SOLVER_FRACTION)
+            steps = max(steps, time.resolution_for(of_steps))
         if self.mesh is not None:
-            finest = min(max(finest, self.nearest), self.farthest)
+            n_longest = min(max(n_longest, self.min_longest), self.max_longest)
         if self.fixed_steps is not None:
-            return finest, self.fixed_steps
-        firm = all(each.settled for each in self.time.estimates)
-        steps = min(steps, (REACH_STEPS if firm else REACH_ROUGH) * self.time.runs[-1].steps)
-        return finest, max(self.time.runs[0].steps, rounded(steps, self.base))
+            return n_longest, self.fixed_steps
+        is_asymptotic = all(each.is_asymptotic for each in self.time.estimates)
+        ratio = MAX_STEP_RATIO if is_asymptotic else MAX_OBSERVED_STEP_RATIO
+        steps = min(steps, ratio * self.time.runs[-1].steps)
+        return n_longest, max(self.time.runs[0].steps, round_steps(steps, self.base))
 
     @property
-    def nearest(self) -> float:
-        """Fewest elements on the longest beam for which errors are predicted: half of a pilot's."""
+    def min_longest(self) -> float:
+        """Fewest elements on the longest beam with predicted errors: half of a trial run's."""
         assert self.mesh is not None
         return math.ceil(0.5 * max(self.mesh.runs[0].model.counts.values()))
 
     @property
-    def farthest(self) -> float:
-        """Most elements on the longest beam for which errors are predicted."""
+    def max_longest(self) -> float:
+        """Most elements on the longest beam with predicted errors."""
         assert self.mesh is not None
-        return REACH_MESH * max(self.mesh.runs[-1].model.counts.values())
+        return MAX_MESH_RATIO * max(self.mesh.runs[-1].model.counts.values())
 
 
-def scaled(found: Found, finest: float, steps: int, factor: float) -> tuple[float, int]:
-    """Return a choice whose errors are about `factor` times those of another one."""
-    moves = found.fixed_steps is None and any(each.error for each in found.time.estimates)
-    more = factor ** -(1.0 / 2.0) if moves else 1.0
-    finer = 1.0
-    if found.mesh is not None:
-        finer = factor ** -(1.0 / min(each.order for each in found.mesh.estimates))
-    chosen = found.time.runs[0].steps
-    return max(1.0, float(round(finest * finer))), max(chosen, rounded(steps * more, found.base))
+def scaled(
+    error_model: ErrorModel, n_longest: float, steps: int, factor: float
+) -> tuple[float, int]:
+    """Return elements and steps with about `factor` times the errors of given ones."""
+    is_open = error_model.fixed_steps is None
+    is_open = is_open and any(each.error for each in error_model.time.estimates)
+    step_ratio = factor ** -(1.0 / 2.0) if is_open else 1.0
+    mesh_ratio = 1.0
+    if error_model.mesh is not None:
+        mesh_ratio = factor ** -(1.0 / min(each.order for each in error_model.mesh.estimates))
+    return (
+        max(1.0, float(round(n_longest * mesh_ratio))),
+        max(error_model.time.runs[0].steps, round_steps(steps * step_ratio, error_model.base)),
+    )
 
 
-def neighbours(found: Found, finest: float, steps: int) -> Sequence[tuple[float, int]]:
-    """Return the next cheaper and the next dearer choice: four times and a quarter of the error."""
-    return scaled(found, finest, steps, 4.0), scaled(found, finest, steps, 0.25)
+def neighbours(
+    error_model: ErrorModel, n_longest: float, steps: int
+) -> Sequence[tuple[float, int]]:
+    """Return a coarser and a finer resolution, with four times and a quarter of the error."""
+    return tuple(scaled(error_model, n_longest, steps, factor) for factor in (4.0, 0.25))

@@ -1,7 +1,8 @@
-"""Starts at which a force is infinite, as where a bent shape begins at a pin that holds no moment.
+"""Initial states with an infinite force, as of a bent shape at a pin, which transmits no moment.
 
-Every mesh has a finite one, which grows with its elements, and long steps pass over the shock: that
-pilots agree is no proof.  So the force at t = 0 is looked at on finer meshes.
+On every mesh the force is finite and grows with the number of elements, and long steps pass over
+the shock, so agreement of trial runs is no proof.  The force at t = 0 is therefore compared on
+finer meshes.
 """
 
 from __future__ import annotations
@@ -13,80 +14,78 @@ import numpy as np
 
 from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.mesh_error import elements_of
-from ancfsparse.plans.models.model import spread
 from ancfsparse.plans.quantities.quantity import Reaction, SectionForceAt
-from ancfsparse.plans.trial_runs.solution_methods import Way
-from ancfsparse.plans.trial_runs.trial_runs import Pilot, Pilots, tolerances
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, absolute_tolerances
 from ancfsparse.solve import simulate
 
-# Elements of the meshes that are looked at, over those of the finest pilot.
-FINER = (4, 16)
-# A force that grows with this power of the elements has no limit.
-GROWS = 0.25
+REFINEMENTS = (4, 16)  # elements over those of the finest trial run
+MIN_GROWTH_POWER = 0.25  # power of the number of elements with which a force has no limit
 
 
-def check_start(pilots: Pilots, judge: Pilot) -> None:
-    """Refuse a force, asked for at all times or at its largest, that has no limit at t = 0.
+def check_initial_force(trials: TrialRuns, reference_run: TrialRun) -> None:
+    """Refuse a force over time, or its largest value, that has no limit at t = 0.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
-    judge : Pilot
-        That of the chosen elements on the finest mesh.
+    reference_run : TrialRun
+        With the selected elements, on the finest mesh.
 
     Raises
     ------
     PlanError
         If it grows with the number of elements.
     """
-    counts = judge.model.counts
-    at_rest = pilots.t_end is None or pilots.start is not None
-    if at_rest or isinstance(pilots.integrator, Way) or not counts:
+    counts = reference_run.model.counts
+    at_rest = trials.t_end is None or trials.start is not None
+    if at_rest or isinstance(trials.integrator, SolutionMethod) or not counts:
         return
-    coarser = next((run for run in pilots.done.values() if run is not None
-                    and run.model.rungs == judge.model.rungs
-                    and elements_of(run) < elements_of(judge)), None)  # fmt: skip
-    for i, each in enumerate(pilots.wanted):
-        quantity = each.quantity
+    n_elements = elements_of(reference_run)
+    coarser = next((run for run in trials.done.values() if run is not None
+                    and run.model.elements == reference_run.model.elements
+                    and elements_of(run) < n_elements), None)  # fmt: skip
+    for i, goal in enumerate(trials.goals):
+        quantity = goal.quantity
         if quantity.at == "end" or not isinstance(quantity, Reaction | SectionForceAt):
             continue
         if coarser is not None:
-            forces = _first(coarser, i), _first(judge, i)
-            if _power(forces, (elements_of(coarser), elements_of(judge))) < GROWS:
+            forces = _initial_force(coarser, i), _initial_force(reference_run, i)
+            if _power(forces, (elements_of(coarser), n_elements)) < MIN_GROWTH_POWER:
                 continue
-        _look(pilots, judge, i)
+        _compare_finer_meshes(trials, reference_run, i)
 
 
-def _first(run: Pilot, i: int) -> float:
+def _initial_force(run: TrialRun, i: int) -> float:
     return float(np.linalg.norm(run.histories[i][0]))
 
 
 def _power(forces: tuple[float, float], elements: tuple[int, int]) -> float:
-    """Return the power of the elements with which a force grows."""
+    """Return the power of the number of elements with which a force grows."""
     less, more = forces
     if less <= 0.0 or more <= 0.0:
         return 0.0
     return math.log(more / less) / math.log(elements[1] / elements[0])
 
 
-def _look(pilots: Pilots, judge: Pilot, i: int) -> None:
-    """Compare the first states of finer meshes."""
-    finest = max(judge.model.counts.values())
-    assert pilots.t_end is not None
-    assert not isinstance(pilots.integrator, Way)
-    dt = pilots.t_end / (judge.steps * FINER[-1])
-    quantity, forces = pilots.wanted[i].quantity, [_first(judge, i)]
-    elements = [elements_of(judge)]
-    for more in FINER:
-        scene = pilots.built(judge.model.with_counts(spread(pilots.scene, more * finest)))
-        run = simulate(scene, dt, dt, integrator=pilots.integrator)
-        forces.append(float(np.linalg.norm(quantity.on(scene).history(run)[0])))
-        elements.append(sum(scene.body(name).n_elements for name in judge.model.counts))
+def _compare_finer_meshes(trials: TrialRuns, reference_run: TrialRun, i: int) -> None:
+    """Compare the initial states on finer meshes."""
+    n_longest = max(reference_run.model.counts.values())
+    assert trials.t_end is not None
+    assert not isinstance(trials.integrator, SolutionMethod)
+    dt = trials.t_end / (reference_run.steps * REFINEMENTS[-1])
+    quantity, forces = trials.goals[i].quantity, [_initial_force(reference_run, i)]
+    elements = [elements_of(reference_run)]
+    for factor in REFINEMENTS:
+        scene = trials.build(trials.with_mesh(reference_run.model, factor * n_longest))
+        run = simulate(scene, dt, dt, integrator=trials.integrator)
+        forces.append(float(np.linalg.norm(quantity.in_scene(scene).history(run)[0])))
+        elements.append(sum(scene.body(name).n_elements for name in reference_run.model.counts))
     pairs = (pairwise(each) for each in (forces, elements))
     powers = [_power(*each) for each in zip(*pairs, strict=True)]
-    if min(powers) >= GROWS:
-        asked = tolerances(pilots.wanted, judge)[i]
+    if min(powers) >= MIN_GROWTH_POWER:
+        tolerance = absolute_tolerances(trials.goals, reference_run)[i]
         raise PlanError(
-            quantity.name, asked, forces[-1] - forces[-2], quantity.unit, len(forces), 0.0
+            quantity.name, tolerance, forces[-1] - forces[-2], quantity.unit, len(forces), 0.0
         )

@@ -1,9 +1,9 @@
-"""Quantities whose histories hardly approach each other as steps are halved, by a bound.
+"""Error bounds for quantities that converge slowly, for example after load jumps.
 
-After a jump, motions have waves of all lengths, which short steps and fine meshes alone follow.  A
-peak may settle long before the history does, and both do so with a low order and no regularity.  So
-mesh and steps are refined together, and four motions have to show it: what is left is bounded by
-their distances, of which the last may be small by chance, and by an order of 1 at most.
+After a jump, motions contain waves of all lengths, which only short steps and fine meshes resolve.
+A peak may converge long before the history does, both with a low order and irregularly.  Mesh and
+steps are therefore refined together, and four motions must show convergence: the error is bounded
+by their differences, of which the last may be small by chance, and by an order of at most 1.
 """
 
 from __future__ import annotations
@@ -15,179 +15,191 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import PlanError
-from ancfsparse.plans.discretization_error.error_model import Found
+from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import (
-    COARSEST,
+    COARSEST_COUNT,
     GROWTH,
     MeshError,
     elements_of,
-    given_error,
+    error_of_given_meshes,
 )
-from ancfsparse.plans.discretization_error.richardson import LEAST_ORDER, Estimate
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
 from ancfsparse.plans.discretization_error.time_error import TimeError
-from ancfsparse.plans.discretization_error.turning_points import swings
-from ancfsparse.plans.models.model import Model, coarsest, spread
-from ancfsparse.plans.trial_runs import cost_model
-from ancfsparse.plans.trial_runs.trial_runs import FREE, Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.discretization_error.turning_points import find_swings
+from ancfsparse.plans.models.model import Model, coarse_count
+from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
+from ancfsparse.plans.trial_runs.trial_runs import (
+    BASE_BUDGET,
+    TrialRun,
+    TrialRuns,
+    absolute_tolerances,
+    goal_differences,
+)
 from ancfsparse.scene import Scene
 
 Array = NDArray[np.float64]
 
-# Steps of the first motion over those of the longest kind, and by how much they grow.
-FIRST, SHORTER = 4, 2
-# Order in the steps that is believed at most, that is hoped for, and motions that have to show it.
-MOST_ORDER, HOPED, SHOWN = 1.0, 2, 4
-# Motions at most, and their work in that of free pilots.
-MOST, WORTH = 12, 40.0
-# Share of the error asked for that the bound may be.
-ENOUGH = 0.75
-# Swings that are a vibration, and saved states from turn to turn that show how long it takes.
-VIBRATES, RESOLVED = 10, 3.0
+FIRST_STEP_RATIO = 4  # steps of the first motion over the smallest number of steps
+STEP_GROWTH = 2  # ratio of the numbers of steps of successive motions
+MAX_ORDER = 1.0  # in the steps, that a bound relies on
+TARGET_ORDER = 2  # by which the cost of reaching the tolerance is predicted
+N_MOTIONS = 4  # of which a bound is made
+MAX_MOTIONS = 12
+MAX_COST = 40.0  # of a motion, over the base budget
+TOLERANCE_FRACTION = 0.75  # that a bound may reach
+MIN_SWINGS = 10  # of a vibration
+MIN_STATES_PER_SWING = 3.0  # saved states that determine its period
 
 
-def rugged(
-    pilots: Pilots,
+def refine_to_bounds(
+    trials: TrialRuns,
     model: Model,
     finer: Scene | None,
     fixed_steps: int | None,
     order: int,
     failure: PlanError,
-) -> Found:
-    """Refine mesh and steps together until bounds of all errors are small enough.
+) -> ErrorModel:
+    """Refine mesh and steps together until bounds of all errors are within the tolerances.
 
     Parameters
     ----------
-    pilots, model, finer, fixed_steps
+    trials, model, finer, fixed_steps
         As in `search`.
     order : int
         Order of positions in the length of the elements.
     failure : PlanError
-        Why there is no other plan.
+        Failure of the other estimates.
 
     Raises
     ------
     PlanError
-        If bounds are not small enough, or would take too much work.
+        If bounds do not reach the tolerances, or would take too much work.
     """
     if fixed_steps is not None:
         raise failure
-    finest, steps = coarsest(pilots.scene, COARSEST), FIRST * pilots.base
-    runs: list[Pilot] = []
-    apart: list[list[float]] = []
-    for _ in range(MOST):
-        run = pilots.run(model.with_counts(spread(pilots.scene, finest)), steps)
-        finest, steps = GROWTH * finest, SHORTER * steps
+    n_longest = coarse_count(trials.scene, COARSEST_COUNT)
+    steps = FIRST_STEP_RATIO * trials.base
+    runs: list[TrialRun] = []
+    differences: list[list[float]] = []
+    for _ in range(MAX_MOTIONS):
+        run = trials.run(trials.with_mesh(model, n_longest), steps)
+        n_longest, steps = GROWTH * n_longest, STEP_GROWTH * steps
         if run is None:
             runs.clear()
-            apart.clear()
+            differences.clear()
             continue
         runs.append(run)
         if len(runs) > 1:
-            apart.append(distances(pilots.wanted, *runs[-2:]))
-        if len(runs) < SHOWN:
+            differences.append(goal_differences(trials.goals, *runs[-2:]))
+        if len(runs) < N_MOTIONS:
             continue
-        asked = tolerances(pilots.wanted, run)
-        orders, errors = zip(*map(bound, zip(*apart[1 - SHOWN :], strict=True)), strict=True)
-        excess = [e / (ENOUGH * most) for e, most in zip(errors, asked, strict=True)]
-        if max(excess) <= 1.0:
-            return _found(pilots, runs, asked, orders, errors, finer, order)
-        # Logarithms, since an error may be asked for that no number of runs comes near.
-        further = math.log(max(excess)) / math.log(SHORTER**HOPED)
-        room = math.log(WORTH * FREE / run.cost.amount)
-        if further * math.log(GROWTH * SHORTER) > room:
+        tolerances = absolute_tolerances(trials.goals, run)
+        last = zip(*differences[1 - N_MOTIONS :], strict=True)
+        orders, errors = zip(*map(bound, last), strict=True)
+        pairs = zip(errors, tolerances, strict=True)
+        excess = max(error / (TOLERANCE_FRACTION * tolerance) for error, tolerance in pairs)
+        if excess <= 1.0:
+            return _error_model(trials, runs, tolerances, orders, errors, finer, order)
+        # Logarithms, because a tolerance may be beyond the reach of any number of runs.
+        refinements = math.log(excess) / math.log(STEP_GROWTH**TARGET_ORDER)
+        budget = math.log(MAX_COST * BASE_BUDGET / run.cost.work)
+        if refinements * math.log(GROWTH * STEP_GROWTH) > budget:
             break
-    if len(runs) < SHOWN:
+    if len(runs) < N_MOTIONS:
         raise failure
-    raise _failure(pilots, runs, asked, errors)
+    raise _failure(trials, runs, tolerances, errors)
 
 
-def bound(apart: Sequence[float]) -> tuple[float, float]:
-    """Return the order that three distances of four motions show, and a bound of what is left.
+def bound(differences: Sequence[float]) -> tuple[float, float]:
+    """Return the order shown by three differences of four motions, and a bound of the error.
 
-    Distances that fall by chance are no proof, so that before the last counts too, as far as it
-    has fallen by then; where none fall, all three do.
+    A difference may be small by chance, so the previous one counts as well, reduced by the ratio
+    expected since; if the differences do not decrease, the largest of all three counts.
     """
-    first, second, third = apart
-    seen = math.inf if third == 0.0 else 0.0
+    first, second, third = differences
+    observed = math.inf if third == 0.0 else 0.0
     if first > 0.0 and third > 0.0:
-        seen = math.log(first / third) / (2.0 * math.log(SHORTER))
-    order = min(max(seen, LEAST_ORDER), MOST_ORDER)
-    fall = SHORTER**order
-    most = max(third, second / fall) if seen >= LEAST_ORDER else max(apart)
-    return order, most / (fall - 1.0)
+        observed = math.log(first / third) / (2.0 * math.log(STEP_GROWTH))
+    order = min(max(observed, MIN_ORDER), MAX_ORDER)
+    ratio = STEP_GROWTH**order
+    largest = max(third, second / ratio) if observed >= MIN_ORDER else max(differences)
+    return order, largest / (ratio - 1.0)
 
 
-def _found(
-    pilots: Pilots,
-    runs: Sequence[Pilot],
-    asked: Sequence[float],
+def _error_model(
+    trials: TrialRuns,
+    runs: Sequence[TrialRun],
+    tolerances: Sequence[float],
     orders: Sequence[float],
     errors: Sequence[float],
     finer: Scene | None,
     order: int,
-) -> Found:
-    """Return the last run as the choice."""
+) -> ErrorModel:
+    """Return the error model with the last run selected."""
     one, last = runs[-2:]
-    is_open = bool(last.model.counts)
+    has_mesh = bool(last.model.counts)
     of_steps, of_mesh = [], []
     for p, error in zip(orders, errors, strict=True):
-        half = 0.5 * error if is_open else error
-        of_steps.append(Estimate(last.steps, half, p, False, SHORTER))
-        of_mesh.append(Estimate(max(1, elements_of(last)), half, p, False, GROWTH))
-    given = (0.0,) * len(asked)
+        part = 0.5 * error if has_mesh else error
+        of_steps.append(Estimate(last.steps, part, p, False, STEP_GROWTH))
+        of_mesh.append(Estimate(max(1, elements_of(last)), part, p, False, GROWTH))
+    given = (0.0,) * len(tolerances)
     if finer is not None:
-        given = tuple(given_error(pilots, finer, last.model, last.steps, order))
+        given = tuple(error_of_given_meshes(trials, finer, last.model, last.steps, order))
     counts = max(last.model.counts.values(), default=1)
-    return Found(
+    return ErrorModel(
         last.model,
         TimeError(tuple(of_steps), (one, last)),
-        MeshError(tuple(of_mesh), (one, last)) if is_open else None,
+        MeshError(tuple(of_mesh), (one, last)) if has_mesh else None,
         given,
-        tuple(asked),
-        cost_model.model([run.cost for run in runs]),
+        tuple(tolerances),
+        fit_cost_model([run.cost for run in runs]),
         None,
-        chosen=(float(counts), last.steps),
-        base=pilots.base,
-        pair=tuple(errors) if finer is None else None,
+        selected=(float(counts), last.steps),
+        base=trials.base,
+        combined_errors=tuple(errors) if finer is None else None,
         order=order,
         is_bound=True,
     )
 
 
 def _failure(
-    pilots: Pilots, runs: Sequence[Pilot], asked: Sequence[float], errors: Sequence[float]
+    trials: TrialRuns,
+    runs: Sequence[TrialRun],
+    tolerances: Sequence[float],
+    errors: Sequence[float],
 ) -> PlanError:
-    """Return what is left of the quantity that misses its error most, and where it differs most."""
-    i = max(range(len(asked)), key=lambda k: errors[k] / asked[k])
-    quantity = pilots.wanted[i].quantity
+    """Return the failure for the quantity with the largest error, and the time of that error."""
+    i = max(range(len(tolerances)), key=lambda k: errors[k] / tolerances[k])
+    quantity = trials.goals[i].quantity
     one, last = (np.asarray(run.histories[i]) for run in runs[-2:])
     step = math.gcd(len(one) - 1, len(last) - 1)
-    pair = (each[:: max(1, (len(each) - 1) // step)] for each in (one, last))
-    apart = np.linalg.norm(quantity.difference(*pair), axis=1)
-    assert pilots.t_end is not None
-    t = pilots.t_end * float(apart.argmax()) / max(1, len(apart) - 1)
-    left = distances(pilots.wanted, *runs[-2:])[i]
-    causes = _vibration(last, runs[-1].steps, pilots.t_end, asked[i], quantity.unit)
-    return PlanError(quantity.name, asked[i], left, quantity.unit, len(runs), t, causes)
+    common = (each[:: max(1, (len(each) - 1) // step)] for each in (one, last))
+    differences = np.linalg.norm(quantity.difference(*common), axis=1)
+    assert trials.t_end is not None
+    t = trials.t_end * float(differences.argmax()) / max(1, len(differences) - 1)
+    left = goal_differences(trials.goals, *runs[-2:])[i]
+    causes = _vibration(last, runs[-1].steps, trials.t_end, tolerances[i], quantity.unit)
+    return PlanError(quantity.name, tolerances[i], left, quantity.unit, len(runs), t, causes)
 
 
 def _vibration(
-    history: Array, steps: int, t_end: float, asked: float, unit: str
+    history: Array, steps: int, t_end: float, tolerance: float, unit: str
 ) -> tuple[str, ...]:
-    """Explain how a quantity vibrates in the last motion; nothing if it does not."""
-    found = (swings(values, asked) for values in history.reshape(len(history), -1).T)
-    rows, sizes = max(found, key=lambda each: len(each[0]))
-    if len(rows) < VIBRATES:
+    """Describe the vibration of a quantity in the last motion; empty without one."""
+    swings = (find_swings(values, tolerance) for values in history.reshape(len(history), -1).T)
+    rows, sizes = max(swings, key=lambda each: len(each[0]))
+    if len(rows) < MIN_SWINGS:
         return ()
     states = float(np.median(np.diff(rows)))
     period = 2.0 * t_end * states / (len(history) - 1)
-    much = (
+    length = (
         f"about {period:.2g} s, {period * steps / t_end:.2g} steps"
-        if states >= RESOLVED
+        if states >= MIN_STATES_PER_SWING
         else f"{period:.2g} s or less"
     )
     return (
         f"In the last motion it vibrates by up to {sizes.max():.3g} {unit}".rstrip()
-        + f" with periods of {much}: axial_damping and bending_damping of the material take "
-        "vibrations away",
+        + f" with periods of {length}: axial_damping and bending_damping of the material damp "
+        "vibrations",
     )

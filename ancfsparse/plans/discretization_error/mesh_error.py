@@ -1,4 +1,4 @@
-"""The error of the mesh: the same steps with more elements, until that is enough."""
+"""Error of the mesh: the same steps with more elements, until the error is known."""
 
 from __future__ import annotations
 
@@ -8,208 +8,224 @@ from functools import partial
 from itertools import pairwise
 
 from ancfsparse.errors import InputError, StepError
-from ancfsparse.plans.discretization_error.residual_correction import corrections, of_corrections
+from ancfsparse.plans.discretization_error.residual_correction import (
+    corrections,
+    estimate_from_corrections,
+)
 from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
-from ancfsparse.plans.models.model import Model, spread
-from ancfsparse.plans.trial_runs.trial_runs import Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.models.model import Model
+from ancfsparse.plans.trial_runs.trial_runs import (
+    TrialRun,
+    TrialRuns,
+    absolute_tolerances,
+    goal_differences,
+)
 from ancfsparse.scene import Scene
 
-# Elements on the longest beam of the coarsest mesh, and how many times as many each next has.  On
-# four, the motion of the paper's pendulum is so rough that shorter steps do not converge.
-COARSEST, GROWTH = 8.0, 1.5
-MOST_MESHES = 12
-# An equilibrium is sought on so many times as many elements next, if these are needed.
-FURTHEST = 3.0
-# How often nodes are spread by what pilots show.
-MOST_GRADES = 2
-# An error so many times the one asked for can be extrapolated from: if its order has shown, if
-# another has shown, and if two meshes cannot show it.  `confirmed` looks whether it is right.
-FAR, NEAR, SMALL = 12.0, 1.0, 0.4
-SOLVER_NOISE = 1e-7
+# On four elements the motion of the paper's pendulum is so irregular that steps do not converge.
+COARSEST_COUNT = 8.0  # elements on the longest beam of the coarsest mesh
+GROWTH = 1.5  # ratio of the numbers of elements of successive meshes
+MAX_MESHES = 12
+MAX_GROWTH = 3.0  # ratio for equilibria, whose next mesh may be the last
+MAX_GRADINGS = 2  # redistributions of nodes
+# Largest ratio of error to tolerance from which the number of elements is extrapolated; the
+# confirmation run checks it.
+MAX_ASYMPTOTIC_RATIO = 12.0  # in the asymptotic range
+MAX_OBSERVED_RATIO = 1.0  # with another observed order
+MAX_UNOBSERVED_RATIO = 0.4  # with two meshes, which show no order
+SOLVER_NOISE = 1e-7  # difference by the tolerance of the solver, relative to the quantity
 
 
 @dataclass(frozen=True)
 class MeshError:
-    """What pilot runs on several meshes have shown.
+    """Estimates from trial runs on several meshes.
 
     Attributes
     ----------
     estimates : tuple of Estimate
         For every quantity, by the number of elements.
-    runs : tuple of Pilot
+    runs : tuple of TrialRun
         With ascending numbers of elements.
     """
 
     estimates: tuple[Estimate, ...]
-    runs: tuple[Pilot, ...]
+    runs: tuple[TrialRun, ...]
 
 
-def elements_of(pilot: Pilot) -> int:
-    """Return the number of elements of the beams whose mesh is open."""
-    scene = pilot.run.system.scene
-    return sum(scene.body(name).n_elements for name in pilot.model.counts)
+def elements_of(trial: TrialRun) -> int:
+    """Return the number of elements of the beams with automatic meshes."""
+    scene = trial.run.system.scene
+    return sum(scene.body(name).n_elements for name in trial.model.counts)
 
 
 def mesh_error(
-    pilots: Pilots,
+    trials: TrialRuns,
     model: Model,
-    finest: float,
+    n_longest: float,
     steps: int,
     order: int,
-    affordable: Callable[[Pilot], bool],
-    graded: Callable[[MeshError, bool], Model | None] = lambda found, done: None,
+    is_affordable: Callable[[TrialRun], bool],
+    grade: Callable[[MeshError, bool], Model | None] = lambda result, done: None,
 ) -> MeshError:
     """Refine the mesh until the error of every quantity can be predicted.
 
-    Where a pilot shows that fewer graded elements will do, these are refined in place of others.
+    If a trial run shows that fewer graded elements suffice, graded meshes are refined instead.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
     model : Model
         Its elements.
-    finest : float
+    n_longest : float
         Elements on the longest beam of the coarsest mesh.
     steps : int
         Number of steps, for which the motions on all meshes have about the same error.
     order : int
         Order of positions in the length of the elements.
-    affordable : callable
-        Whether a finer mesh than this last one may still be tried.
-    graded : callable, optional
-        Returns the model with other grades where they pay, else None, by what runs have shown, and
-        by whether no more would be made.
+    is_affordable : callable
+        Returns True if a finer mesh than that of a run may be tried.
+    grade : callable, optional
+        Returns the model with other gradings if they reduce the work, else None, from the result so
+        far and a flag, True if no more runs are needed.
 
     Raises
     ------
     StepError
         If a run on a finer mesh needs shorter steps than `time_error` has found.
     """
-    runs: list[Pilot] = []
+    runs: list[TrialRun] = []
     best: MeshError | None = None
-    left = MOST_GRADES
-    while len(runs) < MOST_MESHES:
+    gradings = MAX_GRADINGS
+    while len(runs) < MAX_MESHES:
         try:
-            run = _run(pilots, model.with_counts(spread(pilots.scene, finest)), steps)
+            run = _run(trials, trials.with_mesh(model, n_longest), steps)
         except (InputError, StepError):
             if best is None:
                 raise
             return best  # only graded meshes fail
         if not runs or elements_of(run) > elements_of(runs[-1]):
             runs.append(run)
-        finest *= GROWTH
-        if len(runs) < 2 and pilots.t_end is not None:
+        n_longest *= GROWTH
+        if len(runs) < 2 and trials.t_end is not None:
             continue
-        estimates = mesh_estimates(pilots, runs, order)
+        estimates = mesh_estimates(trials, runs, order)
         if estimates is None:
             continue
-        found = MeshError(estimates, tuple(runs))
-        enough = _enough(pilots, runs, found.estimates)
-        done = enough or (len(runs) > 2 and not affordable(runs[-1]))
-        direct = pilots.t_end is None and corrections(pilots, run) is not None
-        seen = len(runs) > 2 or (direct and len(runs) > 1)
-        other = graded(found, done) if left and (done or seen) else None
-        if other is not None:
-            best = found if best is None else min(best, found, key=partial(_price, pilots))
-            left, model, finest, runs = left - 1, other, finest / GROWTH**2, []
+        result = MeshError(estimates, tuple(runs))
+        enough = _is_enough(trials, runs, result.estimates)
+        done = enough or (len(runs) > 2 and not is_affordable(runs[-1]))
+        has_corrections = trials.t_end is None and corrections(trials, run) is not None
+        is_known = len(runs) > 2 or (has_corrections and len(runs) > 1)
+        graded = grade(result, done) if gradings and (done or is_known) else None
+        if graded is not None:
+            best = result if best is None else min(best, result, key=partial(_count, trials))
+            gradings, model, n_longest, runs = gradings - 1, graded, n_longest / GROWTH**2, []
         elif done:
             break
-        elif direct:  # the next pilot may be the answer
-            more = _price(pilots, found) / elements_of(run)
-            finest = max(finest, min(more, FURTHEST) * finest / GROWTH)
-    return found if best is None else min(found, best, key=partial(_price, pilots))
+        elif has_corrections:  # the next run may meet the tolerances
+            factor = _count(trials, result) / elements_of(run)
+            n_longest = max(n_longest, min(factor, MAX_GROWTH) * n_longest / GROWTH)
+    return result if best is None else min(result, best, key=partial(_count, trials))
 
 
-def _price(pilots: Pilots, found: MeshError) -> float:
-    """Return how many elements are predicted to reach the errors asked for."""
-    asked = tolerances(pilots.wanted, found.runs[-1])
-    return max(each.needed(most) for each, most in zip(found.estimates, asked, strict=True))
+def _count(trials: TrialRuns, result: MeshError) -> float:
+    """Return the predicted number of elements that meets the tolerances."""
+    tolerances = absolute_tolerances(trials.goals, result.runs[-1])
+    pairs = zip(result.estimates, tolerances, strict=True)
+    return max(each.resolution_for(tolerance) for each, tolerance in pairs)
 
 
-def _run(pilots: Pilots, model: Model, steps: int) -> Pilot:
-    run = pilots.run(model, steps)
+def _run(trials: TrialRuns, model: Model, steps: int) -> TrialRun:
+    run = trials.run(model, steps)
     if run is None:
-        assert pilots.failure is not None
-        raise pilots.failure
+        assert trials.failure is not None
+        raise trials.failure
     return run
 
 
 def mesh_estimates(
-    pilots: Pilots, runs: Sequence[Pilot], order: int
+    trials: TrialRuns, runs: Sequence[TrialRun], order: int
 ) -> tuple[Estimate, ...] | None:
-    """Estimate the error of meshes for every quantity; None if there are too few."""
-    known = corrected_estimates(pilots, runs[-2:], order) if pilots.t_end is None else None
+    """Estimate the error of the last mesh for every quantity; None if there are too few."""
+    known = corrected_estimates(trials, runs[-2:], order) if trials.t_end is None else None
     if known is not None or len(runs) < 2:
         return known
-    orders, noises = _expected(pilots, runs[-1], order)
+    orders, noises = _expected(trials, runs[-1], order)
     last = runs[-3:]
     counts = [elements_of(run) for run in last]
-    apart = [distances(pilots.wanted, a, b) for a, b in pairwise(last)]
-    out = []
-    for far, power, noise in zip(zip(*apart, strict=True), orders, noises, strict=True):
-        out.append(estimate(counts, far, power, noise))
-    return tuple(out)
+    differences = [goal_differences(trials.goals, a, b) for a, b in pairwise(last)]
+    columns = zip(zip(*differences, strict=True), orders, noises, strict=True)
+    return tuple(estimate(counts, *each) for each in columns)
 
 
 def corrected_estimates(
-    pilots: Pilots, runs: Sequence[Pilot], order: int
+    trials: TrialRuns, runs: Sequence[TrialRun], order: int
 ) -> tuple[Estimate, ...] | None:
     """Estimate the error of the last of one or two meshes of an equilibrium by corrections.
 
-    None where a correction does not show it.
+    None if a correction gives no estimate.
     """
-    known = [each for each in (corrections(pilots, run) for run in runs) if each is not None]
+    known = [each for each in (corrections(trials, run) for run in runs) if each is not None]
     if len(known) < len(runs):
         return None
     counts = [elements_of(run) for run in runs]
     changes = zip(*known, strict=True)
-    pairs = zip(changes, *_expected(pilots, runs[-1], order), strict=True)
-    return tuple(of_corrections(counts, *each) for each in pairs)
+    columns = zip(changes, *_expected(trials, runs[-1], order), strict=True)
+    return tuple(estimate_from_corrections(counts, *each) for each in columns)
 
 
-def _expected(pilots: Pilots, run: Pilot, order: int) -> tuple[list[int], list[float]]:
-    """Return the order in which every quantity converges, and its rounding [its unit]."""
-    pairs = list(zip((each.quantity for each in pilots.wanted), run.histories, strict=True))
+def _expected(trials: TrialRuns, run: TrialRun, order: int) -> tuple[list[int], list[float]]:
+    """Return the order of convergence and the rounding error [its unit] of every quantity."""
+    pairs = list(zip((each.quantity for each in trials.goals), run.histories, strict=True))
     orders = [quantity.order(order) for quantity, _ in pairs]
     return orders, [SOLVER_NOISE * quantity.size(history) for quantity, history in pairs]
 
 
-def given_error(pilots: Pilots, finer: Scene, model: Model, steps: int, order: int) -> list[float]:
-    """Estimate the error of meshes that were given, by one run with twice as many elements.
+def error_of_given_meshes(
+    trials: TrialRuns, finer: Scene, model: Model, steps: int, order: int
+) -> list[float]:
+    """Estimate the error of meshes specified by the user, by one run with twice the elements.
 
     Parameters
     ----------
-    pilots, model, steps, order
+    trials, model, steps, order
         As in `mesh_error`.
     finer : Scene
-        The scene with every given element divided into two.
+        The scene with every specified element divided into two.
 
     Returns
     -------
     list of float
         The error of every quantity [its unit].
     """
-    other = Pilots(
+    other = TrialRuns(
         finer,
-        pilots.t_end,
-        pilots.wanted,
-        pilots.integrator,
-        pilots.base,
-        pilots.start,
-        bill=pilots.bill,
+        trials.t_end,
+        trials.goals,
+        trials.integrator,
+        trials.base,
+        trials.start,
+        run_costs=trials.run_costs,
     )
-    coarse, fine = _run(pilots, model, steps), _run(other, model, steps)
-    pilots.seconds += other.seconds
-    apart = distances(pilots.wanted, coarse, fine)
-    orders = [each.quantity.order(order) for each in pilots.wanted]
+    coarse, fine = _run(trials, model, steps), _run(other, model, steps)
+    trials.seconds += other.seconds
+    differences = goal_differences(trials.goals, coarse, fine)
+    orders = [each.quantity.order(order) for each in trials.goals]
     # The difference is e(n) - e(2 n) = e(n) (1 - 2^-p).
-    return [d / (1.0 - 2.0**-p) for d, p in zip(apart, orders, strict=True)]
+    return [d / (1.0 - 2.0**-p) for d, p in zip(differences, orders, strict=True)]
 
 
-def _enough(pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate]) -> bool:
-    asked = tolerances(pilots.wanted, runs[-1])
+def _is_enough(trials: TrialRuns, runs: Sequence[TrialRun], estimates: Sequence[Estimate]) -> bool:
+    """Return True if errors can be extrapolated."""
+    tolerances = absolute_tolerances(trials.goals, runs[-1])
     return all(
-        each.careful <= (FAR if each.settled else NEAR if each.seen else SMALL) * most
-        for each, most in zip(estimates, asked, strict=True)
+        each.conservative <= _max_ratio(each) * tolerance
+        for each, tolerance in zip(estimates, tolerances, strict=True)
     )
+
+
+def _max_ratio(known: Estimate) -> float:
+    if known.is_asymptotic:
+        return MAX_ASYMPTOTIC_RATIO
+    return MAX_OBSERVED_RATIO if known.is_observed else MAX_UNOBSERVED_RATIO

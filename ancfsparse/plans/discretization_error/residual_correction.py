@@ -1,9 +1,9 @@
-"""The error of the mesh of an equilibrium, by one correction on a mesh twice as fine.
+"""Error of the mesh of an equilibrium by one Newton correction on a mesh twice as fine.
 
-The coarse solution leaves forces r unbalanced on the finer mesh, whose stiffness is K.  A quantity
-with the derivative j changes by j.(K^-1 r): the residual weighted by the adjoint solution K^-1 j,
-as Becker and Rannacher (2001) have it.  With one correction K^-1 r there is one solution for all
-quantities, and they need not be linear.
+The coarse solution has the residual r on the finer mesh, with the stiffness K.  A quantity with the
+gradient j changes by j.(K^-1 r): the residual weighted with the adjoint solution K^-1 j (Becker and
+Rannacher, 2001).  The correction K^-1 r takes one solution for all quantities, and they need not be
+linear.
 """
 
 from __future__ import annotations
@@ -13,61 +13,64 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ancfsparse.plans.discretization_error.richardson import LEAST_ORDER, SETTLED, Estimate
-from ancfsparse.plans.models.prolongation import prolonged
-from ancfsparse.plans.trial_runs.trial_runs import Pilot, Pilots, at_rest, distance
+from ancfsparse.plans.discretization_error.richardson import Estimate, from_observed_order
+from ancfsparse.plans.models.prolongation import prolongate
+from ancfsparse.plans.trial_runs.trial_runs import (
+    TrialRun,
+    TrialRuns,
+    as_trajectory,
+    goal_difference,
+)
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.system import System
 
-FINER = 2
-# Where a second correction with the same stiffness is more than this share of both, they are no
-# small changes.
-LINEAR = 0.5
+REFINEMENT = 2  # ratio of the numbers of elements
+MAX_SECOND_CHANGE = 0.5  # by a second correction with the same stiffness, over both
 
 
-def corrections(pilots: Pilots, pilot: Pilot) -> list[float] | None:
-    """Return by how much every quantity changes on a mesh twice as fine [its unit].
+def corrections(trials: TrialRuns, trial: TrialRun) -> list[float] | None:
+    """Return the change of every quantity on a mesh twice as fine [its unit].
 
-    None where corrections do not show it: without a finer mesh of the same coordinates, where they
-    are too large to be linear, or at a state that is not stable.
+    None without a finer mesh of the same coordinates, if corrections are too large to be linear, or
+    at an unstable state.
     """
-    if id(pilot) not in pilots.changes:
-        pilots.changes[id(pilot)] = _changes(pilots, pilot)
-    return pilots.changes[id(pilot)]
+    if id(trial) not in trials.changes:
+        trials.changes[id(trial)] = _changes(trials, trial)
+    return trials.changes[id(trial)]
 
 
-def _changes(pilots: Pilots, pilot: Pilot) -> list[float] | None:
-    finer = _finer(pilot)
-    runs = None if finer is None else _corrected(pilot.run, finer)
+def _changes(trials: TrialRuns, trial: TrialRun) -> list[float] | None:
+    finer = _halve_elements(trial)
+    runs = None if finer is None else _correct(trial.run, finer)
     if runs is None:
         return None
-    pilots.charge(runs[-1], 1)
+    trials.charge(runs[-1], 1)
     scene, out = runs[-1].system.scene, []
-    for each, own in zip(pilots.wanted, pilot.histories, strict=True):
-        once, twice = map(each.quantity.on(scene).history, runs)
-        change = distance(each, own, twice)
-        if distance(each, once, twice) > LINEAR * change:
+    for goal, history in zip(trials.goals, trial.histories, strict=True):
+        once, twice = map(goal.quantity.in_scene(scene).history, runs)
+        change = goal_difference(goal, history, twice)
+        if goal_difference(goal, once, twice) > MAX_SECOND_CHANGE * change:
             return None
         out.append(change)
     return out
 
 
-def _finer(pilot: Pilot) -> Scene | None:
-    """Return the scene with all elements divided of open beams; None with open meshes of cables."""
-    scene = pilot.run.system.scene
-    for name in pilot.model.counts:
+def _halve_elements(trial: TrialRun) -> Scene | None:
+    """Return the scene with halved elements of automatic beams; None with meshes of cables."""
+    scene = trial.run.system.scene
+    for name in trial.model.counts:
         body = scene.body(name)
         if not isinstance(body, Beam):
             return None
-        scene = scene.replaced(body, **body.finer(FINER))
+        scene = scene.replaced(body, **body.finer(REFINEMENT))
     return scene
 
 
-def _corrected(run: Trajectory, scene: Scene) -> list[Trajectory] | None:
-    """Return an equilibrium after one correction on another mesh, and after two by one factor."""
-    start = prolonged(run, scene)
+def _correct(run: Trajectory, scene: Scene) -> list[Trajectory] | None:
+    """Return an equilibrium after one and two corrections on another mesh, by one factorization."""
+    start = prolongate(run, scene)
     if start is None:
         return None
     system = System(scene, start)
@@ -82,11 +85,11 @@ def _corrected(run: Trajectory, scene: Scene) -> list[Trajectory] | None:
     out = []
     for _ in range(2):
         state = equations.moved(state, *equations.correction(state), 1.0)
-        out.append(at_rest(Equilibrium(system, state.q, state.lam, stats, t)))
+        out.append(as_trajectory(Equilibrium(system, state.q, state.lam, stats, t)))
     return out
 
 
-def of_corrections(
+def estimate_from_corrections(
     counts: Sequence[int], changes: Sequence[float], order: float, noise: float
 ) -> Estimate:
     """Estimate the error of a quantity from its changes on meshes twice as fine.
@@ -96,22 +99,21 @@ def of_corrections(
     counts : sequence of int
         Elements of one mesh or of two.
     changes : sequence of float
-        The changes, which are as the errors, so that two of them show the order [unit].
+        The changes, proportional to the errors, so that two of them show the order [unit].
     order : float
-        Order in which it is known to converge.
+        Order of convergence of the elements.
     noise : float
-        Changes up to here are rounding [unit].
+        Changes up to this size are rounding errors [unit].
 
     Returns
     -------
     Estimate
         At twice the elements of the last mesh.
     """
-    at, last = FINER * counts[-1], changes[-1]
-    is_known = last <= noise
-    if is_known or len(changes) < 2 or changes[0] <= noise:
-        return Estimate(at, last / (FINER**order - 1.0), order, is_known, FINER, is_known)
-    seen = math.log(changes[0] / last) / math.log(counts[-1] / counts[0])
-    believed = min(order, max(seen, LEAST_ORDER))
-    settled = SETTLED[0] * order <= seen <= SETTLED[1] * order
-    return Estimate(at, last / (FINER**believed - 1.0), believed, settled, FINER)
+    n, last = REFINEMENT * counts[-1], changes[-1]
+    is_noise = last <= noise
+    if is_noise or len(changes) < 2 or changes[0] <= noise:
+        error = last / (REFINEMENT**order - 1.0)
+        return Estimate(n, error, order, is_noise, REFINEMENT, is_noise)
+    observed = math.log(changes[0] / last) / math.log(counts[-1] / counts[0])
+    return from_observed_order(n, last, order, observed, REFINEMENT)

@@ -1,8 +1,8 @@
-"""Richardson's estimate: what is left of an error, from solutions at several resolutions.
+"""Richardson extrapolation: the error of a solution from solutions at several resolutions.
 
-A method of order p leaves e(x) = C x^-p at a resolution x, elements or steps.  Two solutions differ
-by e(x) - e(r x), so e(r x) = d / (r^p - 1).  Three show the order; where it disagrees with what the
-method has, the more pessimistic is taken.
+A method of order p has the error e(x) = C x^-p at a resolution x, a number of elements or steps.
+Two solutions differ by d = e(x) - e(r x), so e(r x) = d / (r^p - 1).  Three solutions show the
+order; if it differs from that of the method, the smaller of both is used.
 """
 
 from __future__ import annotations
@@ -11,102 +11,105 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-# Orders below are not believed to hold on: a series that hardly converges has no estimate.
-LEAST_ORDER = 0.5
-# An error over the one asked for, of which the power by any order is still a number.
-OUT_OF_REACH = 1e150
-# Observed orders within these shares of the known one are those of a method that has settled.
-SETTLED = (0.6, 1.75)
+MIN_ORDER = 0.5  # smallest order that is extrapolated
+MAX_ERROR_RATIO = 1e150  # of error to tolerance, such that its power 1/order does not overflow
+ASYMPTOTIC_RANGE = (0.6, 1.75)  # observed order over that of the method in the asymptotic range
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """An error as a power of the resolution.
+    """Error as a power of the resolution.
 
     Attributes
     ----------
     resolution : float
-        Number of elements or of steps at which it is known.
+        Number of elements or of steps at which it was estimated.
     error : float
         The error there [unit of the quantity].
     order : float
-        Its power.
-    settled : bool
+        The power.
+    is_asymptotic : bool
         Whether the order was observed, and is about that of the method.
     ratio : float
-        Ratio of the two resolutions whose solutions it was estimated from.
-    seen : bool
-        Whether any order was observed: two solutions show none.
+        Ratio of the two resolutions from which it was estimated.
+    is_observed : bool
+        Whether an order was observed at all, which takes three solutions.
     """
 
     resolution: float
     error: float
     order: float
-    settled: bool
+    is_asymptotic: bool
     ratio: float = 2.0
-    seen: bool = True
+    is_observed: bool = True
 
     def at(self, resolution: float) -> float:
         """Return the error at another resolution."""
         return float(self.error * (self.resolution / resolution) ** self.order)
 
-    def needed(self, error: float) -> float:
-        """Return the resolution at which the error is no more than this."""
+    def resolution_for(self, error: float) -> float:
+        """Return the resolution with an error."""
         if self.error == 0.0:
             return 0.0
         ratio = self.error / error if error > 0.0 else math.inf
-        if ratio > OUT_OF_REACH:
+        if ratio > MAX_ERROR_RATIO:
             return math.inf
         return float(self.resolution * ratio ** (1.0 / self.order))
 
     @property
-    def careful(self) -> float:
-        """The error, with half of the order where none was observed [unit of the quantity]."""
-        return self.error if self.seen else self.with_order(0.5 * self.order).error
+    def conservative(self) -> float:
+        """Error estimated with half the order if none was observed [unit of the quantity]."""
+        return self.error if self.is_observed else self.with_order(0.5 * self.order).error
 
     def with_order(self, order: float) -> Estimate:
         """Return the estimate from the same two solutions with another order."""
-        more = (self.ratio**self.order - 1.0) / (self.ratio**order - 1.0)
-        return replace(self, order=order, error=more * self.error)
+        factor = (self.ratio**self.order - 1.0) / (self.ratio**order - 1.0)
+        return replace(self, order=order, error=factor * self.error)
 
 
 def estimate(
     resolutions: Sequence[float], differences: Sequence[float], order: float, noise: float = 0.0
 ) -> Estimate:
-    """Estimate the error at the last of some resolutions.
+    """Estimate the error at the last of several resolutions.
 
     Parameters
     ----------
     resolutions : sequence of float
-        Growing numbers of elements or steps, at least two.
+        Increasing numbers of elements or steps, at least two.
     differences : sequence of float
-        By how much the solution at each differs from that at the next, one fewer [unit].
+        Differences between solutions at successive resolutions, one fewer [unit].
     order : float
         Order of the method.
     noise : float, optional
-        Differences up to here are rounding and show no order [unit].
+        Differences up to this size are rounding errors and show no order [unit].
 
     Returns
     -------
     Estimate
-        By the observed order where three solutions show a lower one than the method has.
+        With the observed order if three solutions show a smaller one than that of the method.
     """
     last = differences[-1]
     ratio = resolutions[-1] / resolutions[-2]
-    known = last / (ratio**order - 1.0)
+    error = last / (ratio**order - 1.0)
     if last <= noise:
-        return Estimate(resolutions[-1], known, order, True, ratio)
+        return Estimate(resolutions[-1], error, order, True, ratio)
     if len(differences) < 2 or differences[-2] <= noise:
-        return Estimate(resolutions[-1], known, order, False, ratio, seen=False)
-    seen = observed(resolutions[-3:], differences[-2], last)
-    believed = min(order, max(seen, LEAST_ORDER))
-    settled = SETTLED[0] * order <= seen <= SETTLED[1] * order
-    error = last / (ratio**believed - 1.0)
-    return Estimate(resolutions[-1], error, believed, settled, ratio)
+        return Estimate(resolutions[-1], error, order, False, ratio, is_observed=False)
+    observed = observed_order(resolutions[-3:], differences[-2], last)
+    return from_observed_order(resolutions[-1], last, order, observed, ratio)
 
 
-def observed(resolutions: Sequence[float], first: float, second: float) -> float:
-    """Return the order that two differences of three resolutions show; -inf if none.
+def from_observed_order(
+    resolution: float, difference: float, order: float, observed: float, ratio: float
+) -> Estimate:
+    """Return the estimate from a difference, with the smaller of two orders."""
+    used = min(order, max(observed, MIN_ORDER))
+    is_asymptotic = ASYMPTOTIC_RANGE[0] * order <= observed <= ASYMPTOTIC_RANGE[1] * order
+    return Estimate(resolution, difference / (ratio**used - 1.0), used, is_asymptotic, ratio)
+
+
+def observed_order(resolutions: Sequence[float], first: float, second: float) -> float:
+    """Return the order shown by two differences of three resolutions; -inf if none.
 
     With ratios r and s of successive resolutions, d_1 / d_2 = (1 - r^-p) / (r^-p - (r s)^-p), which
     grows with p; equal ratios give log(d_1 / d_2) / log r.

@@ -1,4 +1,4 @@
-"""How many states of a motion are saved, where each of them is exact in time."""
+"""Error of interpolation between the saved states of methods whose states are exact in time."""
 
 from __future__ import annotations
 
@@ -10,33 +10,35 @@ from numpy.typing import NDArray
 from ancfsparse.plans.discretization_error.richardson import Estimate
 from ancfsparse.plans.discretization_error.time_error import TimeError
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.tolerances import Wanted
-from ancfsparse.plans.trial_runs.solution_methods import Way
-from ancfsparse.plans.trial_runs.trial_runs import FREE, Pilot, Pilots, distances, tolerances
+from ancfsparse.plans.quantities.tolerances import Goal
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
+from ancfsparse.plans.trial_runs.trial_runs import (
+    BASE_BUDGET,
+    TrialRun,
+    TrialRuns,
+    absolute_tolerances,
+    goal_differences,
+)
 
 Array = NDArray[np.float64]
 
-# How often the intervals between the saved states of the first pilot may be halved.
-MOST_HALVINGS = 10
-# What is lost between states may be so many times the error asked for, to be continued from.
-FAR = 4.0
-# Work of all these pilots, over that of free ones, at which it is not halved further.
-DEAR = 2.0
-# Loads, and what is between equilibria, are lines from one saved state to the next.
-ORDER_OF_LOADS = 2
+MAX_HALVINGS = 10  # of the intervals between saved states of the first trial run
+MAX_ERROR_RATIO = 4.0  # of interpolation error to tolerance, to be extrapolated
+MAX_WORK = 2.0  # of these trial runs, over the base budget
+LOAD_ORDER = 2  # of interpolation of loads, and of equilibria, which is linear
 
 
-def between(pilots: Pilots, model: Model) -> TimeError:
-    """Halve the time between saved states until what is between them is known well enough.
+def sampling_error(trials: TrialRuns, model: Model) -> TimeError:
+    """Halve the intervals between saved states until the interpolation error is known.
 
-    It is a straight line between equilibria, a cubic between states of vibrations.  Loads may be
-    taken as linear between them too, which the last two runs show.  Quantities that are asked for
-    at the end alone need no other states.
+    Interpolation is linear between equilibria, cubic between states of vibrations.  Loads may be
+    interpolated linearly as well, which the last two runs show.  Quantities at the end only need no
+    other states.
 
     Parameters
     ----------
-    pilots : Pilots
-        Runs by a `Way`, each of whose states is exact in time.
+    trials : TrialRuns
+        Runs by a `SolutionMethod`, each of whose states is exact in time.
     model : Model
         A coarse one.
 
@@ -45,49 +47,51 @@ def between(pilots: Pilots, model: Model) -> TimeError:
     StepError
         If a run fails.
     """
-    way = pilots.integrator
-    assert isinstance(way, Way)
-    runs: list[Pilot] = []
-    for _ in range(MOST_HALVINGS + 1):
-        run = pilots.run(model, way.fewest << len(runs))
+    method = trials.integrator
+    assert isinstance(method, SolutionMethod)
+    runs: list[TrialRun] = []
+    for _ in range(MAX_HALVINGS + 1):
+        run = trials.run(model, method.min_intervals << len(runs))
         if run is None:
-            assert pilots.failure is not None
-            raise pilots.failure
+            assert trials.failure is not None
+            raise trials.failure
         runs.append(run)
-        if way.order > ORDER_OF_LOADS and len(runs) < 2:
+        if method.order > LOAD_ORDER and len(runs) < 2:
             continue
-        by_loads = distances(pilots.wanted, *runs[-2:]) if len(runs) > 1 else [0.0] * 64
+        by_loads = [0.0] * len(trials.goals)
+        if len(runs) > 1:
+            by_loads = goal_differences(trials.goals, *runs[-2:])
         estimates = [
-            _lost(each, history, run.steps, way.order, far / (2.0**ORDER_OF_LOADS - 1.0))
-            for each, history, far in zip(pilots.wanted, run.histories, by_loads, strict=False)
+            _estimate(goal, history, run.steps, method.order, each / (2.0**LOAD_ORDER - 1.0))
+            for goal, history, each in zip(trials.goals, run.histories, by_loads, strict=True)
         ]
-        asked = tolerances(pilots.wanted, run)
-        enough = all(each.error <= FAR * most for each, most in zip(estimates, asked, strict=True))
-        # Where an equilibrium is lost, no state is near the one before.
-        if enough or pilots.spent > DEAR * FREE or run.run.stats.recoveries:
+        pairs = zip(estimates, absolute_tolerances(trials.goals, run), strict=True)
+        enough = all(each.error <= MAX_ERROR_RATIO * tolerance for each, tolerance in pairs)
+        # Where an equilibrium ceases to exist, states jump.
+        if enough or trials.total_work > MAX_WORK * BASE_BUDGET or run.run.stats.recoveries:
             break
     return TimeError(tuple(estimates), tuple(runs))
 
 
-def _lost(wanted: Wanted, history: Array, steps: int, order: int, by_loads: float) -> Estimate:
-    """Estimate how far a quantity is from what is interpolated between states."""
-    fine = 0.0 if wanted.quantity.at == "end" else _off(wanted, history, order)
-    coarse = _off(wanted, history[::2], order)
+def _estimate(goal: Goal, history: Array, steps: int, order: int, by_loads: float) -> Estimate:
+    """Estimate the interpolation error of a quantity."""
+    fine = 0.0 if goal.quantity.at == "end" else _deviation(goal, history, order)
+    coarse = _deviation(goal, history[::2], order)
     # Kinks leave order 1.
-    seen = min(max(math.log2(coarse / fine), 1.0), float(order)) if 0.0 < fine < coarse else 1.0
-    lost = fine / 2.0**seen
-    if by_loads > lost:
-        return Estimate(steps, by_loads, float(ORDER_OF_LOADS), settled=True)
-    return Estimate(steps, lost, seen, settled=True)
+    observed = min(max(math.log2(coarse / fine), 1.0), float(order)) if 0.0 < fine < coarse else 1.0
+    error = fine / 2.0**observed
+    if by_loads > error:
+        return Estimate(steps, by_loads, float(LOAD_ORDER), is_asymptotic=True)
+    return Estimate(steps, error, observed, is_asymptotic=True)
 
 
-def _off(wanted: Wanted, history: Array, order: int) -> float:
-    """Return how far every other state is from a line, or a cubic, between its neighbours."""
-    known, left = history[::2], history[1::2]
-    if order == ORDER_OF_LOADS:
-        between = 0.5 * (known[:-1] + known[1:])
+def _deviation(goal: Goal, history: Array, order: int) -> float:
+    """Return the largest deviation of every other state from interpolation of its neighbours."""
+    nodes, middle = history[::2], history[1::2]
+    if order == LOAD_ORDER:
+        interpolated = 0.5 * (nodes[:-1] + nodes[1:])
     else:
-        inner = 9.0 * (known[1:-2] + known[2:-1])
-        between, left = (inner - known[:-3] - known[3:]) / 16.0, left[1:-1]
-    apart = wanted.quantity.difference(between, left)
-    return float(np.linalg.norm(apart, axis=1).max())
+        inner = 9.0 * (nodes[1:-2] + nodes[2:-1])
+        interpolated, middle = (inner - nodes[:-3] - nodes[3:]) / 16.0, middle[1:-1]
+    difference = goal.quantity.difference(interpolated, middle)
+    return float(np.linalg.norm(difference, axis=1).max())

@@ -1,11 +1,12 @@
-"""The shortest way to the errors of mesh and steps: both are refined together.
+"""Estimate mesh and time errors by refining both simultaneously.
 
-Two pilots differ by the error of the first, but for a quarter.  Where that is about what was asked
-for, the second is exact enough, and nothing else need be known.  Otherwise one more, of the mesh of
-the first with the steps of the second, divides their distance into what is of the mesh and what is
-of the steps; the choice that follows is run, and `confirmed` by its distance from the second.
+The difference between two runs is about three quarters of the error of the first.  If that is close
+to the tolerance, the second run is accurate enough.  Otherwise one more run, with the mesh of the
+first and the steps of the second, divides the difference into parts due to mesh and steps; the
+resolution selected from them is run, and confirmed by its difference from the second run.
 
-The first pilot has no numerical damping: what long damped steps take away is part of the distance.
+The first run has no numerical damping, so that the vibrations removed by long damped steps are part
+of the difference.
 """
 
 from __future__ import annotations
@@ -23,98 +24,95 @@ from ancfsparse.plans.discretization_error.mesh_error import (
     MeshError,
     elements_of,
 )
-from ancfsparse.plans.discretization_error.richardson import LEAST_ORDER, Estimate, estimate
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate, estimate
 from ancfsparse.plans.discretization_error.time_error import (
-    MOST_HALVINGS,
+    MAX_HALVINGS,
     TimeError,
+    agrees_with_undamped,
     step_estimates,
-    undamped_is_alike,
 )
-from ancfsparse.plans.discretization_error.turning_points import swings
-from ancfsparse.plans.models.model import Model, spread
+from ancfsparse.plans.discretization_error.turning_points import find_swings
+from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.trial_runs import (
-    FREE,
-    SHARE,
-    Pilot,
-    Pilots,
-    distances,
-    farthest,
-    tolerances,
+    BASE_BUDGET,
+    TRIAL_FRACTION,
+    TrialRun,
+    TrialRuns,
+    absolute_tolerances,
+    goal_differences,
+    history_differences,
 )
 
-# By how much steps grow from one pilot to the next; meshes grow by as much where elements are of
-# low order.
-SHORTER = 2
+STEP_GROWTH = 2  # ratio of the numbers of steps; of elements too, if they are of low order
 LOW_ORDER = 2
-# Two runs show no order: errors are taken to fall with this share of it, or with that which three
-# show, if it is at least the next; they may make up the last share of what was asked for.
-UNSEEN, LEAST, ENOUGH = 0.75, 0.4, 0.75
-# Where errors are at most so many times that, both are refined once more, which takes no more than
-# to divide them.
-FEW = 2.0
-# Errors are continued to so many times the steps of pilots that have shown no order, or that of the
-# method; this share of what pilots may cost in any case shows it.
-REACH_UNSEEN, REACH, WORTH = 1.5, 16.0, 0.5
-# Vibrations by this share of the error asked for matter, and may be delayed by so much [rad].
-SEEN, ASTRAY = 0.5, 1.0
-# Motions that differ by less than this share of the quantity approach each other with the orders of
-# the method; before that, both are refined so many times if that makes distances this share or
-# less.
-CLOSE, MOST, FALLING = 0.1, 5, 0.5
-# Runs without numerical damping that may fail.
-TRIED = 2
+# Fraction of the order with which errors are assumed to decrease.
+UNOBSERVED_FRACTION = 0.75  # for two runs
+MIN_OBSERVED_FRACTION = 0.4  # for three runs
+TOLERANCE_FRACTION = 0.75  # that the estimated error may reach
+MAX_NEAR_EXCESS = 2.0  # over that, below which refining both again takes no more than dividing
+MAX_UNOBSERVED_RATIO = 1.5  # steps extrapolated without an observed order, over those run
+MAX_STEP_RATIO = 16.0  # steps extrapolated with the order of the method, over those run
+ORDER_BUDGET = 0.5  # of the base budget, to observe the order of the steps
+SWING_FRACTION = 0.5  # of the tolerance, above which swings count
+MAX_PHASE_ERROR = 1.0  # rad
+MAX_DIFFERENCE = 0.1  # over the size of a quantity, in the asymptotic range
+MAX_REFINEMENTS = 5  # before that
+MAX_REDUCTION = 0.5  # ratio of successive differences before that
+UNDAMPED_ATTEMPTS = 2  # runs without numerical damping that may fail
 
 
 @dataclass(frozen=True)
-class Ladder:
-    """What pilots refined together have shown.
+class Refinement:
+    """Result of simultaneous refinement.
 
     Attributes
     ----------
     time : TimeError
         Of the steps.
     mesh : MeshError
-        Of the open meshes.
-    pair : tuple of float, or None
-        The error of the last run, of mesh and steps together, for every quantity [its unit], where
-        it is small enough; then `time` and `mesh` have half of it each.
-    runs : tuple of Pilot
+        Of the automatic meshes.
+    combined_errors : tuple of float, or None
+        Error of the last run by mesh and steps together, for every quantity [its unit], if it is
+        within the tolerance; `time` and `mesh` then have half of it each.
+    runs : tuple of TrialRun
         All runs.
     """
 
     time: TimeError
     mesh: MeshError
-    pair: tuple[float, ...] | None
-    runs: tuple[Pilot, ...]
+    combined_errors: tuple[float, ...] | None
+    runs: tuple[TrialRun, ...]
 
 
-def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Ladder | None:
-    """Refine mesh and steps together until the errors of both are known, or small enough.
+def refine_together(
+    trials: TrialRuns, model: Model, order: int, step_order: int
+) -> Refinement | None:
+    """Refine mesh and steps together until the errors of both are known or small enough.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs of a motion by an integrator.
     model : Model
         Its elements.
-    order, order_of_steps : int
+    order, step_order : int
         Orders of positions in the length of the elements, and of the integrator.
 
     Returns
     -------
-    Ladder or None
-        None where a run fails, or motions do not approach each other: then each is to be refined
-        for itself.
+    Refinement or None
+        None if a run fails, or motions do not converge: then mesh and steps must be refined
+        separately.
     """
-    growth = GROWTH if order > LOW_ORDER else float(SHORTER)
-    runs: list[Pilot] = []
+    growth = _growth(order)
+    runs: list[TrialRun] = []
     before: list[float] = []
-    last = [0.0] * len(pilots.wanted)
-    for own, finest, steps in _rungs(pilots, growth, runs):
-        finer = _on(pilots, model, finest)
-        if _count(pilots, finer) != sum(finer.counts.values()):
-            return None  # places on beams set the mesh, whose error falls by leaps
-        run = own.run(finer, steps)
+    last = [0.0] * len(trials.goals)
+    for integrator_trials, n_longest, steps in _resolutions(trials, growth, runs):
+        finer = trials.with_mesh(model, n_longest)
+        if _has_inner_nodes(trials, finer):
+            return None  # positions on beams set the mesh, whose error decreases irregularly
+        run = integrator_trials.run(finer, steps)
         if run is None:
             runs.clear()
             continue
@@ -122,220 +120,234 @@ def ladder(pilots: Pilots, model: Model, order: int, order_of_steps: int) -> Lad
         if len(runs) < 2:
             continue
         one, other = runs[-2:]
-        far = farthest(pilots.wanted, one, other)
-        apart = distances(pilots.wanted, one, other)
-        if _is_close(pilots, other, far) and is_followed(pilots, other):
-            ratios = _slowest(pilots, order, order_of_steps, growth)
-            errors = [_left(a, b, r) for a, b, r in zip(apart, last, ratios, strict=True)]
-            asked = tolerances(pilots.wanted, other)
-            worst = max(e / (ENOUGH * most) for e, most in zip(errors, asked, strict=True))
-            found = None
-            if worst <= 1.0:
-                found = _pair(pilots, runs, errors, order, order_of_steps)
-            elif worst > FEW:
-                found = _divided(pilots, runs, order, order_of_steps)
-            if found is not None:
-                time = found.time
-                is_alike = runs[0].integrator != pilots.integrator or undamped_is_alike(
-                    pilots, time.runs[-1].model, time.runs, time.estimates)  # fmt: skip
-                return found if is_alike else None
-            if worst > FEW:
+        whole = history_differences(trials.goals, one, other)
+        differences = goal_differences(trials.goals, one, other)
+        if _is_close(trials, other, whole) and resolves_vibrations(trials, other):
+            ratios = [
+                min(growth**p, float(STEP_GROWTH**step_order)) for p in _orders(trials, order)
+            ]
+            errors = [_error(*each) for each in zip(differences, last, ratios, strict=True)]
+            pairs = zip(errors, absolute_tolerances(trials.goals, other), strict=True)
+            excess = max(error / (TOLERANCE_FRACTION * tolerance) for error, tolerance in pairs)
+            result = None
+            if excess <= 1.0:
+                result = _combine(trials, runs, errors, order, step_order)
+            elif excess > MAX_NEAR_EXCESS:
+                result = _separate(trials, runs, order, step_order)
+            if result is not None:
+                time = result.time
+                agrees = runs[0].integrator != trials.integrator or agrees_with_undamped(
+                    trials, time.runs[-1].model, time.runs, time.estimates)  # fmt: skip
+                return result if agrees else None
+            if excess > MAX_NEAR_EXCESS:
                 return None
-        if before and any(b > FALLING * a for a, b in zip(before, far, strict=True)):
+        if before and any(b > MAX_REDUCTION * a for a, b in zip(before, whole, strict=True)):
             return None
-        before, last = far, apart
+        before, last = whole, differences
     return None
 
 
-def _rungs(
-    pilots: Pilots, growth: float, runs: Sequence[Pilot]
-) -> Iterator[tuple[Pilots, float, int]]:
-    """Give by which integrator, with how many elements and in how many steps pilots are run.
+def _growth(order: int) -> float:
+    """Return the ratio of the numbers of elements of successive meshes."""
+    return GROWTH if order > LOW_ORDER else float(STEP_GROWTH)
 
-    Where two without numerical damping have failed, they begin again with it, and with steps that
-    are halved until one does not fail.
+
+def _resolutions(
+    trials: TrialRuns, growth: float, runs: Sequence[TrialRun]
+) -> Iterator[tuple[TrialRuns, float, int]]:
+    """Yield the integrator, number of elements and number of steps of the next run.
+
+    If two runs without numerical damping have failed, runs with it follow from the first mesh, with
+    halved steps until one does not fail.
     """
-    first, steps = pilots.first
-    undamped = _undamped(pilots)
-    finest, failures = first, 0
-    if undamped is not pilots:
-        for _ in range(TRIED):
-            yield undamped, finest, steps
-            finest, steps = growth * finest, SHORTER * steps
+    first, steps = trials.first
+    undamped = _without_damping(trials)
+    n_longest, failures = first, 0
+    if undamped is not trials:
+        for _ in range(UNDAMPED_ATTEMPTS):
+            yield undamped, n_longest, steps
+            n_longest, steps = growth * n_longest, STEP_GROWTH * steps
             if runs:
                 break
         else:
-            finest, steps = first, steps // SHORTER
+            n_longest, steps = first, steps // STEP_GROWTH
     done = len(runs)
-    while done < MOST and failures < MOST_HALVINGS:
-        yield pilots, finest, steps
-        steps *= SHORTER
+    while done < MAX_REFINEMENTS and failures < MAX_HALVINGS:
+        yield trials, n_longest, steps
+        steps *= STEP_GROWTH
         if runs:
-            done, finest = done + 1, growth * finest
+            done, n_longest = done + 1, growth * n_longest
         else:
             failures += 1
 
 
-def _slowest(pilots: Pilots, order: int, order_of_steps: int, growth: float) -> list[float]:
-    """Return by how many times the error falls from one run to the next, the lesser of both."""
-    return [min(growth**own, float(SHORTER**order_of_steps)) for own in _orders(pilots, order)]
+def _error(difference: float, before: float, ratio: float) -> float:
+    """Return the error of the last run from its difference to the previous one.
 
-
-def _left(apart: float, before: float, ratio: float) -> float:
-    """Return the error of the last run by its distance from the one before.
-
-    Errors fall by `ratio`, to a lower power if the distances of three runs show one; two show none.
+    Errors decrease by `ratio`, to a lower power if the differences of three runs show one.
     """
-    power = UNSEEN
-    if before > 0.0 and apart > 0.0:
-        power = min(1.0, max(LEAST, math.log(before / apart) / math.log(ratio)))
-    return apart / float(ratio**power - 1.0)
+    power = UNOBSERVED_FRACTION
+    if before > 0.0 and difference > 0.0:
+        observed = math.log(before / difference) / math.log(ratio)
+        power = min(1.0, max(MIN_OBSERVED_FRACTION, observed))
+    return difference / float(ratio**power - 1.0)
 
 
-def beside(
-    pilots: Pilots, model: Model, order: int, time: TimeError, judge: Pilot
-) -> Ladder | None:
-    """Find the error of the mesh of other elements, whose steps err as those of known ones do.
+def refine_other_elements(
+    trials: TrialRuns, model: Model, order: int, time: TimeError, reference_run: TrialRun
+) -> Refinement | None:
+    """Estimate the mesh error of other elements, with the time error of known ones.
 
     Parameters
     ----------
-    pilots, model, order
-        As in `ladder`.
+    trials, model, order
+        As in `refine_together`.
     time : TimeError
-        Of the steps, with other elements.
-    judge : Pilot
-        The run of other elements on the finest mesh.
+        Of the steps, with the known elements.
+    reference_run : TrialRun
+        The run of the known elements on the finest mesh.
 
     Returns
     -------
-    Ladder or None
-        None where a run fails, or the two meshes are one.
+    Refinement or None
+        None if a run fails, or the two meshes are the same.
     """
-    finest, steps = float(max(judge.model.counts.values())), judge.steps
-    growth = GROWTH if order > LOW_ORDER else float(SHORTER)
-    if any(rung.element == "string" for rung in model.rungs.values()):
-        finest /= growth  # to take less work than the others
-    coarse, fine = (_on(pilots, model, each) for each in (finest, growth * finest))
-    if any(_count(pilots, each) != sum(each.counts.values()) for each in (coarse, fine)):
+    n_longest, steps = float(max(reference_run.model.counts.values())), reference_run.steps
+    growth = _growth(order)
+    if any(element.name == "string" for element in model.elements.values()):
+        n_longest /= growth  # to take less work than the known elements
+    coarse, fine = (trials.with_mesh(model, n) for n in (n_longest, growth * n_longest))
+    if _has_inner_nodes(trials, coarse) or _has_inner_nodes(trials, fine):
         return None
-    one, other = pilots.run(coarse, steps), pilots.run(fine, steps)
+    one, other = trials.run(coarse, steps), trials.run(fine, steps)
     if one is None or other is None:
         return None
-    far = farthest(pilots.wanted, one, other)
-    if not (_is_close(pilots, other, far) and is_followed(pilots, other)):
+    whole = history_differences(trials.goals, one, other)
+    if not (_is_close(trials, other, whole) and resolves_vibrations(trials, other)):
         return None
-    of_mesh = _of_mesh(pilots, one, other, order)
-    asked = tolerances(pilots.wanted, other)
-    errors = [m.careful + t.at(steps) for m, t in zip(of_mesh, time.estimates, strict=True)]
-    is_enough = all(e <= ENOUGH * most for e, most in zip(errors, asked, strict=True))
+    of_mesh = _mesh_estimates(trials, one, other, order)
+    errors = [m.conservative + t.at(steps) for m, t in zip(of_mesh, time.estimates, strict=True)]
+    pairs = zip(errors, absolute_tolerances(trials.goals, other), strict=True)
+    is_enough = all(error <= TOLERANCE_FRACTION * tolerance for error, tolerance in pairs)
     mesh = MeshError(of_mesh, (one, other))
-    return Ladder(time, mesh, tuple(errors) if is_enough else None, (one, other))
+    return Refinement(time, mesh, tuple(errors) if is_enough else None, (one, other))
 
 
-def _of_mesh(pilots: Pilots, one: Pilot, other: Pilot, order: int) -> tuple[Estimate, ...]:
+def _mesh_estimates(
+    trials: TrialRuns, one: TrialRun, other: TrialRun, order: int
+) -> tuple[Estimate, ...]:
     """Estimate the error of the mesh of the second of two runs with the same steps."""
     counts = [elements_of(one), elements_of(other)]
-    each = zip(distances(pilots.wanted, one, other), _orders(pilots, order), pilots.wanted,
-               other.histories, strict=True)  # fmt: skip
+    differences = goal_differences(trials.goals, one, other)
+    columns = zip(differences, trials.goals, other.histories, strict=True)
     return tuple(
-        estimate(counts, [far], own, SOLVER_NOISE * wanted.quantity.size(history))
-        for far, own, wanted, history in each
+        estimate(
+            counts,
+            [difference],
+            goal.quantity.order(order),
+            SOLVER_NOISE * goal.quantity.size(history),
+        )
+        for difference, goal, history in columns
     )
 
 
-def _count(pilots: Pilots, model: Model) -> int:
-    """Return the number of elements of the beams whose mesh is open; places on them are nodes."""
-    scene = pilots.built(model)
-    return sum(scene.body(name).n_elements for name in model.counts)
+def _has_inner_nodes(trials: TrialRuns, model: Model) -> bool:
+    """Return True if positions on beams add nodes to the meshes of a model."""
+    scene = trials.build(model)
+    count = sum(scene.body(name).n_elements for name in model.counts)
+    return count != sum(model.counts.values())
 
 
-def _on(pilots: Pilots, model: Model, finest: float) -> Model:
-    return model.with_counts(spread(pilots.scene, finest))
+def _without_damping(trials: TrialRuns) -> TrialRuns:
+    """Return runs by the same integrator without numerical damping, if there is one."""
+    integrator = trials.integrator
+    if not isinstance(integrator, GeneralizedAlpha) or integrator.rho_inf >= 1.0:
+        return trials
+    return trials.with_integrator(GeneralizedAlpha(1.0))
 
 
-def _undamped(pilots: Pilots) -> Pilots:
-    """Return runs by the same integrator without numerical damping, if it can have none."""
-    own = pilots.integrator
-    if not isinstance(own, GeneralizedAlpha) or own.rho_inf >= 1.0:
-        return pilots
-    return pilots.with_integrator(GeneralizedAlpha(1.0))
-
-
-def _orders(pilots: Pilots, order: int) -> list[int]:
+def _orders(trials: TrialRuns, order: int) -> list[int]:
     """Return the order of every quantity in the length of the elements."""
-    return [each.quantity.order(order) for each in pilots.wanted]
+    return [each.quantity.order(order) for each in trials.goals]
 
 
-def _is_close(pilots: Pilots, other: Pilot, far: Sequence[float]) -> bool:
-    sizes = [w.quantity.size(h) for w, h in zip(pilots.wanted, other.histories, strict=True)]
-    return all(each <= CLOSE * size for each, size in zip(far, sizes, strict=True))
+def _is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
+    """Return True if two motions are in the asymptotic range."""
+    columns = zip(differences, trials.goals, other.histories, strict=True)
+    return all(
+        difference <= MAX_DIFFERENCE * goal.quantity.size(history)
+        for difference, goal, history in columns
+    )
 
 
-def is_followed(pilots: Pilots, run: Pilot) -> bool:
-    """Whether steps are short enough to follow the vibrations that a quantity shows.
+def resolves_vibrations(trials: TrialRuns, run: TrialRun) -> bool:
+    """Return True if steps are short enough for the vibrations of the quantities.
 
-    A method of order 2 delays a vibration by a twelfth of the square of its phase in a step, in
-    each step.  Those that turn so often that this comes to `ASTRAY` in all are unlike the true
-    ones, and two runs with them may be alike by chance.
+    A method of order 2 delays a vibration in each step by a twelfth of the cube of its phase in the
+    step.  Two runs whose phase errors exceed `MAX_PHASE_ERROR` may agree by chance.
     """
-    asked = tolerances(pilots.wanted, run)
-    for history, most in zip(run.histories, asked, strict=True):
+    tolerances = absolute_tolerances(trials.goals, run)
+    for history, tolerance in zip(run.histories, tolerances, strict=True):
         for values in history.T:
-            phase = np.pi * len(swings(values, SEEN * most)[0])
-            if phase**3 > 12.0 * ASTRAY * run.steps**2:
+            phase = np.pi * len(find_swings(values, SWING_FRACTION * tolerance)[0])
+            if phase**3 > 12.0 * MAX_PHASE_ERROR * run.steps**2:
                 return False
     return True
 
 
-def _pair(
-    pilots: Pilots, runs: Sequence[Pilot], errors: Sequence[float], order: int, order_of_steps: int
-) -> Ladder:
-    """Return two runs of which the second is exact enough: what is of mesh and steps is open."""
+def _combine(
+    trials: TrialRuns, runs: Sequence[TrialRun], errors: Sequence[float], order: int,
+    step_order: int) -> Refinement:  # fmt: skip
+    """Return two runs, the second of which is accurate enough, with undivided errors."""
     one, other = runs[-2:]
+    ratio = elements_of(other) / elements_of(one)
     of_steps, of_mesh = [], []
-    for error, own in zip(errors, _orders(pilots, order), strict=True):
-        ratio = elements_of(other) / elements_of(one)
+    for error, p in zip(errors, _orders(trials, order), strict=True):
         half = 0.5 * error
-        of_steps.append(Estimate(other.steps, half, order_of_steps, False, SHORTER, seen=False))
-        of_mesh.append(Estimate(elements_of(other), half, own, False, ratio, seen=False))
-    pair = (one, other)
-    return Ladder(
-        TimeError(tuple(of_steps), pair), MeshError(tuple(of_mesh), pair),
-        tuple(errors), tuple(runs),
-    )  # fmt: skip
+        of_steps.append(Estimate(other.steps, half, step_order, False, STEP_GROWTH, False))
+        of_mesh.append(Estimate(elements_of(other), half, p, False, ratio, False))
+    last = (one, other)
+    time, mesh = TimeError(tuple(of_steps), last), MeshError(tuple(of_mesh), last)
+    return Refinement(time, mesh, tuple(errors), tuple(runs))
 
 
-def _divided(pilots: Pilots, runs: list[Pilot], order: int, order_of_steps: int) -> Ladder | None:
+def _separate(
+    trials: TrialRuns, runs: list[TrialRun], order: int, step_order: int
+) -> Refinement | None:
     """Return the errors of mesh and steps, by a run between the last two.
 
-    Errors that have to fall far are not continued by an order that has not shown: then steps on the
-    coarse mesh are halved until it has.
+    Steps on the coarse mesh are halved until their order is observed, if errors must decrease by
+    more than a factor that may be extrapolated without.
     """
     one, other = runs[-2:]
-    asked = tolerances(pilots.wanted, other)
+    tolerances = absolute_tolerances(trials.goals, other)
     halved = [one]
-    for k in range(MOST):
-        run = pilots.run(one.model, other.steps << k)
+    for k in range(MAX_REFINEMENTS):
+        run = trials.run(one.model, other.steps << k)
         if run is None:
             return None
         halved.append(run)
-        of_steps = step_estimates(pilots, halved, order_of_steps)
-        if any(each.seen and each.order <= LEAST_ORDER for each in of_steps):
-            return None  # shorter steps do not approach a motion
-        needed = [each.needed(0.5 * most) for each, most in zip(of_steps, asked, strict=True)]
-        far = [n / run.steps / _reach(e) for n, e in zip(needed, of_steps, strict=True)]
-        if max(far) <= 1.0:
+        of_steps = step_estimates(trials, halved, step_order)
+        if any(each.is_observed and each.order <= MIN_ORDER for each in of_steps):
+            return None  # motions do not converge
+        pairs = zip(of_steps, tolerances, strict=True)
+        steps = [each.resolution_for(0.5 * tolerance) for each, tolerance in pairs]
+        ratios = [n / run.steps / _max_ratio(e) for n, e in zip(steps, of_steps, strict=True)]
+        if max(ratios) <= 1.0:
             break
-        planned = run.cost.amount * max(needed) / run.steps
-        is_dear = pilots.spent > WORTH * FREE and run.cost.amount > SHARE * planned
-        if is_dear and all(each.seen for each in of_steps):
+        planned = run.cost.work * max(steps) / run.steps
+        is_expensive = (
+            trials.total_work > ORDER_BUDGET * BASE_BUDGET
+            and run.cost.work > TRIAL_FRACTION * planned
+        )
+        if is_expensive and all(each.is_observed for each in of_steps):
             break
-    mesh = MeshError(_of_mesh(pilots, halved[1], other, order), (halved[1], other))
-    return Ladder(TimeError(of_steps, tuple(halved)), mesh, None, (*runs, *halved[1:]))
+    mesh = MeshError(_mesh_estimates(trials, halved[1], other, order), (halved[1], other))
+    return Refinement(TimeError(of_steps, tuple(halved)), mesh, None, (*runs, *halved[1:]))
 
 
-def _reach(known: Estimate) -> float:
-    """Return by how many times as many steps an error may be continued."""
-    if not known.seen:
-        return REACH_UNSEEN
-    return REACH if known.settled else 1.0
+def _max_ratio(known: Estimate) -> float:
+    """Return the ratio of steps up to which an error may be extrapolated."""
+    if not known.is_observed:
+        return MAX_UNOBSERVED_RATIO
+    return MAX_STEP_RATIO if known.is_asymptotic else 1.0

@@ -1,4 +1,4 @@
-"""The error of the steps in time: the same coarse mesh with half the step, until that is enough."""
+"""Error of the time steps: the same coarse mesh with half the step, until the error is known."""
 
 from __future__ import annotations
 
@@ -11,183 +11,175 @@ from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.trial_runs import (
-    FREE,
-    Pilot,
-    Pilots,
-    distances,
-    farthest,
-    tolerances,
+    BASE_BUDGET,
+    TrialRun,
+    TrialRuns,
+    absolute_tolerances,
+    goal_differences,
+    history_differences,
 )
 
-# Steps of one pilot at most, over those of the longest kind.
-MOST_HALVINGS = 14
-# An error so many times the one asked for can be extrapolated from, if its order has shown: as long
-# as pilots cost next to nothing, and later, or if it has shown twice.  Shorter steps follow further
-# vibrations, so the order of a motion that began with a shock falls.
-NEARER, FAR = 2.0, 16.0
-# By how much two orders that were observed may differ from that of the method.
-FIRM = 0.15
-# One of this share is small enough where two runs cannot show the order, and where another has
-# shown, which `confirmed` looks at again.
-SMALL, NEAR = 0.4, 1.0
-# Where the differences do not halve in so many halvings, the motion is too rough for an estimate.
-# Before that, steps may still be too long for the slowest vibration: this share of what pilots may
-# cost in any case is spent first.
-STALLED, PATIENCE = 3, 0.5
-# The share of both where the next mesh may be better.
-HASTE = 0.5
-# Solutions that differ by less than this share of their size differ by the tolerance of the solver.
-SOLVER_NOISE = 1e-7
-# The undamped integrator conserves vibrations that long damped steps take away.  Motions with
-# both may differ by so many times the estimated error.
-ALIKE = 4.0
+MAX_HALVINGS = 14  # of the longest step
+# Largest ratio of error to tolerance from which the number of steps is extrapolated.
+MAX_CHEAP_RATIO = 2.0  # in the asymptotic range, while trial runs are within the base budget
+MAX_ASYMPTOTIC_RATIO = 16.0  # in the asymptotic range, later, or if it was confirmed twice
+MAX_OBSERVED_RATIO = 1.0  # with another observed order; the confirmation run checks it
+MAX_UNOBSERVED_RATIO = 0.4  # with two runs, which show no order
+ORDER_TOLERANCE = 0.15  # relative deviation of a ratio of differences that confirms the order
+# Without halved differences after these the motion is too irregular for an estimate.
+STAGNATION_HALVINGS = 3
+STAGNATION_BUDGET = 0.5  # of the base budget, spent first: steps may still be too long to converge
+HASTY_FACTOR = 0.5  # of both limits, if a finer mesh may be better
+SOLVER_NOISE = 1e-7  # difference by the tolerance of the solver, relative to the quantity
+# The undamped integrator conserves vibrations that long damped steps remove.
+MAX_DAMPING_RATIO = 4.0  # difference between damped and undamped motions over the estimated error
 
 
 @dataclass(frozen=True)
 class TimeError:
-    """What pilot runs with several steps have shown.
+    """Estimates from trial runs with several steps.
 
     Attributes
     ----------
     estimates : tuple of Estimate
         For every quantity, by the number of steps.
-    runs : tuple of Pilot
-        With ascending numbers of steps, each twice that of the one before.
+    runs : tuple of TrialRun
+        With ascending numbers of steps, each twice the previous one.
     """
 
     estimates: tuple[Estimate, ...]
-    runs: tuple[Pilot, ...]
+    runs: tuple[TrialRun, ...]
 
 
-def time_error(pilots: Pilots, model: Model, order: int, hasty: bool = False) -> TimeError:
+def time_error(trials: TrialRuns, model: Model, order: int, hasty: bool = False) -> TimeError:
     """Halve the step until the error of every quantity can be predicted.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
     model : Model
         A coarse one.
     order : int
         Order of the integrator.
     hasty : bool, optional
-        Whether to give up as soon as differences decrease slowly: a finer mesh may be better.
+        Whether to stop as soon as differences decrease slowly, since a finer mesh may be better.
 
     Raises
     ------
     StepError
-        If no step is short enough to finish.
+        If no step is short enough for a complete run.
     PlanError
-        If the motions do not approach each other as steps are halved: the motion is chaotic, or
-        the quantity is not smooth.
+        If the motions do not converge as steps are halved: the motion is chaotic, or the quantity
+        is not smooth.
     """
-    runs: list[Pilot] = []
-    failed = pilots.failed
-    for halvings in range(MOST_HALVINGS + 1):
-        if pilots.base << halvings <= failed:
+    runs: list[TrialRun] = []
+    failed = trials.failed
+    for halvings in range(MAX_HALVINGS + 1):
+        if trials.base << halvings <= failed:
             continue
-        run = pilots.run(model, pilots.base << halvings)
+        run = trials.run(model, trials.base << halvings)
         if run is None:
             runs.clear()
             continue
         runs.append(run)
         if len(runs) < 2:
             continue
-        estimates = step_estimates(pilots, runs, order)
-        if _enough(pilots, runs, estimates, order) and undamped_is_alike(
-            pilots, model, runs, estimates
+        estimates = step_estimates(trials, runs, order)
+        if _is_enough(trials, runs, estimates, order) and agrees_with_undamped(
+            trials, model, runs, estimates
         ):
             return TimeError(estimates, tuple(runs))
-        if _stalls(pilots, runs, hasty):
+        if _stagnates(trials, runs, hasty):
             break
-    if pilots.failure is not None and len(runs) < 2:
-        raise pilots.failure
-    asked = tolerances(pilots.wanted, runs[-1])
-    apart = farthest(pilots.wanted, runs[-2], runs[-1])
-    i = max(range(len(asked)), key=lambda i: apart[i] / asked[i])
-    quantity = pilots.wanted[i].quantity
-    raise PlanError(quantity.name, asked[i], apart[i], quantity.unit, len(runs))
+    if trials.failure is not None and len(runs) < 2:
+        raise trials.failure
+    tolerances = absolute_tolerances(trials.goals, runs[-1])
+    differences = history_differences(trials.goals, runs[-2], runs[-1])
+    i = max(range(len(tolerances)), key=lambda i: differences[i] / tolerances[i])
+    quantity = trials.goals[i].quantity
+    raise PlanError(quantity.name, tolerances[i], differences[i], quantity.unit, len(runs))
 
 
-def no_time_error(pilots: Pilots, model: Model) -> TimeError:
-    """Return what there is of an equilibrium: one run, and no error of steps."""
-    run = pilots.run(model, 1)
-    assert run is not None  # what fails in statics is no step
-    return TimeError((Estimate(1.0, 0.0, 2.0, settled=True),) * len(pilots.wanted), (run,))
+def no_time_error(trials: TrialRuns, model: Model) -> TimeError:
+    """Return the run of an equilibrium, without an error of steps."""
+    run = trials.run(model, 1)
+    assert run is not None  # statics has no failing steps
+    return TimeError((Estimate(1.0, 0.0, 2.0, is_asymptotic=True),) * len(trials.goals), (run,))
 
 
-def _stalls(pilots: Pilots, runs: Sequence[Pilot], hasty: bool) -> bool:
-    """Whether halving the step several times has not brought the motions nearer.
-
-    Steps that are too long for the slowest vibration do not, so short ones are tried first.
-    """
-    share = HASTE if hasty else 1.0
-    if len(runs) < STALLED + 2 or pilots.spent < share * PATIENCE * FREE:
+def _stagnates(trials: TrialRuns, runs: Sequence[TrialRun], hasty: bool) -> bool:
+    """Return True if several halvings of the step have not halved the differences."""
+    factor = HASTY_FACTOR if hasty else 1.0
+    budget = factor * STAGNATION_BUDGET * BASE_BUDGET
+    if len(runs) < STAGNATION_HALVINGS + 2 or trials.total_work < budget:
         return False
-    apart = [farthest(pilots.wanted, a, b) for a, b in pairwise(runs)]
-    series = zip(*apart, strict=True)
-    return any(each[-1] > 0.5 * share * each[-1 - STALLED] for each in series)
+    differences = [history_differences(trials.goals, a, b) for a, b in pairwise(runs)]
+    series = zip(*differences, strict=True)
+    return any(each[-1] > 0.5 * factor * each[-1 - STAGNATION_HALVINGS] for each in series)
 
 
-def step_estimates(pilots: Pilots, runs: Sequence[Pilot], order: int) -> tuple[Estimate, ...]:
-    """Estimate the error of the last of some runs of one mesh for every quantity."""
+def step_estimates(trials: TrialRuns, runs: Sequence[TrialRun], order: int) -> tuple[Estimate, ...]:
+    """Estimate the error of the last of several runs on one mesh for every quantity."""
     steps = [run.steps for run in runs[-3:]]
     pairs = zip(runs[-3:], runs[-2:] if len(runs) > 2 else runs[-1:], strict=False)
-    apart = [distances(pilots.wanted, one, other) for one, other in pairs]
-    sizes = [each.quantity.size(h) for each, h in zip(pilots.wanted, runs[-1].histories,
-                                                      strict=True)]  # fmt: skip
+    differences = [goal_differences(trials.goals, one, other) for one, other in pairs]
     return tuple(
-        estimate(steps, each, order, SOLVER_NOISE * size)
-        for each, size in zip(zip(*apart, strict=True), sizes, strict=True)
+        estimate(steps, each, order, SOLVER_NOISE * goal.quantity.size(history))
+        for each, goal, history in zip(
+            zip(*differences, strict=True), trials.goals, runs[-1].histories, strict=True
+        )
     )
 
 
-def _enough(
-    pilots: Pilots, runs: Sequence[Pilot], estimates: Sequence[Estimate], order: int
+def _is_enough(
+    trials: TrialRuns, runs: Sequence[TrialRun], estimates: Sequence[Estimate], order: int
 ) -> bool:
-    """Whether errors are known well enough, and whole histories approach each other."""
-    asked = tolerances(pilots.wanted, runs[-1])
-    cheap = pilots.spent < FREE
-    last = farthest(pilots.wanted, runs[-2], runs[-1])
-    before = farthest(pilots.wanted, runs[-3], runs[-2]) if len(runs) > 2 else None
-    for i, (each, most) in enumerate(zip(estimates, asked, strict=True)):
-        reach = NEAR if each.seen else SMALL
-        if each.settled:
-            reach = NEARER if cheap and not _is_firm(pilots, runs, i, order) else FAR
-        if each.careful > reach * most:
+    """Return True if errors can be extrapolated, and complete histories converge."""
+    tolerances = absolute_tolerances(trials.goals, runs[-1])
+    cheap = trials.total_work < BASE_BUDGET
+    last = history_differences(trials.goals, runs[-2], runs[-1])
+    before = history_differences(trials.goals, runs[-3], runs[-2]) if len(runs) > 2 else None
+    for i, (each, tolerance) in enumerate(zip(estimates, tolerances, strict=True)):
+        ratio = MAX_OBSERVED_RATIO if each.is_observed else MAX_UNOBSERVED_RATIO
+        if each.is_asymptotic:
+            ratio = MAX_ASYMPTOTIC_RATIO
+            if cheap and not _is_order_confirmed(trials, runs, i, order):
+                ratio = MAX_CHEAP_RATIO
+        if each.conservative > ratio * tolerance:
             return False
-        if before is not None and last[i] > max(most, 0.5 * before[i]):
+        if before is not None and last[i] > max(tolerance, 0.5 * before[i]):
             return False
     return True
 
 
-def _is_firm(pilots: Pilots, runs: Sequence[Pilot], i: int, order: int) -> bool:
-    """Whether four runs have shown the order of the method twice, for a quantity."""
+def _is_order_confirmed(trials: TrialRuns, runs: Sequence[TrialRun], i: int, order: int) -> bool:
+    """Return True if four runs have shown the order of the method twice, for quantity i."""
     if len(runs) < 4:
         return False
-    apart = [distances(pilots.wanted, a, b)[i] for a, b in pairwise(runs[-4:])]
+    differences = [goal_differences(trials.goals, a, b)[i] for a, b in pairwise(runs[-4:])]
     ratio = 2.0**order
     return all(
-        (1.0 - FIRM) * ratio <= first / second <= (1.0 + FIRM) * ratio
-        for first, second in pairwise(apart)
+        (1.0 - ORDER_TOLERANCE) * ratio <= first / second <= (1.0 + ORDER_TOLERANCE) * ratio
+        for first, second in pairwise(differences)
         if second > 0.0
     )
 
 
-def undamped_is_alike(
-    pilots: Pilots, model: Model, runs: Sequence[Pilot], estimates: Sequence[Estimate]
+def agrees_with_undamped(
+    trials: TrialRuns, model: Model, runs: Sequence[TrialRun], estimates: Sequence[Estimate]
 ) -> bool:
-    """Whether no vibrations that matter were lost by the damping of long steps."""
-    if not isinstance(pilots.integrator, GeneralizedAlpha) or pilots.integrator.rho_inf >= 1.0:
+    """Return True if the damping of long steps has removed no relevant vibration."""
+    if not isinstance(trials.integrator, GeneralizedAlpha) or trials.integrator.rho_inf >= 1.0:
         return True
-    other = pilots.with_integrator(GeneralizedAlpha(1.0))
+    other = trials.with_integrator(GeneralizedAlpha(1.0))
     run = other.run(model, runs[-1].steps)
-    pilots.seconds += other.seconds
-    if run is None:  # the steps are too long for it, no statement about the quantity
+    trials.seconds += other.seconds
+    if run is None:  # its steps are too long, which says nothing about the quantity
         return True
-    asked = tolerances(pilots.wanted, runs[-1])
-    apart = distances(pilots.wanted, runs[-1], run)
+    tolerances = absolute_tolerances(trials.goals, runs[-1])
+    differences = goal_differences(trials.goals, runs[-1], run)
     return all(
-        far <= max(ALIKE * each.error, most)
-        for far, each, most in zip(apart, estimates, asked, strict=True)
+        difference <= max(MAX_DAMPING_RATIO * each.error, tolerance)
+        for difference, each, tolerance in zip(differences, estimates, tolerances, strict=True)
     )

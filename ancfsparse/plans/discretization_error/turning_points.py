@@ -1,4 +1,4 @@
-"""Vibrations that the history of a quantity shows."""
+"""Swings of a quantity between its turning points."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def swings(values: Array, least: float) -> tuple[NDArray[np.intp], Array]:
-    """Return where a quantity has turned after a swing, and how large that was.
+def find_swings(values: Array, min_size: float) -> tuple[NDArray[np.intp], Array]:
+    """Return the swings of a quantity between successive turning points.
 
     Parameters
     ----------
     values : (k,) float
-        Over time, at even distances.
-    least : float
-        Swings up to this do not count [unit of the quantity].
+        Values at equidistant times.
+    min_size : float
+        Size above which swings count [unit of the quantity].
 
     Returns
     -------
     rows : (n,) int
-        Where they end.
+        Indices of the turning points at their ends.
     sizes : (n,) float
-        From turn to turn [unit of the quantity].
+        Differences between the turning points [unit of the quantity].
     """
     turns = np.flatnonzero(np.diff(np.sign(np.diff(values)))) + 1
     sizes = np.abs(np.diff(values[turns]))
-    counts = sizes > least
+    counts = sizes > min_size
     return turns[1:][counts], sizes[counts]

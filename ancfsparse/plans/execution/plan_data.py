@@ -1,4 +1,4 @@
-"""The record of a plan: what was chosen, what it is predicted to do, and why."""
+"""Data of a plan: the selected model and method, predicted errors and cost, and the reasons."""
 
 from __future__ import annotations
 
@@ -11,40 +11,39 @@ from numpy.typing import NDArray
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.iteration import describe
-from ancfsparse.plans.execution.validity_range import Span
-from ancfsparse.plans.models.model import Model, built
-from ancfsparse.plans.models.planar_reduction import InPlane
-from ancfsparse.plans.quantities.tolerances import Wanted
-from ancfsparse.plans.trial_runs.solution_methods import Way
+from ancfsparse.plans.execution.validity_range import ValidityRange
+from ancfsparse.plans.models.model import Model, build_model
+from ancfsparse.plans.models.planar_reduction import PlanarScene
+from ancfsparse.plans.quantities.tolerances import Goal
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Mesh, Scene
 
 Array = NDArray[np.float64]
 
-MEGABYTE = 1e6
-# Intervals between saved states at least, unless they are chosen by save_every.
-SAVED = 1000
+MEGABYTE = 1e6  # bytes
+MIN_INTERVALS = 1000  # between saved states, unless save_every is given
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """The error of one quantity.
+    """Predicted error of one quantity.
 
     Attributes
     ----------
-    wanted : Wanted
-        The quantity and the error that was asked for.
-    asked : float
+    goal : Goal
+        The quantity and its largest error.
+    tolerance : float
         That error, absolute [unit of the quantity].
     sources : mapping of str to float
         Predicted error by source: ``"mesh"``, ``"time"``, ``"solver"``, and every effect that the
         model neglects [unit of the quantity].
     floor : float
-        By how much elements that are all converged differ: no model promises less [likewise].
+        Difference between converged elements, a bound for all models [unit of the quantity].
     """
 
-    wanted: Wanted
-    asked: float
+    goal: Goal
+    tolerance: float
     sources: Mapping[str, float]
     floor: float = 0.0
 
@@ -55,22 +54,22 @@ class Prediction:
 
     @property
     def is_met(self) -> bool:
-        """Whether it is at most the error that was asked for, and a model can promise that."""
-        return max(self.error, self.floor) <= self.asked
+        """Whether error and floor are within the tolerance."""
+        return max(self.error, self.floor) <= self.tolerance
 
     def __str__(self) -> str:
-        """Write it in one line."""
-        unit = self.wanted.quantity.unit
+        """Write the prediction in one line."""
+        unit = self.goal.quantity.unit
         parts = ", ".join(f"{name} {value:.1e}" for name, value in self.sources.items() if value)
         text = f"{self.error:.1e} {unit}".rstrip() + f" ({parts})"
-        if self.floor <= self.asked:
+        if self.floor <= self.tolerance:
             return text
-        return f"{text}, and no model promises less than {self.floor:.1e} {unit}".rstrip()
+        return f"{text}, and converged elements differ by {self.floor:.1e} {unit}".rstrip()
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another choice, with what it is predicted to do.
+    """Another mesh and step with their predictions.
 
     Attributes
     ----------
@@ -87,70 +86,70 @@ class Alternative:
     seconds: float
 
     def __str__(self) -> str:
-        """Write it in one line."""
+        """Write the alternative in one line."""
         errors = ", ".join(f"{each:.1e}" for each in self.errors)
         return f"{self.choice}: error {errors} in {self.seconds:.2g} s"
 
 
 @dataclass(frozen=True, eq=False)
 class PlanData:
-    """How a scene is to be run, as `plan` returns it.
+    """Selected model, mesh, step and method, with predicted errors and cost.
 
     Attributes
     ----------
     scene : Scene
-        The scene, with what is open.
+        The scene, with automatic elements and meshes.
     t_end : float or None
-        Time at the end [s]; None: the equilibrium is asked for.
+        Time at the end [s]; None for an equilibrium.
     model : Model
-        Element and number of elements of every beam of which they are open, by its name.
+        Elements and numbers of elements of the beams with automatic ones, by name.
     steps : int
         Number of steps.
-    integrator : Implicit, Explicit or Way
-        How it is marched; or, as a `Way`, found without steps of an integrator.
+    integrator : Implicit, Explicit or SolutionMethod
+        Integrator, or method without time integration.
     solver : Method or str
-        How the equations of a step are solved.
+        Nonlinear solver of the steps.
     predictions : tuple of Prediction
-        The error of every quantity, by source.
+        Error of every quantity, by source.
     seconds : float
         Predicted time of the run, set-up included [s].
     memory : float
         Predicted memory [bytes].
-    cheaper, dearer : Alternative
-        The next cheaper and the next dearer choice.
+    coarser, finer : Alternative
+        Resolutions with four times and a quarter of the error.
     reasons : tuple of str
-        Why, in sentences.
-    cost : Mapping of str to float
-        What the plan itself took: ``"seconds"``, ``"runs"``, its counted work, ``"counted"``, in
-        that of a residual of one coordinate, and ``"work"``, the same over that of the planned run.
+        Reasons, in sentences.
+    cost : mapping of str to float
+        Cost of the plan itself: ``"seconds"``, ``"runs"``, its operation count, ``"operations"``,
+        relative to a residual of one coordinate, and ``"work"``, the same over that of the planned
+        run.
     start : str or None
         ``"equilibrium"`` if the motion begins there.
-    flat : InPlane or None
-        The planar scene that is solved where one in space moves in a plane.
-    span : Span or None
-        What the pilots have met, beyond which the prediction is not known to hold; None where the
-        run itself was one of them.
-    answer : Trajectory or None
-        The run that was planned, if it was made as a pilot: `run` returns it.
+    planar : PlanarScene or None
+        The planar scene that is solved if a scene in space moves in a plane.
+    result : Trajectory or None
+        The planned run if it was one of the trial runs; `run` returns it.
+    validity_range : ValidityRange or None
+        Range of the trial runs, in which predictions hold; None if the run was one of them.
     """
 
     scene: Scene
     t_end: float | None
     model: Model
     steps: int
-    integrator: Implicit | Explicit | Way
+    integrator: Implicit | Explicit | SolutionMethod
     solver: Method | str
     predictions: tuple[Prediction, ...]
     seconds: float
     memory: float
-    cheaper: Alternative
-    dearer: Alternative
+    coarser: Alternative
+    finer: Alternative
     reasons: tuple[str, ...]
     cost: Mapping[str, float] = field(default_factory=dict)
     start: str | None = None
-    flat: InPlane | None = None
-    answer: Trajectory | None = None
-    span: Span | None = None
+    planar: PlanarScene | None = None
+    result: Trajectory | None = None
+    validity_range: ValidityRange | None = None
 
     @property
     def dt(self) -> float | None:
@@ -160,7 +159,7 @@ class PlanData:
     @property
     def choice(self) -> str:
         """Elements, mesh, step and integrator in one line."""
-        return described(self.scene, self.model, self.steps, self.t_end, self.integrator)
+        return describe_choice(self.scene, self.model, self.steps, self.t_end, self.integrator)
 
     @property
     def error(self) -> float:
@@ -169,61 +168,61 @@ class PlanData:
 
     @property
     def is_met(self) -> bool:
-        """Whether all errors are predicted to be at most those that were asked for."""
+        """Whether all predicted errors are within their tolerances."""
         return all(each.is_met for each in self.predictions)
 
+    @property
+    def save_every(self) -> int:
+        """Steps between saved states by default."""
+        return max(1, self.steps // MIN_INTERVALS)
+
+    @property
+    def source(self) -> Scene:
+        """The scene that is solved, before its automatic beams are meshed."""
+        return self.scene if self.planar is None else self.planar.scene
+
     def build(self) -> Scene:
-        """Return the scene with the chosen elements and meshes."""
-        return built(self.source, self.model)
+        """Return the scene with the selected elements and meshes."""
+        return build_model(self.source, self.model)
 
     def __repr__(self) -> str:
-        """Write the choice."""
+        """Return the selection in one line."""
         return f"Plan: {self.choice}"
 
     def __str__(self) -> str:
-        """Write everything for a reader."""
+        """Return the plan in sentences."""
         solver = self.solver if isinstance(self.solver, str) else describe(self.solver)
         span = "the equilibrium" if self.t_end is None else f"{self.t_end:g} s"
         lines = [f"Plan for {span}: {self.choice}, solver {solver}"]
         for each in self.predictions:
-            lines += [f"  {each.wanted}", f"    predicted error {each}"]
+            lines += [f"  {each.goal}", f"    predicted error {each}"]
         lines.append(f"  predicted {self.seconds:.2g} s, {self.memory / MEGABYTE:.2g} MB")
-        lines.append(f"  cheaper: {self.cheaper}")
-        lines.append(f"  dearer:  {self.dearer}")
+        lines.append(f"  coarser: {self.coarser}")
+        lines.append(f"  finer:   {self.finer}")
         return "\n".join([*lines, *(f"  - {reason}" for reason in self.reasons)])
 
-    @property
-    def save_every(self) -> int:
-        """Steps between saved states, unless others are asked for."""
-        return max(1, self.steps // SAVED)
 
-    @property
-    def source(self) -> Scene:
-        """The scene that is solved, with open beams: in the plane where it moves in one."""
-        return self.scene if self.flat is None else self.flat.scene
-
-
-def described(
+def describe_choice(
     scene: Scene,
     model: Model,
     steps: int,
     t_end: float | None,
-    integrator: Implicit | Explicit | Way,
+    integrator: Implicit | Explicit | SolutionMethod,
 ) -> str:
-    """Write elements, mesh, step and integrator in one line."""
-    alike: dict[str, list[str]] = {}
-    for name in dict.fromkeys([*model.rungs, *model.counts]):
+    """Return elements, mesh, step and integrator in one line."""
+    names_of: dict[str, list[str]] = {}
+    for name in dict.fromkeys([*model.elements, *model.counts]):
         words = []
         if name in model.counts:
-            graded = "graded " if name in model.grades else ""
+            graded = "graded " if name in model.gradings else ""
             each = " on every edge" if isinstance(scene.body(name), Mesh) else ""
             plural = "s" if model.counts[name] > 1 else ""
             words.append(f"{model.counts[name]} {graded}element{plural}{each}")
-        words += [str(model.rungs[name])] if name in model.rungs else []
-        alike.setdefault(" ".join(words), []).append(name)
+        words += [str(model.elements[name])] if name in model.elements else []
+        names_of.setdefault(" ".join(words), []).append(name)
     parts = [
         f"{names[0]} {words}" if len(names) == 1 else f"{len(names)} beams of {words}"
-        for words, names in alike.items()
+        for words, names in names_of.items()
     ]
     if t_end is None:
         return ", ".join([*parts, "statics"])

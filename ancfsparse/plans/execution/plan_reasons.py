@@ -1,72 +1,78 @@
-"""The reasons for a plan, in sentences."""
+"""Reasons for a plan, in sentences."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ancfsparse.plans.discretization_error.error_model import Found
-from ancfsparse.plans.discretization_error.mesh_grading import described as spread_by
+from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.discretization_error.mesh_grading import describe_gradings
 from ancfsparse.plans.execution.plan_data import Prediction
-from ancfsparse.plans.selection.element_hierarchy import NAMES
+from ancfsparse.plans.selection.element_hierarchy import SOURCE_NAMES
 from ancfsparse.scene import Scene
 
 
 def reasons(
-    scene: Scene, found: Found, predictions: Sequence[Prediction], integrator_given: bool
+    scene: Scene,
+    error_model: ErrorModel,
+    predictions: Sequence[Prediction],
+    integrator_given: bool,
 ) -> list[str]:
-    """Explain what decided, in sentences."""
-    out = []
-    worst = max(predictions, key=lambda each: each.error / each.asked)
+    """Return the reasons for the selected mesh and step, and warnings on their errors."""
+    worst = max(predictions, key=lambda each: each.error / each.tolerance)
     largest = max(worst.sources, key=lambda name: worst.sources[name])
-    out.append(
-        f"the largest part of the error is that of the {NAMES[largest]}, "
-        f"{worst.sources[largest]:.1e} of {worst.asked:.1e} {worst.wanted.quantity.unit}".rstrip()
-    )
-    if found.model.grades:
-        out.append(spread_by(found.model.grades))
-    for name, part in (("mesh", found.mesh), ("steps", found.time)):
-        if found.is_bound:
-            break
-        if part is not None and not all(each.settled for each in part.estimates):
-            reserve = "" if found.chosen else ", and half of the error stays in reserve"
-            out.append(
-                f"pilots of the {name} do not show the order of the method, so the more "
-                f"pessimistic order is used{reserve}"
-            )
-    if found.is_bound:
-        out.append(
-            "whole motions do not approach each other as steps are halved, as after jumps; what is "
-            "asked for does as mesh and steps are refined together, by order 1 or less, so errors "
-            "are bounds that four motions show"
-        )
-    elif found.chosen is not None:
-        out.append(
-            "the run was made as the last pilot, and is as far from those before as foreseen"
-        )
+    source, unit = SOURCE_NAMES[largest], worst.goal.quantity.unit
+    out = [
+        f"the largest part of the error is that of the {source}, "
+        f"{worst.sources[largest]:.1e} of {worst.tolerance:.1e} {unit}".rstrip()
+    ]
+    if error_model.model.gradings:
+        out.append(describe_gradings(error_model.model.gradings))
+    out += _estimate_reasons(error_model)
     for body in scene.beams:
         if "n_elements" not in body.automatic:
-            share = max(each / most for each, most in zip(found.given, found.asked, strict=True))
-            word = "above" if share > 1.0 else "below"
+            pairs = zip(error_model.given_mesh_errors, error_model.tolerances, strict=True)
+            word = "above" if max(each / tolerance for each, tolerance in pairs) > 1.0 else "below"
             out.append(
                 f"mesh of {body.name} given: the error of given meshes is predicted to be "
-                f"{max(found.given):.1e}, {word} what was asked for"
+                f"{max(error_model.given_mesh_errors):.1e}, {word} the tolerance"
             )
-    if found.fixed_steps is not None:
+    if error_model.fixed_steps is not None:
         out.append("step given")
     if integrator_given:
         out.append("integrator given")
     for each in predictions:
-        unit = each.wanted.quantity.unit
-        if each.floor > each.asked:
+        if each.floor > each.tolerance:
+            name, own_unit = each.goal.quantity.name, each.goal.quantity.unit
             out.append(
-                f"elements that are all converged differ by about {each.floor:.1e} {unit} in the "
-                f"{each.wanted.quantity.name}, because bending and stretch are measured in several "
-                f"ways: no model here can promise {each.asked:.1e} {unit}".rstrip()
+                f"converged elements differ by about {each.floor:.1e} {own_unit} in the {name}, "
+                "because they define bending and stretch in several ways: no model guarantees "
+                f"{each.tolerance:.1e} {own_unit}".rstrip()
             )
-    if any(each.error > each.asked for each in predictions):
+    if any(each.error > each.tolerance for each in predictions):
         out.append(
-            f"the error asked for is not reached: most of what is left, "
-            f"{worst.sources[largest]:.1e} {worst.wanted.quantity.unit}".rstrip()
-            + f", is that of the {NAMES[largest]}, and what is open cannot reduce it further"
+            f"the tolerance is not met: the largest remaining error, "
+            f"{worst.sources[largest]:.1e} {unit}".rstrip()
+            + f", is that of the {source}, which automatic meshes and steps cannot reduce further"
         )
+    return out
+
+
+def _estimate_reasons(error_model: ErrorModel) -> list[str]:
+    """Return sentences on the estimates of mesh and steps, and on the confirmation run."""
+    if error_model.is_bound:
+        return [
+            "complete motions do not converge as steps are halved, as after load jumps; the "
+            "quantities do as mesh and steps are refined together, by order 1 or less, so errors "
+            "are bounds from four motions"
+        ]
+    out = []
+    for name, part in (("mesh size", error_model.mesh), ("step size", error_model.time)):
+        if part is not None and not all(each.is_asymptotic for each in part.estimates):
+            reserve = "" if error_model.selected else "; half of the tolerance is kept in reserve"
+            out.append(
+                f"the trial runs do not show the theoretical convergence order in the {name}; the "
+                f"smaller of observed and theoretical order is used{reserve}"
+            )
+    if error_model.selected is not None:
+        out.append("the final run agrees with the error estimate from the trial runs")
     return out

@@ -1,4 +1,4 @@
-"""A motion that was run as planned."""
+"""Trajectory of a planned run."""
 
 from __future__ import annotations
 
@@ -18,54 +18,54 @@ SPATIAL = 3
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlannedRun(Trajectory):
-    """A motion that was run as planned.
+    """Trajectory of a planned run.
 
     Attributes
     ----------
-    plan : PlanData
-        The plan that it came to its end by, which differs from the first one if that changed.
+    plan : Plan
+        The plan of the completed run, which differs from the first one if that was changed.
     measured : tuple of float
-        With ``verify``, by how much each quantity differs from the run one rung up [its unit];
-        empty otherwise.
+        With ``verify``, the difference of each quantity from the run one refinement level finer
+        [its unit]; empty otherwise.
     """
 
     plan: PlanData | None = None
     measured: tuple[float, ...] = ()
 
-    def _lifted(self, values: Array, node: Point, point: bool = False) -> Array:
-        """Return vectors of a planar run in the space of a scene that moves in a plane."""
-        flat = self.plan.flat if self.plan else None
-        if flat is None or node.beam.dim != SPATIAL:
+    def _in_space(self, values: Array, node: Point, is_position: bool = False) -> Array:
+        """Return vectors of a planar run in the space of the scene."""
+        planar = self.plan.planar if self.plan else None
+        if planar is None or node.beam.dim != SPATIAL:
             return values
-        return flat.plane.place(values) if point else flat.plane.lift(values)
+        return planar.plane.place(values) if is_position else planar.plane.lift(values)
 
     def position(self, node: Point) -> Array:
-        """Give the position of a point over time, see `Trajectory.position`."""
-        return self._lifted(super().position(node), node, point=True)
+        """Return the position of a point over time, see `Trajectory.position`."""
+        return self._in_space(super().position(node), node, is_position=True)
 
     def velocity(self, node: Point) -> Array:
-        """Give the velocity of a point over time, see `Trajectory.velocity`."""
-        return self._lifted(super().velocity(node), node)
+        """Return the velocity of a point over time, see `Trajectory.velocity`."""
+        return self._in_space(super().velocity(node), node)
 
     def acceleration(self, node: Point) -> Array:
-        """Give the acceleration of a point over time, see `Trajectory.acceleration`."""
-        return self._lifted(super().acceleration(node), node)
+        """Return the acceleration of a point over time, see `Trajectory.acceleration`."""
+        return self._in_space(super().acceleration(node), node)
 
     def slope(self, node: Point) -> Array:
-        """Give the slope r' over time, see `Trajectory.slope`."""
-        return self._lifted(super().slope(node), node)
+        """Return the slope r' over time, see `Trajectory.slope`."""
+        return self._in_space(super().slope(node), node)
 
     def reaction(self, node: Point) -> Array:
-        """Give the force of joints at a node over time, see `Trajectory.reaction`."""
-        return self._lifted(super().reaction(node), node)
+        """Return the force of joints at a node over time, see `Trajectory.reaction`."""
+        return self._in_space(super().reaction(node), node)
 
     def __repr__(self) -> str:
-        """Sum the run up, with what was predicted and measured."""
+        """Return a summary of the run with predicted and measured errors."""
         lines = [super().__repr__()]
         predictions = self.plan.predictions if self.plan else ()
         for i, each in enumerate(predictions):
-            line = f"  {each.wanted.quantity!r}: predicted error {each.error:.1e}"
+            line = f"  {each.goal.quantity!r}: predicted error {each.error:.1e}"
             if self.measured:
                 line += f", measured {self.measured[i]:.1e}"
-            lines.append(f"{line} {each.wanted.quantity.unit}".rstrip())
+            lines.append(f"{line} {each.goal.quantity.unit}".rstrip())
         return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""A plan carried out: what happens where its run leaves the range that it assumed."""
+"""Execution of a plan, and new plans if its run leaves the range of the trial runs."""
 
 from __future__ import annotations
 
@@ -11,194 +11,199 @@ import numpy as np
 
 from ancfsparse.errors import AncfError, InputError, LoadError, PlanChangedWarning, StepError
 from ancfsparse.plans.execution.plan_data import PlanData
-from ancfsparse.plans.execution.run_plan import march
-from ancfsparse.plans.execution.validity_range import span_of
-from ancfsparse.plans.execution.verification import FINER_STEPS, apart, richer
-from ancfsparse.plans.models.model import built, refined
-from ancfsparse.plans.trial_runs.solution_methods import Way
+from ancfsparse.plans.execution.run_plan import run_once
+from ancfsparse.plans.execution.validity_range import validity_range
+from ancfsparse.plans.execution.verification import STEP_RATIO, differences, refine_model
+from ancfsparse.plans.models.model import build_model, refine_given_meshes
+from ancfsparse.plans.quantities.states import select_states
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT
 from ancfsparse.system import System
 
 P = TypeVar("P", bound=PlanData)
-Planner = Callable[..., P]
 
-# How often a run is planned again.
-MOST = 4
-# Arguments of `simulate` with which a run can go on from where it failed.
-JOINABLE = frozenset({"progress"})
+MAX_CHANGES = 4  # halvings of the step, or refinements, of a run
+# Arguments of `simulate` with which a run can be continued after a failure.
+CONTINUABLE = frozenset({"progress"})
 
 
-def carried_out(plan: P, options: Mapping[str, Any], replan: Planner[P]) -> tuple[P, Trajectory]:
-    """March a plan, and plan again where it leaves its range.
+def execute(plan: P, options: Mapping[str, Any], replan: Callable[..., P]) -> tuple[P, Trajectory]:
+    """Run a plan, and plan again if the run leaves the range of the trial runs.
 
     Parameters
     ----------
-    plan : P
+    plan : PlanData
         The plan.
     options : mapping of str to object
         Other arguments of `simulate`.
     replan : callable
-        `plan`, which plans again by steps where a path of equilibria ends.
+        `ancfsparse.plan`, for time integration where a path of equilibria ends.
 
     Returns
     -------
-    P
-        The one that came to its end.
+    PlanData
+        The plan of the completed run.
     Trajectory
         Its motion.
     """
-    made = _made(plan, options)
-    if made is not None:
-        return plan, made
-    if isinstance(plan.integrator, Way):
-        return _by_way(plan, options, replan)
-    plan, run = _halved(plan, options)
-    return _refined(plan, run, options)
+    result = _completed(plan, options)
+    if result is not None:
+        return plan, result
+    if isinstance(plan.integrator, SolutionMethod):
+        return _execute_method(plan, options, replan)
+    plan, run = _run_with_halvings(plan, options)
+    return _refine(plan, run, options)
 
 
-def _made(plan: PlanData, options: Mapping[str, Any]) -> Trajectory | None:
-    """Return the run if it was made as a pilot, with as many states as would be saved."""
-    if plan.answer is None or options:
+def _completed(plan: PlanData, options: Mapping[str, Any]) -> Trajectory | None:
+    """Return the run if it was one of the trial runs, with enough saved states."""
+    if plan.result is None or options:
         return None
-    saved = plan.answer.settings.get("save_every", 1)
-    return plan.answer if saved <= plan.save_every else None
+    every = plan.result.settings.get("save_every", 1)
+    return plan.result if every <= plan.save_every else None
 
 
-def _changed(reason: str) -> None:
+def _warn(reason: str) -> None:
     warnings.warn(PlanChangedWarning(f"the run left the range of its plan: {reason}"), stacklevel=5)
 
 
-def _by_way(plan: P, options: Mapping[str, Any], replan: Planner[P]) -> tuple[P, Trajectory]:
-    """Follow equilibria or sum modes, and march where that is not possible."""
+def _execute_method(
+    plan: P, options: Mapping[str, Any], replan: Callable[..., P]
+) -> tuple[P, Trajectory]:
+    """Follow equilibria or sum modes; integrate in time if that fails."""
     try:
-        run = march(plan, plan.build(), **options)
-        reason = "an equilibrium ceased to exist" if run.stats.recoveries else _beyond(plan, run)
+        run = run_once(plan, plan.build(), **options)
+        lost = "an equilibrium ceased to exist"
+        reason = lost if run.stats.recoveries else _exceeded_range(plan, run)
     except (InputError, LoadError):
         raise
     except AncfError as failure:
         reason = f"{plan.integrator!r} failed ({failure})"
     if not reason:
         return plan, run
-    _changed(f"{reason}; it is planned again, by steps in time")
-    asked = [(each.wanted.quantity, each.wanted) for each in plan.predictions]
-    errors = [f"{100 * w.error!r} %" if w.relative else w.error for _, w in asked]
-    fixed: dict[str, Any] = {"integrator": DEFAULT, "start": plan.start}
-    again = replan(plan.source, plan.t_end, [each for each, _ in asked], errors, **fixed)
-    again = replace(again, scene=plan.scene, flat=plan.flat)
-    return carried_out(again, options, replan)
+    _warn(f"{reason}; it is planned again with time integration")
+    goals = [each.goal for each in plan.predictions]
+    errors = [f"{100 * goal.error!r} %" if goal.relative else goal.error for goal in goals]
+    quantities = [goal.quantity for goal in goals]
+    again = replan(
+        plan.source, plan.t_end, quantities, errors, integrator=DEFAULT, start=plan.start
+    )
+    again = replace(again, scene=plan.scene, planar=plan.planar)
+    return execute(again, options, replan)
 
 
-def _halved(plan: P, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
-    """March with half the step from where a step fails."""
+def _run_with_halvings(plan: P, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
+    """Integrate in time, with half the step from where a step fails."""
     scene = plan.build()
     done: Trajectory | None = None
-    for _ in range(MOST + 1):
+    for halvings in range(MAX_CHANGES + 1):
         try:
-            run = _onward(plan, scene, done, options)
+            run = _continue(plan, scene, done, options)
         except StepError as failure:
-            if _ == MOST:
+            if halvings == MAX_CHANGES:
                 raise
-            _changed(
-                f"at t = {failure.time:.6g} s a step of {plan.dt or 0.0:.3g} s failed, so it goes "
-                "on with half the step"
+            _warn(
+                f"at t = {failure.time:.6g} s a step of {plan.dt or 0.0:.3g} s failed; the run "
+                "continues with half the step"
             )
-            if set(options) <= JOINABLE:
-                done = _saved(plan, done, failure.trajectory)
-            plan = replace(plan, steps=2 * plan.steps, answer=None)
+            if set(options) <= CONTINUABLE:
+                done = _saved_part(plan, done, failure.trajectory)
+            plan = replace(plan, steps=2 * plan.steps, result=None)
         else:
             break
     return plan, run
 
 
-def _onward(
-    plan: PlanData, scene: Any, done: Trajectory | None, options: Mapping[str, Any]
+def _continue(
+    plan: PlanData, scene: Scene, done: Trajectory | None, options: Mapping[str, Any]
 ) -> Trajectory:
-    """March from where a run was left, and return all of it."""
+    """Continue a run, and return it from the start."""
     if done is None:
-        return march(plan, scene, **options)
+        return run_once(plan, scene, **options)
     system = done.system
     assert isinstance(system, System)
     rows = (np.array(table[-1]) for table in (done.q, done.v, done.a, done.lam))
     last = system.state(float(done.t[-1]), *rows)
     assert plan.t_end is not None
     every = round(float(done.t[-1] - done.t[-2]) * plan.steps / plan.t_end)
-    how = {"integrator": plan.integrator, "solver": plan.solver}
-    given = {**how, "save_every": every, **options}
+    given: dict[str, Any] = {"integrator": plan.integrator, "solver": plan.solver}
+    given |= {"save_every": every, **options}
     try:
         rest = simulate(scene, plan.t_end, plan.dt, start=last, **given)
     except StepError as failure:
-        failure.trajectory = _joined(done, failure.trajectory)
+        failure.trajectory = _join(done, failure.trajectory)
         raise
-    return _joined(done, rest)
+    return _join(done, rest)
 
 
-def _saved(plan: PlanData, done: Trajectory | None, path: Trajectory | None) -> Trajectory | None:
-    """Return the states of a run that failed which are among those to be saved."""
+def _saved_part(
+    plan: PlanData, done: Trajectory | None, path: Trajectory | None
+) -> Trajectory | None:
+    """Return the states of a failed run that are among those to be saved."""
     if path is None or plan.t_end is None:
         return done
     every = plan.save_every if done is None else round(
         float(done.t[1] - done.t[0]) * plan.steps / plan.t_end)  # fmt: skip
     number = (path.t - path.t[0]) * plan.steps / plan.t_end / every
     rows = np.flatnonzero(np.abs(number - np.round(number)) < 1e-6)
-    if len(rows) < 2:
-        return done
-    t, q, v, a, lam = (np.asarray(x)[rows] for x in (path.t, path.q, path.v, path.a, path.lam))
-    return replace(path, t=t, q=q, v=v, a=a, lam=lam, ending=None)
+    return done if len(rows) < 2 else select_states(path, rows, ending=None)
 
 
-def _joined(one: Trajectory, other: Trajectory | None) -> Trajectory:
-    """Return two runs, of which the other goes on from the last state of the one."""
+def _join(one: Trajectory, other: Trajectory | None) -> Trajectory:
+    """Return two runs as one, where the second continues from the last state of the first."""
     if other is None:
         return one
-    t, q, v, a, lam = (
-        np.concatenate([np.asarray(x), np.asarray(y)[1:]])
-        for x, y in (
-            (getattr(one, name), getattr(other, name)) for name in ("t", "q", "v", "a", "lam")
-        )
-    )
+    arrays: dict[str, Any] = {
+        name: np.concatenate([np.asarray(getattr(one, name)), np.asarray(getattr(other, name))[1:]])
+        for name in ("t", "q", "v", "a", "lam")
+    }
     stats = replace(other.stats)
     for each in fields(RunStats):
         if each.type == "int" and each.name not in ("threads", "runs"):
             both = getattr(one.stats, each.name) + getattr(other.stats, each.name)
             setattr(stats, each.name, both)
     settings = {**other.settings, "t_start": one.settings.get("t_start")}
-    return replace(one, t=t, q=q, v=v, a=a, lam=lam, stats=stats, settings=settings, ending=None)
+    return replace(one, **arrays, stats=stats, settings=settings, ending=None)
 
 
-def _beyond(plan: PlanData, run: Trajectory) -> str:
-    """Explain by what a run leaves the range of the pilots; empty if it does not."""
-    return "" if plan.span is None else plan.span.left_by(span_of(run, plan.steps))
+def _exceeded_range(plan: PlanData, run: Trajectory) -> str:
+    """Return a sentence on the range of the trial runs that a run exceeds; empty if none."""
+    known = plan.validity_range
+    return "" if known is None else known.exceeded_by(validity_range(run, plan.steps))
 
 
-def _refined(plan: P, run: Trajectory, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
-    """Refine meshes and steps of a run that leaves its range until two runs agree."""
-    reason = _beyond(plan, run) if plan.t_end is not None else ""
-    if not reason or not set(options) <= JOINABLE:
+def _refine(plan: P, run: Trajectory, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
+    """Refine meshes and steps of a run outside the range of the trial runs until two runs agree."""
+    reason = _exceeded_range(plan, run) if plan.t_end is not None else ""
+    if not reason or not set(options) <= CONTINUABLE:
         if reason:
-            _changed(f"{reason}; its error is not known to be what was predicted")
+            _warn(f"{reason}; its error may exceed the prediction")
         return plan, run
-    _changed(f"{reason}; meshes and steps are refined until two runs agree")
-    off: tuple[float, ...] = ()
-    for _ in range(MOST):
+    _warn(f"{reason}; meshes and steps are refined until two runs agree")
+    changes: tuple[float, ...] = ()
+    for _ in range(MAX_CHANGES):
         finer = replace(
             plan,
-            model=richer(plan.model, plan.source.dim),
-            steps=FINER_STEPS * plan.steps,
-            answer=None,
+            model=refine_model(plan.model, plan.source.dim),
+            steps=STEP_RATIO * plan.steps,
+            result=None,
         )
-        scene = built(refined(finer.source) or finer.source, finer.model)
-        every = FINER_STEPS * run.settings["save_every"]
-        other = march(finer, scene, save_every=every, **options)
-        off = apart(plan, run, other)
+        scene = build_model(refine_given_meshes(finer.source) or finer.source, finer.model)
+        every = STEP_RATIO * run.settings["save_every"]
+        other = run_once(finer, scene, save_every=every, **options)
+        changes = differences(plan, run, other)
         plan, run = finer, other
-        if all(far <= each.asked for far, each in zip(off, plan.predictions, strict=True)):
+        pairs = zip(changes, plan.predictions, strict=True)
+        if all(change <= each.tolerance for change, each in pairs):
             break
     else:
-        far = max(zip(off, plan.predictions, strict=True), key=lambda x: x[0] / x[1].asked)
-        _changed(
-            f"after {MOST} refinements the {far[1].wanted.quantity.name} still changes by "
-            f"{far[0]:.2g}, and {far[1].asked:.2g} was asked for"
+        pairs = zip(changes, plan.predictions, strict=True)
+        change, worst = max(pairs, key=lambda pair: pair[0] / pair[1].tolerance)
+        _warn(
+            f"after {MAX_CHANGES} refinements the {worst.goal.quantity.name} still changes by "
+            f"{change:.2g}, and the tolerance is {worst.tolerance:.2g}"
         )
     return plan, run

@@ -1,99 +1,101 @@
-"""The range that pilots have met, beyond which a prediction is not known to hold."""
+"""Range of the trial runs, beyond which predictions may not hold."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody
 from ancfsparse.system import System
 
 Array = NDArray[np.float64]
 
-# What a run meets may be so many times what pilots met.
-BEYOND = 1.5
-# A push of a stop, a rope or a function so many times as large as in the pilots is one that begins:
-# peaks of short ones that the pilots have met depend on which states are saved.
-BEGINS = 10.0
-# Below these, strains and turns [-, rad] are rounding.
-NOTHING = 1e-9
-# Saved states, and times of loads, that are looked at.
-MOST_STATES, MOST_TIMES = 200, 20000
-# The same for pushes, which may be short.
-MOST_TOUCHED = 2000
+MAX_RATIO = 1.5  # of the extremes of a run to those of the trial runs
+# Peaks of short forces that the trial runs contain depend on the saved states.
+MAX_FORCE_RATIO = 10.0  # of a unilateral force; above, it is a contact absent from the trial runs
+ROUNDING = 1e-9  # of strains and rotations [-, rad]
+MAX_STATES = 200  # saved states that are evaluated
+MAX_FORCE_STATES = (
+    2000  # saved states in which unilateral forces, which may be short, are evaluated
+)
+MAX_TIMES = 20000  # at which loads are evaluated
 
 
 @dataclass(frozen=True)
-class Span:
+class ValidityRange:
     """Extremes of a motion.
 
     Attributes
     ----------
     strain : float
-        Largest strain of an axis [-].
+        Largest axial strain [-].
     turn : float
-        Largest turn of a slope in a step [rad].
+        Largest rotation of a slope in a step [rad].
     loads : tuple of float
         Largest amplitude of every load over the steps.
-    touches : tuple of (str, float)
-        The largest push of what begins to push on the way, such as stops and ropes, by its name.
+    forces : tuple of (str, float)
+        Largest value of each unilateral force, such as that of a stop or a rope, by its name.
     """
 
     strain: float
     turn: float
     loads: tuple[float, ...]
-    touches: tuple[tuple[str, float], ...] = ()
+    forces: tuple[tuple[str, float], ...] = ()
 
-    def left_by(self, other: Span) -> str:
-        """Explain by what another motion leaves the range of this one; empty if it does not."""
-        for what, mine, its in (
-            ("strains come to", self.strain, other.strain),
-            ("turns in a step come to", self.turn, other.turn),
+    def exceeded_by(self, other: ValidityRange) -> str:
+        """Return a sentence on the range that another motion exceeds; empty if it does not."""
+        for what, ours, theirs in (
+            ("strains reach", self.strain, other.strain),
+            ("rotations in a step reach", self.turn, other.turn),
         ):
-            if its > BEYOND * mine + NOTHING:
-                return f"{what} {its:.3g}, and to {mine:.3g} in the pilots"
+            if theirs > MAX_RATIO * ours + ROUNDING:
+                return f"{what} {theirs:.3g}, compared with {ours:.3g} in the trial runs"
         if len(self.loads) == len(other.loads):
-            for mine, its in zip(self.loads, other.loads, strict=True):
-                if its > BEYOND * mine:
+            for ours, theirs in zip(self.loads, other.loads, strict=True):
+                if theirs > MAX_RATIO * ours:
                     return (
-                        f"a load comes to {its:.3g} times its unit, and to {mine:.3g} in the pilots"
+                        f"a load reaches {theirs:.3g} times its unit, compared with {ours:.3g} in "
+                        "the trial runs"
                     )
-        if len(self.touches) == len(other.touches):
-            for (_, mine), (what, its) in zip(self.touches, other.touches, strict=True):
-                if its > BEGINS * mine:
-                    return f"{what} comes to {its:.3g}, and to {mine:.3g} in the pilots"
+        if len(self.forces) == len(other.forces):
+            for (_, ours), (what, theirs) in zip(self.forces, other.forces, strict=True):
+                if theirs > MAX_FORCE_RATIO * ours:
+                    return (
+                        f"{what} reaches {theirs:.3g}, compared with {ours:.3g} in the trial runs"
+                    )
         return ""
 
 
-def span_of(run: Trajectory, steps: int) -> Span:
-    """Return the extremes of a motion that was marched in so many steps."""
+def validity_range(run: Trajectory, steps: int) -> ValidityRange:
+    """Return the extremes of a motion with a number of steps."""
     system = run.system
     assert isinstance(system, System)
-    some = np.unique(np.linspace(0, len(run.t) - 1, MOST_STATES).astype(int))
+    rows = _even_rows(run, MAX_STATES)
+    states = select_states(run, rows)
     strain = 0.0
-    few = _few(run, some)
     for body in system.scene.beams:
         if isinstance(body, ElasticBody):
-            strain = max(strain, float(np.abs(few.strain(body)).max()))
+            strain = max(strain, float(np.abs(states.strain(body)).max()))
     dt = float(run.t[-1] - run.t[0]) / steps
     slopes = np.setdiff1d(np.arange(system.n_all), system.positions)
-    v = np.asarray(run.v)[some][:, slopes]
+    v = np.asarray(run.v)[rows][:, slopes]
     turn = dt * float(np.abs(v).max(initial=0.0))
-    times = np.linspace(run.t[0], run.t[-1], min(steps, MOST_TIMES) + 1)
+    times = np.linspace(run.t[0], run.t[-1], min(steps, MAX_TIMES) + 1)
     loads = np.abs(np.asarray(system.loads.amplitudes(times))).max(axis=0, initial=0.0)
-    return Span(strain, turn, tuple(loads.tolist()), _touches(run))
+    return ValidityRange(strain, turn, tuple(loads.tolist()), _unilateral_forces(run))
 
 
-def _touches(run: Trajectory) -> tuple[tuple[str, float], ...]:
-    """Return the largest pushes of what begins to push on the way, by name."""
+def _unilateral_forces(run: Trajectory) -> tuple[tuple[str, float], ...]:
+    """Return the largest values of unilateral forces, by name."""
     system = run.system
     assert isinstance(system, System)
-    some = np.unique(np.linspace(0, len(run.t) - 1, MOST_TOUCHED).astype(int))
-    q, v = (np.asarray(each)[some] for each in (run.q, run.v))
-    amplitudes = system.loads.amplitudes(np.asarray(run.t)[some])
+    rows = _even_rows(run, MAX_FORCE_STATES)
+    q, v = (np.asarray(each)[rows] for each in (run.q, run.v))
+    amplitudes = system.loads.amplitudes(np.asarray(run.t)[rows])
     return tuple(
         (name, float(np.abs(values).max()))
         for each in system.contributions
@@ -101,7 +103,6 @@ def _touches(run: Trajectory) -> tuple[tuple[str, float], ...]:
     )
 
 
-def _few(run: Trajectory, rows: Array) -> Trajectory:
-    """Return a motion with some of its states."""
-    t, q, v, a, lam = (np.asarray(x)[rows] for x in (run.t, run.q, run.v, run.a, run.lam))
-    return replace(run, t=t, q=q, v=v, a=a, lam=lam)
+def _even_rows(run: Trajectory, count: int) -> NDArray[np.intp]:
+    """Return the indices of at most `count` evenly spaced states."""
+    return np.unique(np.linspace(0, len(run.t) - 1, count).astype(int))

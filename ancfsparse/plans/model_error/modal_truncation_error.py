@@ -1,4 +1,4 @@
-"""What a sum of modes leaves out of a small motion: forces that are not linear, and other modes."""
+"""Error of a sum of modes for a small motion: nonlinear forces, and the modes left out."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.plans.quantities.quantity import Quantity
+from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
@@ -15,92 +16,96 @@ from ancfsparse.system import State, System
 
 Array = NDArray[np.float64]
 
-# States of the motion at which forces are evaluated, beside the farthest.
-LOOKS = 5
-# Corrections of a displacement by even forces: what it stretches is taken back in a few.
-RELAXED = 4
-# Share of a displacement in which forces are linear.
-SMALL = 1e-3
+N_SAMPLES = 5  # states of the motion at which forces are evaluated, in addition to the farthest
+MAX_CORRECTIONS = 4  # of a displacement by the even part of nonlinear forces
+LINEAR_FRACTION = 1e-3  # of a displacement, in which forces are linear
 
 
-def stiff(system: System, about: State) -> EquilibriumEquations | None:
-    """Return the forces about a state, their stiffness factored; None if it is not definite."""
+def factor_equations(system: System, about: State) -> EquilibriumEquations | None:
+    """Return the equilibrium equations at a state, factored; None if not positive definite."""
     equations = EquilibriumEquations(system, RunStats(), t=about.t)
     here = equations.state(about.q, about.lam, 1.0)
-    return equations if equations.factor(here, equations.stiffness(here, 1.0), 1.0) == 0 else None
+    is_definite = equations.factor(here, equations.stiffness(here, 1.0), 1.0) == 0
+    return equations if is_definite else None
 
 
-def pulled(system: System, about: State, equations: EquilibriumEquations, times: Array) -> Array:
-    """Return how far the loads at some times move the coordinates, if linear, (k, n_all) [m, 1]."""
+def linear_response(
+    system: System, about: State, equations: EquilibriumEquations, times: Array
+) -> Array:
+    """Return the linear static displacements by the loads at some times, (k, n_all) [m, 1]."""
     rest = np.zeros(system.n_all)
     out = np.zeros((len(times), system.n_all))
     for row, amplitudes in zip(out, system.loads.amplitudes(times), strict=True):
         r, phi = system.assembly.residual(
             about.q, rest, rest, about.lam, system.dead_load, np.asarray(amplitudes)
         )
-        own = StaticState(about.q, about.lam, np.asarray(r)[: system.n_free], np.asarray(phi))
-        dx, _ = equations.correction(own)
+        loaded = StaticState(about.q, about.lam, np.asarray(r)[: system.n_free], np.asarray(phi))
+        dx, _ = equations.correction(loaded)
         row[: len(dx)] = dx
     return out
 
 
-def farthest(system: System, moved: Array) -> Array:
-    """Return that one of displacements (k, n_all) that moves a node most, (n_all,)."""
-    return np.asarray(moved[np.abs(moved[:, system.positions]).max(axis=1).argmax()])
+def largest_displacement(system: System, displacements: Array) -> Array:
+    """Return the displacement, of (k, n_all), with the largest nodal coordinate, (n_all,)."""
+    largest = np.abs(displacements[:, system.positions]).max(axis=1).argmax()
+    return np.asarray(displacements[largest])
 
 
-def swing(modes: Modes, system: System, whole: Array) -> Array:
-    """Return twice what loads move, and what velocities add by every mode, (n_all,)."""
-    fast = modes.shapes @ np.asarray(system.assembly.inertia(modes.about.v))
-    return np.asarray(2.0 * whole + (fast / np.sqrt(modes.eigenvalues)) @ modes.shapes)
+def vibration_amplitude(modes: Modes, system: System, static: Array) -> Array:
+    """Return twice the static displacement plus the modal amplitudes of velocities, (n_all,)."""
+    rates = modes.shapes @ np.asarray(system.assembly.inertia(modes.about.v))
+    return np.asarray(2.0 * static + (rates / np.sqrt(modes.eigenvalues)) @ modes.shapes)
 
 
-def frequency_of(system: System, about: State, equations: EquilibriumEquations, x: Array) -> float:
-    """Return the angular frequency of a displacement (n_all,), by Rayleigh's quotient [1/s]."""
-    there = equations.state(about.q + SMALL * x, about.lam, 1.0)
-    back = equations.state(about.q - SMALL * x, about.lam, 1.0)
-    force = (there.r - back.r) / (2.0 * SMALL)
+def rayleigh_frequency(
+    system: System, about: State, equations: EquilibriumEquations, x: Array
+) -> float:
+    """Return the angular frequency of a displacement (n_all,) by Rayleigh's quotient [1/s]."""
+    there = equations.state(about.q + LINEAR_FRACTION * x, about.lam, 1.0)
+    back = equations.state(about.q - LINEAR_FRACTION * x, about.lam, 1.0)
+    force = (there.r - back.r) / (2.0 * LINEAR_FRACTION)
     mass = float(np.asarray(system.assembly.inertia(x)) @ x)
     work = float(force @ x[: len(force)])
     return (max(work, 0.0) / mass) ** 0.5 if mass > 0.0 else 0.0
 
 
-def bent_off(
-    equations: EquilibriumEquations, system: System, about: State, x: Array, turns: float
+def nonlinear_drift(
+    equations: EquilibriumEquations, system: System, about: State, x: Array, phase: float
 ) -> float:
-    """Return how far forces that are not linear move a node where x is how far it is moved [m]."""
-    bent, slowed = _beside(equations, system, about, x)
-    return size(system, bent + max(1.0, turns) * slowed)
+    """Return the largest nodal displacement by nonlinear forces at a displacement x [m]."""
+    even, odd = _nonlinear_displacements(equations, system, about, x)
+    return max_node_displacement(system, even + max(1.0, phase) * odd)
 
 
-def missing(modes: Modes, system: System, moved: Array) -> float:
-    """Return how far modes that are left out would move a node at most [m]."""
-    thrown = left_by(modes, system, modes.about.v[None]) / np.sqrt(modes.eigenvalues[-1])
-    return 2.0 * size(system, left_by(modes, system, moved)) + size(system, thrown)
+def truncation_bound(modes: Modes, system: System, displacements: Array) -> float:
+    """Return a bound of the nodal displacement in modes that are left out [m]."""
+    rates = part_outside_modes(modes, system, modes.about.v[None]) / np.sqrt(modes.eigenvalues[-1])
+    static = part_outside_modes(modes, system, displacements)
+    return 2.0 * max_node_displacement(system, static) + max_node_displacement(system, rates)
 
 
-def left_by(modes: Modes, system: System, moved: Array) -> Array:
-    """Return the part of displacements (k, n_all) that modes leave out, by their masses."""
-    momenta = np.stack([np.asarray(system.assembly.inertia(x)) for x in moved])
-    return np.asarray(moved - (momenta @ modes.shapes.T) @ modes.shapes)
+def part_outside_modes(modes: Modes, system: System, displacements: Array) -> Array:
+    """Return the part of displacements (k, n_all) that is mass-orthogonal to the modes."""
+    momenta = np.stack([np.asarray(system.assembly.inertia(x)) for x in displacements])
+    return np.asarray(displacements - (momenta @ modes.shapes.T) @ modes.shapes)
 
 
-def size(system: System, moved: Array) -> float:
-    """Return how far displacements (n_all,) or (k, n_all) move a node at most [m]."""
-    moved = np.atleast_2d(moved)
-    places = moved[:, system.positions].reshape(len(moved), -1, system.dim)
-    return float(np.linalg.norm(places, axis=2).max(initial=0.0))
+def max_node_displacement(system: System, displacements: Array) -> float:
+    """Return the largest displacement of a node in (n_all,) or (k, n_all) coordinates [m]."""
+    rows = np.atleast_2d(displacements)
+    positions = rows[:, system.positions].reshape(len(rows), -1, system.dim)
+    return float(np.linalg.norm(positions, axis=2).max(initial=0.0))
 
 
-def neglected(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[str, float]:
-    """Estimate by how much a quantity of a sum of modes differs from that of the whole motion.
+def modal_sum_errors(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[str, float]:
+    """Estimate the difference of a quantity between a sum of modes and the complete motion.
 
     Parameters
     ----------
     modes : Modes
-        Those that were summed.
+        The modes of the sum.
     run : Trajectory
-        What `modal_response` has returned for them.
+        The motion that `modal_response` has returned for them.
     quantity : Quantity
         Of its scene.
 
@@ -109,77 +114,79 @@ def neglected(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[str, fl
     dict of str to float
         Largest difference over time [unit of the quantity].
 
-        - ``"nonlinearity"``: of forces that are not linear in the displacements x.  Their even
-          part bends x by x2, the odd one, about that, by x3: statically, times half the angle
-          through which the motion vibrates, since a changed frequency lets it drift.
-        - ``"modes"``: twice what loads move of other modes if they are slow, and what these take
-          of velocities at the start.
+        - ``"nonlinearity"``: by forces that are nonlinear in the displacements x.  Their even part
+          changes x statically by x2; their odd part, about that, by x3 times half the phase of the
+          motion, since a changed frequency lets it drift.
+        - ``"modes"``: twice the static displacements by loads in the modes left out, and the part
+          of initial velocities in them.
     """
     system, about = run.system, modes.about
     assert isinstance(system, System)
-    equations = stiff(system, about)
+    equations = factor_equations(system, about)
     if equations is None:
         return {"nonlinearity": np.inf}
-    moved = np.asarray(run.q) - about.q
-    farthest = int(np.argmax(np.abs(moved[:, system.positions]).max(axis=1)))
-    looks = np.unique([*np.linspace(0, len(moved) - 1, LOOKS).astype(int), farthest])
-    omega = frequency(run)
-    turns = max(1.0, 0.5 * omega * float(run.t[-1] - run.t[0]))
-    bent, slowed = zip(*(_beside(equations, system, about, x) for x in moved[looks]), strict=True)
-    q, v = np.asarray(run.q)[looks], np.asarray(run.v)[looks]
-    more = np.stack(bent) + turns * np.stack(slowed)
-    rates = omega * (2.0 * np.stack(bent) + turns * np.stack(slowed))
-    off = _change(run, quantity, looks, q + more, v + rates)
-    left = 2.0 * left_by(modes, system, pulled(system, about, equations, np.asarray(run.t)[looks]))
-    thrown = left_by(modes, system, about.v[None])[0]
-    beyond = float(np.sqrt(abs(modes.eigenvalues[-1])))
-    if thrown.any():
-        left = left + thrown / beyond
-    missing = _change(run, quantity, looks, q + left, v + beyond * left)
-    return {"nonlinearity": off, "modes": missing}
+    x = np.asarray(run.q) - about.q
+    farthest = int(np.argmax(np.abs(x[:, system.positions]).max(axis=1)))
+    samples = np.unique([*np.linspace(0, len(x) - 1, N_SAMPLES).astype(int), farthest])
+    omega = mean_frequency(run)
+    phase = max(1.0, 0.5 * omega * float(run.t[-1] - run.t[0]))
+    pairs = (_nonlinear_displacements(equations, system, about, each) for each in x[samples])
+    even, odd = map(np.stack, zip(*pairs, strict=True))
+    q, v = np.asarray(run.q)[samples], np.asarray(run.v)[samples]
+    change = even + phase * odd
+    rate = omega * (2.0 * even + phase * odd)
+    nonlinearity = _change(run, quantity, samples, q + change, v + rate)
+    response = linear_response(system, about, equations, np.asarray(run.t)[samples])
+    outside = 2.0 * part_outside_modes(modes, system, response)
+    velocity = part_outside_modes(modes, system, about.v[None])[0]
+    next_omega = float(np.sqrt(abs(modes.eigenvalues[-1])))
+    if velocity.any():
+        outside = outside + velocity / next_omega
+    missing = _change(run, quantity, samples, q + outside, v + next_omega * outside)
+    return {"nonlinearity": nonlinearity, "modes": missing}
 
 
-def frequency(run: Trajectory) -> float:
-    """Return the angular frequency of most of a motion, by masses [1/s]."""
+def mean_frequency(run: Trajectory) -> float:
+    """Return the mass-weighted mean angular frequency of a motion [1/s]."""
     system = run.system
     assert isinstance(system, System)
-    apart = np.asarray(run.q) - np.mean(run.q, axis=0)
+    from_mean = np.asarray(run.q) - np.mean(run.q, axis=0)
     x, v = (
         float(sum(np.asarray(system.assembly.inertia(row)) @ row for row in rows))
-        for rows in (apart, np.asarray(run.v))
+        for rows in (from_mean, np.asarray(run.v))
     )
     return (v / x) ** 0.5 if x > 0.0 else 0.0
 
 
-def _beside(
+def _nonlinear_displacements(
     equations: EquilibriumEquations, system: System, start: State, x: Array
 ) -> tuple[Array, Array]:
-    """Return what even and what odd forces beside the linear ones bend a displacement by."""
+    """Return the static displacements by the even and the odd part of the nonlinear forces at x."""
     about, lam = start.q, start.lam
-    none = equations.state(about, lam, 1.0)
+    rest = equations.state(about, lam, 1.0)
 
-    def solved(r: Array, phi: Array) -> Array:
+    def solve(r: Array, phi: Array) -> Array:
         dx, _ = equations.correction(StaticState(about, lam, r, phi))
         return np.append(dx, np.zeros(system.n_all - len(dx)))
 
-    bent, before = np.zeros_like(x), np.inf
-    for _ in range(RELAXED):
-        there, back = (equations.state(about + sign * x + bent, lam, 1.0) for sign in (1.0, -1.0))
-        even = 0.5 * (there.r + back.r) - none.r, 0.5 * (there.phi + back.phi) - none.phi
-        correction = solved(*even)
-        now = size(system, correction)
-        if now > before:  # the stiffness of the start is no longer near
+    even, before = np.zeros_like(x), np.inf
+    for _ in range(MAX_CORRECTIONS):
+        there, back = (equations.state(about + sign * x + even, lam, 1.0) for sign in (1.0, -1.0))
+        correction = solve(
+            0.5 * (there.r + back.r) - rest.r, 0.5 * (there.phi + back.phi) - rest.phi
+        )
+        size = max_node_displacement(system, correction)
+        if size > before:  # the stiffness of the start is no longer a good approximation
             break
-        bent, before = bent + correction, now
-    there, back = (equations.state(about + sign * x + bent, lam, 1.0) for sign in (1.0, -1.0))
-    odd = solved(0.5 * (there.r - back.r), 0.5 * (there.phi - back.phi))
-    return bent, -odd - x
+        even, before = even + correction, size
+    there, back = (equations.state(about + sign * x + even, lam, 1.0) for sign in (1.0, -1.0))
+    odd = solve(0.5 * (there.r - back.r), 0.5 * (there.phi - back.phi))
+    return even, -odd - x
 
 
-def _change(run: Trajectory, quantity: Quantity, looks: Array, q: Array, v: Array) -> float:
-    """Return by how much a quantity changes with other coordinates and velocities."""
-    own = replace(
-        run, t=run.t[looks], q=run.q[looks], v=run.v[looks], a=run.a[looks], lam=run.lam[looks]
-    )
-    apart = quantity.difference(quantity.history(replace(own, q=q, v=v)), quantity.history(own))
-    return float(np.linalg.norm(apart, axis=1).max())
+def _change(run: Trajectory, quantity: Quantity, samples: Array, q: Array, v: Array) -> float:
+    """Return the largest change of a quantity with other coordinates and velocities."""
+    states = select_states(run, samples)
+    changed = quantity.history(replace(states, q=q, v=v))
+    difference = quantity.difference(changed, quantity.history(states))
+    return float(np.linalg.norm(difference, axis=1).max())

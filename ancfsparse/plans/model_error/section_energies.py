@@ -1,4 +1,4 @@
-"""Energies of a solution by its forces in sections: those a model has, and those it neglects."""
+"""Energies of a solution from its section forces, both retained and neglected by a model."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from ancfsparse.scene.loads.loads import PointMoment
 Array = NDArray[np.float64]
 
 
-class Energies(NamedTuple):
-    """Energies of a body by the forces in the middle of its elements, each (k,) [J].
+class SectionEnergies(NamedTuple):
+    """Energies of a body from the section forces in the middle of its elements, each (k,) [J].
 
     Attributes
     ----------
     bending, shear, axial : ndarray
         Of the bending moment, the shear force and the tension.
-    bent, stretched : ndarray
-        By how much measures of strain differ in bending and in tension: Green's strain gives
-        1 + 3/2 eps times the tension of the change of length, to first order.
+    bending_spread, axial_spread : ndarray
+        Differences between measures of strain in bending and in tension: to first order, Green's
+        strain gives 1 + 3/2 eps times the tension of the change of length.
     tension : ndarray, shape (k, n_elements)
-        The axial force there [N].
+        Axial force [N].
     """
 
     bending: Array
     shear: Array
     axial: Array
-    bent: Array
-    stretched: Array
+    bending_spread: Array
+    axial_spread: Array
     tension: Array
 
 
-def energies_of(run: Trajectory, body: ElasticBody) -> Energies:
+def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
     """Evaluate the energies of a body over time."""
     force, strain = run.section_force(body), np.abs(run.strain(body))
     given, half = body.stiffnesses(), 0.5 * body.lengths
@@ -49,50 +49,49 @@ def energies_of(run: Trajectory, body: ElasticBody) -> Energies:
     bending = half * square(force.M) / given["bending_stiffness_z"]
     shear = half * square(force.Q) / given["shear_stiffness_y"]
     axial = half * np.square(force.N) / given["axial_stiffness"]
-    bent, stretched = 2.0 * bending * strain, 1.5 * axial * strain
-    return Energies(
+    bending_spread, axial_spread = 2.0 * bending * strain, 1.5 * axial * strain
+    return SectionEnergies(
         bending.sum(axis=1),
         shear.sum(axis=1),
         axial.sum(axis=1),
-        bent.sum(axis=1),
-        stretched.sum(axis=1),
+        bending_spread.sum(axis=1),
+        axial_spread.sum(axis=1),
         force.N,
     )
 
 
 def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
-    """Return the energy of twist that joints and moments would put into a cable, (k,) [J].
+    """Return the torsional energy of a cable by moments and clamps, (k,) [J].
 
-    Without moments along it an isotropic rod has the same torsion everywhere.  It is that of a
-    moment at its ends along the axis, or of the angle between the section that a clamp holds at
-    the end and the one that is carried there from the other clamp without twist.
+    Without distributed moments an isotropic rod has constant torsion.  It is that of moments along
+    the axis at its ends, or of the angle between the section clamped at one end and the section
+    that is transported there from the other clamp without twist.
     """
-    none = np.zeros(len(run.t))
+    energy = np.zeros(len(run.t))
     if not isinstance(body, Beam):
-        return none
+        return energy
     twisting = float(np.mean(body.stiffnesses()["torsion_stiffness"])) / body.length
     tangents = directions(run, body)
-    energy = none
     for load in scene.loads:
         if isinstance(load, PointMoment) and load.node.beam is body:
             moments = np.stack([load.at(t) for t in run.t])
-            own = tangents[:, min(load.node.index, body.n_elements - 1)]
-            energy = energy + np.einsum("kd,kd->k", moments, own) ** 2 / (2.0 * twisting)
+            axis = tangents[:, min(load.node.index, body.n_elements - 1)]
+            energy = energy + np.einsum("kd,kd->k", moments, axis) ** 2 / (2.0 * twisting)
     clamps = {joint.node.index for joint in scene.joints
               if isinstance(joint, Clamp) and joint.node.beam is body}  # fmt: skip
     if {0, body.n_nodes - 1} <= clamps:
-        energy = energy + 0.5 * twisting * carried_angle(tangents, body) ** 2
+        energy = energy + 0.5 * twisting * transported_angle(tangents, body) ** 2
     return cast(Array, energy)
 
 
-def carried_angle(tangents: Array, body: Beam) -> Array:
-    """Return the angle from e_y, carried along the axis without twist, to the clamped one, (k,)."""
+def transported_angle(tangents: Array, body: Beam) -> Array:
+    """Return the angle from e_y, transported without twist, to the clamped one, (k,)."""
     first, last = body.frames[0], body.frames[-1]
     carried = np.broadcast_to(first[1], (len(tangents), 3))
-    ways = [np.broadcast_to(first[0], carried.shape), *np.moveaxis(tangents, 1, 0)]
-    ways.append(np.broadcast_to(last[0], carried.shape))
-    for a, b in itertools.pairwise(ways):
-        # The smallest rotation from a to b, applied to what is at right angles to a.
+    axes = [np.broadcast_to(first[0], carried.shape), *np.moveaxis(tangents, 1, 0)]
+    axes.append(np.broadcast_to(last[0], carried.shape))
+    for a, b in itertools.pairwise(axes):
+        # The smallest rotation from a to b, applied to a vector normal to a.
         along = np.einsum("kd,kd->k", b, carried) / (1.0 + np.einsum("kd,kd->k", a, b))
         carried = carried - along[:, None] * (a + b)
     return np.asarray(np.arctan2(carried @ last[2], carried @ last[1]))
@@ -100,19 +99,19 @@ def carried_angle(tangents: Array, body: Beam) -> Array:
 
 def rotary_energy(run: Trajectory, body: ElasticBody) -> Array:
     """Return the kinetic energy of the rotation of the sections of a cable, (k,) [J]."""
-    along, faster = (_across(run, body, of) for of in (run.q, run.v))
+    along, rate = (_end_differences(run, body, x) for x in (run.q, run.v))
     square = np.einsum("ked,ked->ke", along, along)
-    stretching = np.einsum("ked,ked->ke", along, faster) ** 2 / square
-    rates = (np.einsum("ked,ked->ke", faster, faster) - stretching) / square
+    stretching = np.einsum("ked,ked->ke", along, rate) ** 2 / square
+    rates = (np.einsum("ked,ked->ke", rate, rate) - stretching) / square
     return np.asarray((0.5 * body.lengths * body.stiffnesses()["inertia_y"] * rates).sum(axis=1))
 
 
-def folds(ways: Array, body: ElasticBody) -> tuple[Array, Array]:
-    """Return how a string turns at its nodes, and what resists that.
+def folds(tangents: Array, body: ElasticBody) -> tuple[Array, Array]:
+    """Return the changes of direction of a string at its nodes, and the bending stiffness there.
 
     Parameters
     ----------
-    ways : ndarray, shape (k, e, dim)
+    tangents : ndarray, shape (k, e, dim)
         Its `directions`.
     body : ElasticBody
         The string.
@@ -120,49 +119,49 @@ def folds(ways: Array, body: ElasticBody) -> tuple[Array, Array]:
     Returns
     -------
     ndarray, shape (k, m, dim)
-        Changes of direction between two elements in line.
+        Changes of direction between two successive elements.
     ndarray, shape (m,)
-        Bending stiffness over the distance of their middles [N m].
+        Bending stiffness over the distance of their midpoints [N m].
     """
     after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
     pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]
     one, other = np.array(pairs, dtype=int).reshape(-1, 2).T
     stiffness = np.broadcast_to(body.stiffnesses()["bending_stiffness_z"], body.n_elements)
     lengths = 0.5 * (body.lengths[one] + body.lengths[other])
-    return ways[:, other] - ways[:, one], stiffness[one] / lengths
+    return tangents[:, other] - tangents[:, one], stiffness[one] / lengths
 
 
 def directions(run: Trajectory, body: ElasticBody) -> Array:
     """Return unit vectors from the first to the second node of each element, (k, e, dim)."""
-    ways = _across(run, body, run.q)
-    return np.asarray(ways / np.linalg.norm(ways, axis=2)[:, :, None])
+    chords = _end_differences(run, body, run.q)
+    return np.asarray(chords / np.linalg.norm(chords, axis=2)[:, :, None])
 
 
-def _across(run: Trajectory, body: ElasticBody, of: Array) -> Array:
-    """Return how much positions, or their rates, differ between ends of elements, (k, e, dim)."""
-    system, states = run.system, np.asarray(of)
-    places = system.elements(body).reshape(body.n_elements, 2, -1)
-    first, last = np.moveaxis(places[:, :, system.kind_of(body).columns("r")], 1, 0)
+def _end_differences(run: Trajectory, body: ElasticBody, x: Array) -> Array:
+    """Return the differences of positions, or of their rates, over the elements, (k, e, dim)."""
+    system, states = run.system, np.asarray(x)
+    indices = system.elements(body).reshape(body.n_elements, 2, -1)
+    first, last = np.moveaxis(indices[:, :, system.kind_of(body).columns("r")], 1, 0)
     return np.asarray(states[:, last] - states[:, first])
 
 
 def string_energies(
     run: Trajectory, body: ElasticBody, tension: Array | None = None
 ) -> tuple[Array, Array]:
-    """Return what bending the polygons would take, and what their tension takes, each (k,) [J].
+    """Return the energies of bending and of tension of the polygons of a string, each (k,) [J].
 
-    The `tension` is that of `Energies`, if that was evaluated.
+    The `tension` is that of `SectionEnergies`, if available.
     """
-    ways = directions(run, body)
-    changes, stiffness = folds(ways, body)
+    tangents = directions(run, body)
+    changes, stiffness = folds(tangents, body)
     angles = 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(changes, axis=2)))
-    folded = (0.5 * stiffness * angles**2).sum(axis=1)
+    bending = (0.5 * stiffness * angles**2).sum(axis=1)
     lines = body.parts[body.ends[:, 0]]
-    chords = np.zeros_like(ways)
+    chords = np.zeros_like(tangents)
     for line in np.unique(lines):
-        own = lines == line
-        mean = np.einsum("ked,e->kd", ways[:, own], body.lengths[own])
-        chords[:, own] = (mean / np.linalg.norm(mean, axis=1)[:, None])[:, None]
-    square = 2.0 - 2.0 * np.einsum("ked,ked->ke", ways, chords)  # of small angles
-    pull = np.maximum(run.section_force(body).N if tension is None else tension, 0.0)
-    return folded, (0.5 * pull * square * body.lengths).sum(axis=1)
+        rows = lines == line
+        mean = np.einsum("ked,e->kd", tangents[:, rows], body.lengths[rows])
+        chords[:, rows] = (mean / np.linalg.norm(mean, axis=1)[:, None])[:, None]
+    square = 2.0 - 2.0 * np.einsum("ked,ked->ke", tangents, chords)  # of small angles
+    force = np.maximum(run.section_force(body).N if tension is None else tension, 0.0)
+    return bending, (0.5 * force * square * body.lengths).sum(axis=1)

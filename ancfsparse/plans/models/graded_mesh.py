@@ -1,8 +1,8 @@
-"""Graded meshes: where the nodes of a beam stand, by equidistribution of what its elements miss.
+"""Graded meshes: node positions that equidistribute the interpolation error of the elements.
 
-Cubics leave h^2 |r''''| / 12 of a curvature, and so of the energy of bending h^4 times a density
-f = |r''''|^2; quantities err by as much.  Of all meshes of n elements the sum of f h^4 over the
-length is least where h is proportional to f^(-1/5) (de Boor, 1973).
+Cubic interpolation leaves an error h^2 |r''''| / 12 of the curvature, hence h^4 f of the bending
+energy with the density f = |r''''|^2; quantities of interest err in proportion.  Of all meshes of
+n elements the integral of f h^4 is least if h is proportional to f^(-1/5) (de Boor, 1973).
 """
 
 from __future__ import annotations
@@ -15,47 +15,48 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Power of h in what cubics leave of the energy.
-POWER = 4.0
-# Share of the nodes that are spread evenly, since a pilot does not show all that bends.
-EVEN = 0.5
+ENERGY_ORDER = 4.0  # power of h in the energy error of cubics
+UNIFORM_FRACTION = 0.5  # of the nodes, since a trial run does not show all of the bending
 
 
 @dataclass(frozen=True)
-class Grade:
-    """How the elements of a beam are spread, on meshes of any number.
+class MeshGrading:
+    """Distribution of the elements of a beam, for any number of elements.
 
     Attributes
     ----------
-    places : tuple of float
-        Shares of the length, from 0 to 1.
-    below : tuple of float
-        Share of the elements that stand before each of them, from 0 to 1.
+    positions : tuple of float
+        Relative positions along the beam, from 0 to 1.
+    element_fractions : tuple of float
+        Fraction of the elements before each of these positions, from 0 to 1.
     """
 
-    places: tuple[float, ...]
-    below: tuple[float, ...]
+    positions: tuple[float, ...]
+    element_fractions: tuple[float, ...]
 
-    def mesh(self, count: int, inner: Sequence[float]) -> Array:
-        """Return the shares of the length at which about so many elements end, inner ones too."""
+    def node_positions(self, count: int, inner: Sequence[float]) -> Array:
+        """Return relative positions of nodes of about `count` elements, `inner` ones included."""
         ends = np.array([0.0, *inner, 1.0])
-        share = np.interp(ends, self.places, self.below)
+        fractions = np.interp(ends, self.positions, self.element_fractions)
         out = [0.0]
-        for i, part in enumerate(np.diff(share)):
+        for i, part in enumerate(np.diff(fractions)):
             n = max(1, round(count * part))
-            even = np.linspace(share[i], share[i + 1], n + 1)[1:-1]
-            out += [*np.interp(even, self.below, self.places).tolist(), float(ends[i + 1])]
+            even = np.linspace(fractions[i], fractions[i + 1], n + 1)[1:-1]
+            out += [
+                *np.interp(even, self.element_fractions, self.positions).tolist(),
+                float(ends[i + 1]),
+            ]
         return np.array(out)
 
     @property
-    def ratio(self) -> float:
-        """Longest over shortest element of a fine mesh."""
-        lengths = np.diff(self.places) / np.diff(self.below)
+    def length_ratio(self) -> float:
+        """Ratio of the longest to the shortest element of a fine mesh."""
+        lengths = np.diff(self.positions) / np.diff(self.element_fractions)
         return float(lengths.max() / lengths.min())
 
 
-def density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Array:
-    """Return the mean square of r'''' in every element, over states.
+def error_density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Array:
+    """Return the mean square over states of r'''' in every element.
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Array:
     Returns
     -------
     ndarray, shape (n,)
-        The larger one of both nodes, by divided differences of r''' [1/m6].
+        The larger of the values at both nodes, by divided differences of r''' [1/m6].
     """
     h = lengths[:, None]
     third = 12.0 * (r[:, :-1] - r[:, 1:]) / h**3 + 6.0 * (slopes[:, :-1] + slopes[:, 1:]) / h**2
@@ -84,28 +85,28 @@ def density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Array:
     return np.asarray(np.interp(np.arange(len(out)), np.flatnonzero(known), out[known]))
 
 
-def equidistributed(f: Array, nodes: Array) -> Grade:
-    """Return the grade in which every element misses as much.
+def equidistributed(f: Array, nodes: Array) -> MeshGrading:
+    """Return the grading with equal errors in all elements.
 
     Parameters
     ----------
     f : ndarray, shape (n,)
-        As `density` returns it, not zero everywhere.
+        As `error_density` returns it, not zero everywhere.
     nodes : ndarray, shape (n + 1,)
-        Shares of the length at which elements end.
+        Relative positions of the nodes.
     """
-    own = np.diff(nodes)
-    rate = f ** (1.0 / (POWER + 1.0))
-    rate = EVEN + (1.0 - EVEN) * rate / float(own @ rate)
-    below = np.concatenate([[0.0], np.cumsum(own * rate)])
-    return Grade(tuple(nodes.tolist()), tuple((below / below[-1]).tolist()))
+    lengths = np.diff(nodes)
+    rate = f ** (1.0 / (ENERGY_ORDER + 1.0))
+    rate = UNIFORM_FRACTION + (1.0 - UNIFORM_FRACTION) * rate / float(lengths @ rate)
+    fractions = np.concatenate([[0.0], np.cumsum(lengths * rate)])
+    return MeshGrading(tuple(nodes.tolist()), tuple((fractions / fractions[-1]).tolist()))
 
 
-def missed(f: Array, nodes: Array, grade: Grade) -> float:
-    """Return what elements of a grade miss, over all, up to a power of their number."""
-    own = np.diff(nodes)
-    rate = np.diff(np.interp(nodes, grade.places, grade.below)) / own
-    return float((f * own) @ rate**-POWER)
+def energy_error(f: Array, nodes: Array, grading: MeshGrading) -> float:
+    """Return the energy error on a graded mesh, up to a power of the number of elements."""
+    lengths = np.diff(nodes)
+    rate = np.diff(np.interp(nodes, grading.positions, grading.element_fractions)) / lengths
+    return float((f * lengths) @ rate**-ENERGY_ORDER)
 
 
-UNIFORM = Grade((0.0, 1.0), (0.0, 1.0))
+UNIFORM = MeshGrading((0.0, 1.0), (0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Models of a scene: an element and a mesh for every beam whose own are open."""
+"""Models of a scene: an element and a mesh for every beam with automatic ones."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models.graded_mesh import Grade
-from ancfsparse.plans.models.rigid_links import rod_of
+from ancfsparse.plans.models.graded_mesh import MeshGrading
+from ancfsparse.plans.models.rigid_links import rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided
 from ancfsparse.scene.bodies.beam import BeamSpec
@@ -20,89 +20,88 @@ from ancfsparse.scene.records.record import BodyRef, PointRef
 
 
 @dataclass(frozen=True)
-class Rung:
-    """An element with its options.
+class ElementChoice:
+    """Element with its options.
 
     Attributes
     ----------
-    element : str
-        Its name, as `Scene.add_beam` takes it.
+    name : str
+        As `Scene.add_beam` takes it.
     options : mapping of str to str
         Options that differ from their defaults.
     order : int
-        Order with which positions converge in the length of the elements.
+        Order of convergence of positions in the length of the elements.
     """
 
-    element: str
+    name: str
     options: Mapping[str, str] = field(default_factory=dict)
     order: int = 4
 
     def __str__(self) -> str:
         """Write the element."""
-        return " ".join([f'"{self.element}"', *(f"{k}={v!r}" for k, v in self.options.items())])
+        return " ".join([f'"{self.name}"', *(f"{k}={v!r}" for k, v in self.options.items())])
 
 
-# Numbers of elements this near a half are rounded as a half is.
-ROUNDING = 1e-9
-# Elements on the longest beam of the coarsest mesh.
-FEWEST_ELEMENTS = 4.0
-RIGID = Rung("rigid", {}, 8)
+HALF_TOLERANCE = 1e-9  # elements; counts this near a half are rounded as a half
+MIN_LONGEST_COUNT = 4.0  # elements on the longest beam of the coarsest mesh
+RIGID = ElementChoice("rigid", {}, 8)
 """A rigid rod in place of a beam, with its mass and inertia; it has no mesh."""
 ORDERS = {"string": 2, "l2t2": 4, "thin": 4, "thick": 2}
 """Orders of positions in the length of the elements (docs/accuracy.md)."""
-OWN_ORDER = 2  # of an element that was built outside this package, at least
+USER_ELEMENT_ORDER = 2  # lower bound for elements built outside this package
 
 
-def order_of(element: object) -> int:
-    """Return the order with which positions converge in the length of an element."""
-    return ORDERS.get(element, OWN_ORDER) if isinstance(element, str) else OWN_ORDER
+def convergence_order(element: object) -> int:
+    """Return the order of convergence of positions in the length of the elements."""
+    if isinstance(element, str):
+        return ORDERS.get(element, USER_ELEMENT_ORDER)
+    return USER_ELEMENT_ORDER
 
 
 @dataclass(frozen=True)
 class Model:
-    """What a scene is built with.
+    """Elements and meshes of the beams with automatic ones, by name of the beam.
 
     Attributes
     ----------
-    rungs : mapping of str to Rung
-        Element of every beam whose element is open, by its name.
+    elements : mapping of str to ElementChoice
+        Element of every beam with an automatic element.
     counts : mapping of str to int
-        Number of elements of every beam whose mesh is open, by its name; of a mesh of cables on
-        every edge.
-    grades : mapping of str to Grade
-        How they are spread on beams that have no elements of one length, by its name.
+        Number of elements of every beam with an automatic mesh; of a mesh of cables on every edge.
+    gradings : mapping of str to MeshGrading
+        Distribution of the elements of beams whose elements differ in length.
     """
 
-    rungs: Mapping[str, Rung] = field(default_factory=dict)
+    elements: Mapping[str, ElementChoice] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
-    grades: Mapping[str, Grade] = field(default_factory=dict)
+    gradings: Mapping[str, MeshGrading] = field(default_factory=dict)
 
     def with_counts(self, counts: Mapping[str, int]) -> Model:
-        """Return the same elements on another mesh; rigid rods have none."""
-        open_ = {name: n for name, n in counts.items() if self.rungs.get(name) != RIGID}
+        """Return the same elements on another mesh; rigid rods have no mesh."""
+        open_ = {name: n for name, n in counts.items() if self.elements.get(name) != RIGID}
         return replace(self, counts=open_)
 
 
-def undecided(scene: Scene) -> list[ElasticBody]:
-    """Return the beams and meshes of which something is open."""
+def open_bodies(scene: Scene) -> list[ElasticBody]:
+    """Return the beams and meshes with an automatic element or mesh."""
     return [body for body in scene.beams if body.automatic]
 
 
-def built(scene: Scene, model: Model) -> Scene:
-    """Return a scene with the elements and meshes of a model; itself if nothing is open.
+def build_model(scene: Scene, model: Model) -> Scene:
+    """Return a scene with the elements and meshes of a model; itself if none is automatic.
 
-    Joints, loads and what is attached keep their places along the beams, and inner places that are
-    nodes of the handle become nodes.
+    Joints, loads and force elements keep their positions along the beams, and inner positions that
+    are nodes of the handle become nodes.
 
     Raises
     ------
     InputError
-        If an element does not take what the scene has.
+        If an element does not admit a part of the scene.
     """
-    beams = {beam.name: beam for beam in undecided(scene)}
+    beams = {beam.name: beam for beam in open_bodies(scene)}
     if not beams:
         return scene
-    inner = inner_nodes(scene, beams)
+    inner = inner_node_positions(scene, beams)
     new = type(scene)(scene.gravity)
 
     def move(reference: BodyRef) -> BodyRef:
@@ -115,8 +114,8 @@ def built(scene: Scene, model: Model) -> Scene:
         if isinstance(record, BeamSpec) and record.name in beams:
             beam = beams[record.name]
             assert isinstance(beam, Beam)
-            if model.rungs.get(beam.name) == RIGID:
-                rod_of(beam).build(new)
+            if model.elements.get(beam.name) == RIGID:
+                rigid_rod(beam).build(new)
                 continue
             record = replace(record, **_changes(beam, model, inner[beam.name]))
         elif isinstance(record, MeshSpec) and record.name in beams:
@@ -125,19 +124,19 @@ def built(scene: Scene, model: Model) -> Scene:
     return new
 
 
-def counterpart(scene: Scene, node: Point) -> Point:
-    """Return the same point of a scene that was built from the one it is of."""
+def find_counterpart(scene: Scene, node: Point) -> Point:
+    """Return the same point in a scene that was built from its own."""
     body = scene.body(node.beam.name)
     if body is node.beam:
         return node
     if node.beam.automatic and not body.automatic:
         return decided(body, node)
-    found: Point = scene.counterpart(node)
-    return found
+    other: Point = scene.counterpart(node)
+    return other
 
 
-def refined(scene: Scene) -> Scene | None:
-    """Return the scene with every given mesh twice as fine; None if no mesh is given."""
+def refine_given_meshes(scene: Scene) -> Scene | None:
+    """Return the scene with every specified mesh halved; None if all meshes are automatic."""
     given = [beam.name for beam in scene.beams if "n_elements" not in beam.automatic]
     for name in given:
         body = scene.body(name)
@@ -146,54 +145,55 @@ def refined(scene: Scene) -> Scene | None:
     return scene if given else None
 
 
-def spread(scene: Scene, finest: float) -> dict[str, int]:
-    """Return numbers of elements of one length for all beams and edges whose mesh is open.
+def element_counts(scene: Scene, n_longest: float) -> dict[str, int]:
+    """Return numbers of elements of nearly equal length for all beams and edges to be meshed.
 
     Parameters
     ----------
     scene : Scene
         The scene.
-    finest : float
-        Number of elements on the longest of these; shorter ones have one at least.
+    n_longest : float
+        Number of elements on the longest of these; shorter ones have at least one.
     """
-    lengths = _divided(scene)
+    lengths = _mesh_lengths(scene)
     longest = max(lengths.values(), default=1.0)
-    return {name: max(1, _whole(finest * each / longest)) for name, each in lengths.items()}
+    return {name: max(1, _round(n_longest * each / longest)) for name, each in lengths.items()}
 
 
-def _whole(count: float) -> int:
-    """Round a number of elements, halves upwards: lengths that are equal but for rounding alike."""
-    return math.floor(count + 0.5 + ROUNDING)
+def _round(count: float) -> int:
+    """Round a number of elements, halves upwards, so that lengths equal to rounding agree."""
+    return math.floor(count + 0.5 + HALF_TOLERANCE)
 
 
-def coarsest(scene: Scene, across: float) -> float:
-    """Return the number of elements on the longest open beam or edge of a coarse mesh.
+def coarse_count(scene: Scene, across: float) -> float:
+    """Return the number of elements on the longest beam or edge of a coarse mesh.
 
     Parameters
     ----------
     scene : Scene
         The scene.
     across : float
-        Number of elements on a beam; or, where meshes of cables alone are open, across the largest.
+        Number of elements on a beam; or, if only meshes of cables are automatic, across the largest
+        of them.
     """
-    lengths = _divided(scene)
+    lengths = _mesh_lengths(scene)
     bodies = [scene.body(name) for name in lengths]
     if not bodies or any(isinstance(body, Beam) for body in bodies):
         return across
     return max(1.0, across * max(lengths.values()) / max(body.size for body in bodies))
 
 
-def _divided(scene: Scene) -> dict[str, float]:
-    """Return the lengths of what is to be divided, by name: beams, or the longest of the edges."""
+def _mesh_lengths(scene: Scene) -> dict[str, float]:
+    """Return the lengths to be divided into elements, by name: of beams, or of longest edges."""
     return {
         body.name: body.length if isinstance(body, Beam) else float(body.lengths.max())
-        for body in undecided(scene)
+        for body in open_bodies(scene)
         if "n_elements" in body.automatic
     }
 
 
-def inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
-    """Return the shares of the length at which records refer to inner nodes of the handles."""
+def inner_node_positions(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
+    """Return the relative positions at which records refer to inner nodes of the handles."""
     inner: dict[str, set[float]] = {name: set() for name in beams}
 
     def note(reference: BodyRef) -> BodyRef:
@@ -209,51 +209,53 @@ def inner_nodes(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set
 
 
 def _of_mesh(record: MeshSpec, model: Model) -> MeshSpec:
-    """Return the record of a mesh with an element, and with a number of them on every edge.
+    """Return the record of a mesh with the element and the number on every edge of a model.
 
     Raises
     ------
     InputError
-        If it is neither a string nor a cable.
+        If the element is neither a string nor a cable.
     """
     assert record.name is not None
-    rung, count = model.rungs.get(record.name), model.counts.get(record.name)
-    if rung is not None:
-        if rung.options or rung == RIGID:
+    element, count = model.elements.get(record.name), model.counts.get(record.name)
+    if element is not None:
+        if element.options or element == RIGID:
             raise InputError(
-                f"{record.name} is a mesh, which has strings or cables, and not {rung}"
+                f"{record.name} is a mesh, which takes strings or cables, not {element}"
             )
-        record = replace(record, element=rung.element)
+        record = replace(record, element=element.name)
     return record if count is None else replace(record, n_elements=count)
 
 
 def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:
-    """Return what changes in the record of a beam."""
+    """Return the changes of the record of a beam."""
     changes: dict[str, Any] = {}
     if "element" in beam.automatic:
-        rung = model.rungs[beam.name]
-        changes |= {"element": rung.element, **rung.options}
+        element = model.elements[beam.name]
+        changes |= {"element": element.name, **element.options}
     if "n_elements" in beam.automatic:
-        count, grade = model.counts[beam.name], model.grades.get(beam.name)
-        changes |= _graded(count, sorted(inner), grade) if grade else _mesh(count, sorted(inner))
+        count, grading = model.counts[beam.name], model.gradings.get(beam.name)
+        changes |= (
+            _graded(count, sorted(inner), grading) if grading else _mesh(count, sorted(inner))
+        )
     return changes
 
 
-def _graded(count: int, inner: list[float], grade: Grade) -> dict[str, Any]:
-    """Return a graded mesh of about so many elements with nodes at inner places."""
-    nodes = grade.mesh(count, inner)
+def _graded(count: int, inner: list[float], grading: MeshGrading) -> dict[str, Any]:
+    """Return a graded mesh of about `count` elements with nodes at inner positions."""
+    nodes = grading.node_positions(count, inner)
     return {"n_elements": len(nodes) - 1, "nodes": tuple(nodes.tolist())}
 
 
 def _mesh(count: int, inner: list[float]) -> dict[str, Any]:
-    """Return a mesh of about so many elements with nodes at inner places.
+    """Return a mesh of about `count` elements with nodes at inner positions.
 
-    Each part between two places is divided evenly, in proportion to its length.
+    Each part between two positions is divided evenly, in proportion to its length.
     """
     if not inner:
         return {"n_elements": max(1, count)}
     ends = np.array([0.0, *inner, 1.0])
-    parts = [max(1, _whole(count * each)) for each in np.diff(ends)]
+    parts = [max(1, _round(count * each)) for each in np.diff(ends)]
     total = sum(parts)
     even = np.cumsum([0, *parts]) / total
     if np.allclose(even, ends, rtol=0.0, atol=1e-12):

@@ -1,4 +1,4 @@
-"""Scenes in space that move in a plane, as planar scenes: fewer coordinates, the same motion."""
+"""Reduction of scenes in space that move in a plane to planar scenes with fewer coordinates."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, LoadError
-from ancfsparse.plans.models.plane import ROUNDING, LeavesPlaneError, Plane, Projected, plane_of
+from ancfsparse.plans.models.plane import (
+    ROUNDING,
+    LeavesPlaneError,
+    PlanarFunction,
+    Plane,
+    find_plane,
+)
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
@@ -25,7 +31,7 @@ from ancfsparse.scene.sections.taper import AnySection, Taper
 
 Vector = NDArray[np.float64]
 
-# Arguments of calls that are positions, vectors, and normals of the plane.
+# Arguments of methods of Scene that are positions, vectors, and normals of the plane.
 POSITIONS = {("rod", "anchor"), ("drive", "position"), ("spring", "b")}
 VECTORS = {
     ("point_force", "value"),
@@ -33,20 +39,20 @@ VECTORS = {
     ("changing_gravity", "value"),
 }
 NORMALS = {("point_moment", "value"), ("revolute", "axis")}
-# Calls whose arguments are the same in the plane.
-PLAIN = {"distance", "connect", "pin", "clamp"}
+# Methods with the same arguments in the plane.
+UNCHANGED = {"distance", "connect", "pin", "clamp"}
 
 
 @dataclass(frozen=True, eq=False)
-class InPlane:
-    """A scene in space as a planar one, and how the two correspond.
+class PlanarScene:
+    """Planar form of a scene in space.
 
     Attributes
     ----------
     scene : Scene
         The planar scene; its beams and meshes have the same names.
     plane : Plane
-        Where it lies in space: the planar position x is ``plane.place(x)``, a planar vector v is
+        Its plane: the planar position x is ``plane.place(x)`` in space, a planar vector v is
         ``plane.lift(v)``.
     """
 
@@ -54,15 +60,15 @@ class InPlane:
     plane: Plane
 
     def counterpart(self, handle: Any) -> Any:
-        """Return the handle in the planar scene for a beam, a mesh or a point of the other."""
+        """Return the handle in the planar scene of a beam, a mesh or a point in space."""
         return self.scene.counterpart(handle)
 
 
-def planar(scene: Scene) -> InPlane | None:
+def reduce_to_plane(scene: Scene) -> PlanarScene | None:
     """Rebuild a scene that moves in a plane as a planar scene.
 
-    The plane may be any in space.  Geometry, gravity, loads, what joints hold, and initial
-    velocities must lie in it to rounding (1e-13 of their size); the motion is then the same.
+    The plane is arbitrary.  Geometry, gravity, loads, joints and initial velocities must lie in it
+    to rounding (1e-13 of their size); the motion is then the same.
 
     Parameters
     ----------
@@ -72,16 +78,17 @@ def planar(scene: Scene) -> InPlane | None:
     Returns
     -------
     InPlane or None
-        None if the scene is planar already, if anything leaves the plane, or if it has what is not
-        looked at: rigid bodies, joints but `pin`, `clamp`, `connect`, `revolute`, `rod`, `distance`
-        and `drive`, forces that are functions of the motion, loads that follow, thick beams whose
-        sections are not along the plane, point masses with inertias, and elements of your own.
+        None if the scene is planar already, if anything leaves the plane, or if it has a part
+        without a planar form here: rigid bodies, joints other than `pin`, `clamp`, `connect`,
+        `revolute`, `rod`, `distance` and `drive`, forces that are functions of the motion, follower
+        loads, thick beams with sections not aligned with the plane, point masses with inertias, and
+        elements built outside the package.
 
     Notes
     -----
-    Functions of time are projected into the plane: a run in which one leaves it fails.  The motion
-    in space stays in the plane as far as the plane is stable there, which statics and modes tell:
-    a beam that buckles sideways leaves it after any disturbance.
+    Functions of time are projected into the plane; a run in which one leaves it fails.  The motion
+    in space stays in the plane if it is stable there: a beam that buckles sideways leaves the plane
+    after any disturbance.
     """
     if scene.dim != 3:
         return None
@@ -93,18 +100,18 @@ def planar(scene: Scene) -> InPlane | None:
             record.build(flat)
     except (LeavesPlaneError, InputError, LoadError):
         return None
-    return InPlane(flat, plane)
+    return PlanarScene(flat, plane)
 
 
 def _handles(scene: Scene) -> list[Any]:
-    """Return all handles in the order of the calls that made them."""
+    """Return all handles in the order of their creation."""
     every = [*scene.bodies, *scene.joints, *scene.loads, *scene.attachments]
     number = {id(record): k for k, record in enumerate(scene.records)}
     return sorted(every, key=lambda handle: number[id(scene.record_of(handle))])
 
 
 def _plane(scene: Scene) -> Plane:
-    """Find the plane that positions, constant vectors and the numbers of signals lie in."""
+    """Return the plane of positions, constant vectors and coefficients of signals."""
     points, vectors = [], [np.zeros((0, 3))]
     for body in scene.bodies:
         points.append(body.positions)
@@ -113,47 +120,47 @@ def _plane(scene: Scene) -> Plane:
     for record in scene.records:
         for name, value in record.given.items():
             if (record.method, name) in VECTORS:
-                vectors += _numbers(value)
+                vectors += _coefficients(value)
             elif (record.method, name) in NORMALS:
-                # A normal fixes the plane as two vectors at right angles to it do.
-                vectors += [_two_across(each) for each in _numbers(value)]
+                # A normal determines the plane by two vectors perpendicular to it.
+                vectors += [_perpendicular_pair(each) for each in _coefficients(value)]
             elif (record.method, name) in POSITIONS and not callable(value) and value is not None:
                 points += [np.atleast_2d(value)] if np.ndim(value) else []
     if not points:
         raise LeavesPlaneError
-    return plane_of(np.concatenate(points), np.concatenate(vectors), scene.gravity)
+    return find_plane(np.concatenate(points), np.concatenate(vectors), scene.gravity)
 
 
-def _numbers(value: Any) -> list[Vector]:
-    """Return the vectors that a value or a signal is made of, each (k, 3)."""
+def _coefficients(value: Any) -> list[Vector]:
+    """Return the vectors in a value or a signal, each (k, 3)."""
     if isinstance(value, Sum):
-        parts = [each for part in value.parts for each in _numbers(part)]
-        return [*parts, *_numbers(value.constant)]
+        parts = [each for part in value.parts for each in _coefficients(part)]
+        return [*parts, *_coefficients(value.constant)]
     if isinstance(value, Table):
-        return _numbers(value.values)
+        return _coefficients(value.values)
     if isinstance(value, ScaledSignal):
-        return _numbers(value.largest)
+        return _coefficients(value.largest)
     if value is None or callable(value) or isinstance(value, Signal):
         return []
-    found = np.atleast_2d(np.asarray(value, dtype=float))
-    return [found] if found.shape[1] == 3 else []
+    vectors = np.atleast_2d(np.asarray(value, dtype=float))
+    return [vectors] if vectors.shape[1] == 3 else []
 
 
-def _two_across(normals: Vector) -> Vector:
-    """Return two vectors at right angles to each normal."""
-    found = [np.zeros((0, 3))]
+def _perpendicular_pair(normals: Vector) -> Vector:
+    """Return two vectors perpendicular to each normal."""
+    pairs = [np.zeros((0, 3))]
     for normal in normals:
         if normal.any():
             least = np.eye(3)[np.argmin(np.abs(normal))]
             one = np.cross(normal, least)
-            found += [one[None], np.cross(normal, one)[None]]
-    return np.concatenate(found)
+            pairs += [one[None], np.cross(normal, one)[None]]
+    return np.concatenate(pairs)
 
 
 def _record(scene: Scene, handle: Any, plane: Plane) -> Record:
     """Return the record of a handle for the planar scene."""
     record = scene.record_of(handle)
-    if record.method in PLAIN:
+    if record.method in UNCHANGED:
         return record
     if record.method not in RECORDS:
         raise LeavesPlaneError
@@ -161,14 +168,14 @@ def _record(scene: Scene, handle: Any, plane: Plane) -> Record:
 
 
 def _beam(record: Any, beam: Beam, plane: Plane) -> Record:
-    """Return the record of a beam, straight, along points, slack or taut."""
+    """Return the record of a straight beam, or of one through points."""
     curved = record.curve is not None and not isinstance(record.curve, np.ndarray | tuple)
     strained = record.eigenstrain is not None or record.eigencurvature is not None
     if curved or strained or record.twist is not None or callable(record.up):
         raise LeavesPlaneError
     if not isinstance(beam.section, Taper) and principal_axes(beam.section)[0]:
         raise LeavesPlaneError
-    turned = beam.kind.section[1:] and not _aligned(beam, plane)
+    rotated = beam.kind.section[1:] and not _has_normal_as_z(beam, plane)
     return cast(
         BeamSpec,
         replace(
@@ -177,14 +184,14 @@ def _beam(record: Any, beam: Beam, plane: Plane) -> Record:
             start=None if record.start is None else _data(plane.put(record.start)),
             end=None if record.end is None else _data(plane.put(record.end)),
             curve=None if record.curve is None else plane.put(record.curve),
-            section=_turned(beam.section) if turned else beam.section,
+            section=_rotate_section(beam.section) if rotated else beam.section,
             up=None,
         ),
     )
 
 
-def _aligned(beam: Beam, plane: Plane) -> bool:
-    """Whether e_z of a thick beam is along the normal; if not, e_y must be."""
+def _has_normal_as_z(beam: Beam, plane: Plane) -> bool:
+    """Return True if e_z of the sections is along the normal, False if e_y is."""
     for axis in (2, 1):
         try:
             plane.across(beam.frames[:, axis])
@@ -194,8 +201,8 @@ def _aligned(beam: Beam, plane: Plane) -> bool:
     raise LeavesPlaneError
 
 
-def _turned(section: AnySection) -> AnySection:
-    """Return a section turned by a right angle about its axis."""
+def _rotate_section(section: AnySection) -> AnySection:
+    """Return a section rotated by a right angle about the axis."""
     if isinstance(section, Circle):
         return section
     if isinstance(section, Rectangle):
@@ -214,18 +221,18 @@ def _mesh(record: Any, mesh: ElasticBody, plane: Plane) -> Record:
 
 
 def _elastic(record: Any, body: ElasticBody, plane: Plane) -> dict[str, Any]:
-    """Return what beams and meshes have in common; check where they lie."""
+    """Return the common arguments of beams and meshes; check that they lie in the plane."""
     if not isinstance(record.element, str):
         raise LeavesPlaneError
     plane.put(body.positions)
     velocity = record.velocity
     if callable(velocity):
         here = plane.into(velocity(body.positions.copy()))
-        if body.kind.section[1:]:  # the velocity beside the plane moves its sections
-            beside = velocity(body.positions + body.shortest * plane.normal)
-            if np.abs(plane.into(beside) - here).max() > ROUNDING * np.abs(here).max():
+        if body.kind.section[1:]:  # sections extend out of the plane
+            off_plane = velocity(body.positions + body.shortest * plane.normal)
+            if np.abs(plane.into(off_plane) - here).max() > ROUNDING * np.abs(here).max():
                 raise LeavesPlaneError
-        return {"velocity": Projected(velocity, plane, "into", lifted=True)}
+        return {"velocity": PlanarFunction(velocity, plane, "into", lifted=True)}
     return {"velocity": None if velocity is None else _data(plane.into(velocity))}
 
 
@@ -234,7 +241,7 @@ def _data(vector: Vector) -> tuple[float, ...]:
 
 
 def _load(record: Any, load: Any, plane: Plane) -> Record:
-    """Return the record of a force, or of gravity that changes."""
+    """Return the record of a force, or of time-dependent gravity."""
     if record.given.get("follow"):
         raise LeavesPlaneError
     return cast(Record, replace(record, value=plane.project(record.value, "into")))
@@ -248,18 +255,18 @@ def _moment(record: Any, load: Any, plane: Plane) -> Record:
 
 
 def _revolute(record: Any, joint: Any, plane: Plane) -> Record:
-    """Return a hinge about the normal as what the plane has: a shared or a held position."""
+    """Return the record of a hinge about the normal: a shared or a fixed position."""
     plane.across(record.axis)
     return PinSpec(record.a) if record.b is None else ConnectSpec(record.a, record.b)
 
 
 def _rod(record: Any, joint: Any, plane: Plane) -> Record:
-    """Return the record of a rod to a point in space."""
+    """Return the record of a rod to a fixed point."""
     return cast(Record, replace(record, anchor=_data(plane.put(record.anchor))))
 
 
 def _drive(record: Any, joint: Any, plane: Plane) -> Record:
-    """Return the record of a driven node; its rates are functions if there are any."""
+    """Return the record of a prescribed position with its rates."""
     rates = {
         name: None if value is None else plane.project(value, "into")
         for name, value in (("rate", record.rate), ("second_rate", record.second_rate))
@@ -268,7 +275,7 @@ def _drive(record: Any, joint: Any, plane: Plane) -> Record:
 
 
 def _spring(record: Any, spring: Any, plane: Plane) -> Record:
-    """Return the record of a spring between points, or to one in space."""
+    """Return the record of a spring between points of bodies, or to a fixed point."""
     if isinstance(record.b, tuple):
         return cast(Record, replace(record, b=_data(plane.put(record.b))))
     return cast(Record, record)

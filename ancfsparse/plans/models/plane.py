@@ -1,4 +1,4 @@
-"""A plane in space, and what of a scene must lie in it."""
+"""A plane in space, and projections of the data of a scene into it."""
 
 from __future__ import annotations
 
@@ -14,28 +14,27 @@ from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 
 Vector = NDArray[np.float64]
 
-# Share of its size by which a vector may leave a plane: rounding of components along tilted axes.
-ROUNDING = 1e-13
+ROUNDING = 1e-13  # relative component normal to a plane, by rounding along tilted axes
 
 
 class LeavesPlaneError(Exception):
-    """What was looked at leaves the plane, or has no planar form."""
+    """A vector or position leaves the plane, or a part of the scene has no planar form."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane in space with axes of its own.
+    """Plane in space with axes.
 
     Attributes
     ----------
     origin : ndarray, shape (3,)
-        The point of it that is the origin of the planar scene [m].
+        Origin of the planar scene [m].
     axes : ndarray, shape (2, 3)
-        Its unit vectors e_x and e_y, as rows.
+        Unit vectors e_x and e_y, as rows.
     normal : ndarray, shape (3,)
         Unit vector e_x x e_y.
     size : float
-        Extent of the scene in it [m].
+        Extent of the scene in the plane [m].
     """
 
     origin: Vector
@@ -64,9 +63,9 @@ class Plane:
             If one of them is not in the plane.
         """
         given = np.asarray(positions, dtype=float)
-        apart = given - self.origin
-        self._check(apart @ self.normal, self.size + np.linalg.norm(given, axis=-1))
-        return apart @ self.axes.T
+        offsets = given - self.origin
+        self._check(offsets @ self.normal, self.size + np.linalg.norm(given, axis=-1))
+        return offsets @ self.axes.T
 
     def across(self, vectors: ArrayLike) -> Vector:
         """Return the component along the normal of vectors (..., 3) that are parallel to it.
@@ -91,24 +90,24 @@ class Plane:
         return self.origin + self.lift(positions)
 
     def project(self, value: Any, how: str) -> Any:
-        """Return a value, a signal or a function of time as the planar scene has it.
+        """Return a value, a signal or a function of time in the planar scene.
 
         Parameters
         ----------
         value : array_like of shape (3,), Signal or callable
-            What was given.
+            In space.
         how : str
-            ``"into"`` for vectors, ``"put"`` for positions, ``"across"`` for what is along the
+            ``"into"`` for vectors, ``"put"`` for positions, ``"across"`` for vectors along the
             normal.
         """
         if isinstance(value, Signal):
             return self._signal(value, how)
         if callable(value):
-            return Projected(value, self, how)
+            return PlanarFunction(value, self, how)
         return self._data(value, how)
 
     def _signal(self, signal: Signal, how: str) -> Signal:
-        """Project the numbers that a signal is made of."""
+        """Project the coefficients of a signal."""
         if how == "put" and not isinstance(signal, Table):
             parts, constant = _parts(signal)
             there = self._data(np.broadcast_to(constant, 3), "put")
@@ -125,8 +124,8 @@ class Plane:
         raise LeavesPlaneError
 
     def _data(self, value: Any, how: str) -> Any:
-        found = getattr(self, how)(value)
-        return tuple(found.tolist()) if found.ndim else float(found)
+        projected = getattr(self, how)(value)
+        return tuple(projected.tolist()) if projected.ndim else float(projected)
 
     def _check(self, off: Any, size: Any) -> None:
         if not (np.abs(off) <= ROUNDING * size).all():
@@ -134,19 +133,19 @@ class Plane:
 
 
 @dataclass(frozen=True, eq=False)
-class Projected:
-    """A function with values in space, as the planar scene has it.
+class PlanarFunction:
+    """Function with values in space, projected into the planar scene.
 
     Attributes
     ----------
     function : callable
         Returns vectors or positions (..., 3), of the time or of positions.
     plane : Plane
-        Where they must lie.
+        The plane.
     how : str
         See `Plane.project`.
     lifted : bool
-        Whether its argument is positions, (k, 2) in the planar scene.
+        Whether the argument of the function is positions, (k, 2) in the planar scene.
     """
 
     function: Any
@@ -172,8 +171,8 @@ class Projected:
             ) from None
 
 
-def plane_of(points: Vector, vectors: Vector, down: Vector) -> Plane:
-    """Find the plane that holds points and vectors.
+def find_plane(points: Vector, vectors: Vector, down: Vector) -> Plane:
+    """Return the plane that contains points and vectors.
 
     Parameters
     ----------
@@ -189,15 +188,15 @@ def plane_of(points: Vector, vectors: Vector, down: Vector) -> Plane:
     LeavesPlaneError
         If there is none.
     """
-    apart = points - points[0]
-    size = float(np.linalg.norm(apart, axis=1).max(initial=0.0))
+    offsets = points - points[0]
+    size = float(np.linalg.norm(offsets, axis=1).max(initial=0.0))
     given = np.concatenate([vectors, down[None]])
     lengths = np.linalg.norm(given, axis=1)
     units = given[lengths > 0.0] / lengths[lengths > 0.0, None]
-    rows = np.concatenate([apart / size, units]) if size else units
+    rows = np.concatenate([offsets / size, units]) if size else units
     if not len(rows):
         raise LeavesPlaneError
-    # Zeros make three rows of fewer: all of V is needed, and nothing of the size of the scene.
+    # Zeros complete fewer than three rows: all three right singular vectors are needed.
     rows = np.concatenate([rows, np.zeros((3, 3))])
     axes = np.linalg.svd(rows, full_matrices=False)[2]
     normal = _unit(axes[2])
@@ -218,7 +217,7 @@ def _parts(signal: Signal) -> tuple[tuple[Signal, ...], Value]:
 
 
 def _unit(vector: Vector) -> Vector:
-    """Return a unit vector, with zeros where there is rounding alone."""
+    """Return a unit vector, with zeros in place of rounding errors."""
     unit = vector / np.linalg.norm(vector)
     unit[np.abs(unit) < 4.0 * np.finfo(float).eps] = 0.0
     return cast(Vector, unit / np.linalg.norm(unit))

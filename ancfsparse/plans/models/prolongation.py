@@ -1,4 +1,4 @@
-"""Equilibria on finer meshes, begun with what a coarser one has found."""
+"""Prolongation: an equilibrium on one mesh as initial guess on a finer one."""
 
 from __future__ import annotations
 
@@ -15,57 +15,57 @@ from ancfsparse.system.coordinates.state import Layout, meanings
 Array = NDArray[np.float64]
 
 
-def prolonged(run: Trajectory, scene: Scene) -> State | None:
-    """Return the last state of a run on another mesh, without multipliers.
+def prolongate(run: Trajectory, scene: Scene) -> State | None:
+    """Return the last state of a run, interpolated on another mesh, without multipliers.
 
     Parameters
     ----------
     run : Trajectory
         On one mesh.
     scene : Scene
-        The same scene with another one.
+        The same scene with another mesh.
 
     Returns
     -------
     State or None
-        What `solve_static` may begin with; None where elements differ.
+        Initial guess for `solve_static`; None if elements differ.
     """
     system = run.system
     bodies = list(zip(system.bodies, system.places, strict=True))
     if len(bodies) != len(scene.bodies):
         return None
-    places, q, n = [], [], 0
+    indices, q, n = [], [], 0
     for (old, where), new in zip(bodies, scene.bodies, strict=True):
-        rows = _on(old, new, np.asarray(run.q)[-1][where])
+        rows = _interpolate(old, new, np.asarray(run.q)[-1][where])
         if rows is None:
             return None
         q.append(rows.ravel())
-        places.append(np.arange(n, n + rows.size, dtype=np.int32).reshape(rows.shape))
+        indices.append(np.arange(n, n + rows.size, dtype=np.int32).reshape(rows.shape))
         n += rows.size
     q_ref = np.concatenate([reference(body).ravel() for body in scene.bodies])
-    layout = Layout(meanings(scene.digest()), places, q_ref)
+    layout = Layout(meanings(scene.digest()), indices, q_ref)
     rest = np.zeros(n)
     return State(layout, float(run.t[-1]), np.concatenate(q), rest, rest, np.zeros(0))
 
 
-def _on(old: Body, new: Body, q: Array) -> Array | None:
-    """Return the coordinates of a body on another mesh, (n_rows, n_c); None if it has others."""
+def _interpolate(old: Body, new: Body, q: Array) -> Array | None:
+    """Return the coordinates of a body on another mesh, (n_rows, n_c); None if they differ."""
     if old.kind != new.kind:
         return None
     if not (isinstance(old, Beam) and isinstance(new, Beam)):
         return q if len(old.row_nodes) == len(new.row_nodes) else None
     kind, arcs = new.kind, old.arcs
-    # A beam in tension that is made stiffer has another length without stress.
-    places = new.arcs * (old.length / new.length)
-    element = np.clip(np.searchsorted(arcs, places, side="right") - 1, 0, old.n_elements - 1)
+    # A stiffer beam under a given tension has another stress-free length.
+    s = new.arcs * (old.length / new.length)
+    element = np.clip(np.searchsorted(arcs, s, side="right") - 1, 0, old.n_elements - 1)
     length = old.lengths[element]
-    xi = np.clip((places - arcs[element]) / length, 0.0, 1.0)
+    xi = np.clip((s - arcs[element]) / length, 0.0, 1.0)
     ends = q[element], q[element + 1]
     out = (1.0 - xi)[:, None] * ends[0] + xi[:, None] * ends[1]
     if kind.is_string:
         return out
     r, slopes = kind.columns("r"), kind.columns("r_x")
-    own = np.stack([ends[0][:, r], ends[0][:, slopes], ends[1][:, r], ends[1][:, slopes]], axis=1)
-    out[:, r] = np.einsum("nk,nkd->nd", position_weights(xi, length), own)
-    out[:, slopes] = np.einsum("nk,nkd->nd", slope_weights(xi, length), own)
+    nodal = np.stack([ends[0][:, r], ends[0][:, slopes], ends[1][:, r], ends[1][:, slopes]], axis=1)
+    out[:, r] = np.einsum("nk,nkd->nd", position_weights(xi, length), nodal)
+    out[:, slopes] = np.einsum("nk,nkd->nd", slope_weights(xi, length), nodal)
     return out

@@ -1,4 +1,4 @@
-"""Straight beams as rigid rods: which may be, and the rod with the same mass and inertia."""
+"""Rigid rods in place of straight beams, with the same mass and inertia."""
 
 from __future__ import annotations
 
@@ -23,15 +23,14 @@ from ancfsparse.scene.records.record import BodyRef, PointRef
 
 Vector = NDArray[np.float64]
 
-# What a straight beam without stress is given by; anything else is left to elements.
+# Arguments of beams that are not straight and stress-free.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
-# Joints that hold points and leave directions free: they bend no rod between its ends.
+# Joints that constrain points, not directions: they do not bend a rod between its ends.
 HINGES: tuple[type[Joint], ...] = (Pin, Connect, PrescribedPoint, Distance, RigidRod, Winch)
-# Share by which a velocity may stretch a rod: rounding.
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # rate of bending or stretching over the largest velocity
 
 
-def rod_of(beam: Beam) -> BodySpec:
+def rigid_rod(beam: Beam) -> BodySpec:
     """Return the record of a rigid rod in place of a beam.
 
     Raises
@@ -46,71 +45,71 @@ def rod_of(beam: Beam) -> BodySpec:
     if beam.velocity is not None:
         points = np.array([ends[0], ends.mean(axis=0), ends[1]])
         speeds = np.asarray(beam.velocity(points))
-        apart = speeds[2] - speeds[0]
+        relative = speeds[2] - speeds[0]
         bent = speeds[1] - 0.5 * (speeds[0] + speeds[2])
-        if max(np.linalg.norm(bent), abs(apart @ along)) > ROUNDING * np.abs(speeds).max():
+        if max(np.linalg.norm(bent), abs(relative @ along)) > ROUNDING * np.abs(speeds).max():
             raise InputError(f"the initial velocities of {beam.name} bend or stretch it")
         velocity = tuple(speeds[0].tolist())
-        angular = _spin(along, apart / beam.length)
+        angular = _angular_velocity(along, relative / beam.length)
     return BodySpec(
         shape=Rod(beam.length),
         position=tuple(ends[0].tolist()),
         mass=mass,
-        orientation=_turned(along, beam.name),
+        orientation=_orientation(along, beam.name),
         velocity=velocity,
         angular_velocity=angular,
         name=beam.name,
     )
 
 
-def _spin(along: Vector, apart: Vector) -> float | tuple[float, ...]:
-    """Return the angular velocity across a rod whose ends move apart by so much of its length."""
+def _angular_velocity(along: Vector, relative: Vector) -> float | tuple[float, ...]:
+    """Return the angular velocity of a rod, from the velocity difference over its length."""
     if len(along) == 2:
-        return float(along[0] * apart[1] - along[1] * apart[0])
-    return tuple(np.cross(along, apart).tolist())
+        return float(along[0] * relative[1] - along[1] * relative[0])
+    return tuple(np.cross(along, relative).tolist())
 
 
-def _turned(along: Vector, name: str) -> float | Vector:
-    """Return the orientation of a body whose x axis is along a unit vector."""
+def _orientation(along: Vector, name: str) -> float | Vector:
+    """Return the orientation of a body with its x axis along a unit vector."""
     if len(along) == 2:
         return float(np.arctan2(along[1], along[0]))
     return np.asarray(section_axes(along, None, name).T)
 
 
-def possible(scene: Scene) -> list[str]:
-    """Return the open beams that may be rods: straight, held and loaded as points at their ends.
+def rigid_candidates(scene: Scene) -> list[str]:
+    """Return the automatic beams that may be rods: straight, hinged and loaded at the ends only.
 
-    What a weld or another joint of directions passes on bends a beam by forces of others.  A mesh
-    that was given stays, and a rod has none.
+    A weld or another joint of directions transmits bending moments of other bodies.  A specified
+    mesh is kept, and a rod has none.
     """
-    found = {
+    beams = {
         beam.name: beam
         for beam in scene.beams
         if isinstance(beam, Beam) and {"element", "n_elements"} <= set(beam.automatic)
     }
-    out: set[str] = set()
+    excluded: set[str] = set()
 
     def note(reference: BodyRef) -> BodyRef:
-        whole = not isinstance(reference, PointRef) and reference.body in found
-        if whole or (isinstance(reference, PointRef) and reference.body in found and _inside(
-                found[reference.body], reference)):  # fmt: skip
-            out.add(reference.body)
+        if reference.body in beams and not (
+            isinstance(reference, PointRef) and _is_end(beams[reference.body], reference)
+        ):
+            excluded.add(reference.body)
         return reference
 
     for record in scene.records:
-        if isinstance(record, BeamSpec) and record.name in found:
+        if isinstance(record, BeamSpec) and record.name in beams:
             if any(record.given[name] is not None for name in CURVED):
-                out.add(record.name)
+                excluded.add(record.name)
         else:
             record.moved(note)
     bending = (joint.nodes for joint in scene.joints if not isinstance(joint, HINGES))
-    out |= {node.beam.name for nodes in bending for node in nodes}
-    out |= {load.node.beam.name for load in scene.loads if isinstance(load, PointMoment)}
-    turned = (thing for thing in scene.attachments if isinstance(thing, PointMass))
-    out |= {thing.node.beam.name for thing in turned if np.any(thing.inertia)}
-    return [name for name in found if name not in out]
+    excluded |= {node.beam.name for nodes in bending for node in nodes}
+    excluded |= {load.node.beam.name for load in scene.loads if isinstance(load, PointMoment)}
+    masses = (each for each in scene.attachments if isinstance(each, PointMass))
+    excluded |= {mass.node.beam.name for mass in masses if np.any(mass.inertia)}
+    return [name for name in beams if name not in excluded]
 
 
-def _inside(beam: Beam, point: PointRef) -> bool:
-    """Whether a point is no end of a beam."""
-    return point.xi != 0.0 or point.index not in (0, beam.n_elements)
+def _is_end(beam: Beam, point: PointRef) -> bool:
+    """Return True for an end of a beam."""
+    return point.xi == 0.0 and point.index in (0, beam.n_elements)

@@ -1,4 +1,4 @@
-"""What a person asks a plan for: a function for each quantity."""
+"""Constructors of the quantities of interest."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ancfsparse.plans.quantities.quantity import (
 from ancfsparse.scene import Beam, Point, Scene, check_point
 
 
-def _on_beam(what: str, point: object) -> Point:
+def _check_on_beam(what: str, point: object) -> Point:
     node = check_point(what, point)
     if not isinstance(node.beam, Beam):
         raise InputError(f"{what} needs a point of a beam, got {format_value(point)}")
@@ -29,15 +29,15 @@ def _on_beam(what: str, point: object) -> Point:
 
 
 def position(point: Point, *, at: str = "saved") -> Position:
-    """Ask for the position of a point [m].
+    """Return the position of a point as a quantity of interest [m].
 
     Parameters
     ----------
     point : Point
         Any point, such as ``rod.end`` or ``rod.at(s)``.
     at : {"saved", "end", "largest"}, optional
-        At all saved times, of which the worst counts, at the last of them, or the largest distance
-        from the origin.
+        All saved times, of whose errors the largest counts; the last one; or the largest distance
+        from the origin over time.
 
     Returns
     -------
@@ -47,38 +47,39 @@ def position(point: Point, *, at: str = "saved") -> Position:
     Raises
     ------
     InputError
-        If it is no point.
+        If `point` is not a point.
     """
     return Position(check_point("a position", point), at=at)
 
 
 def velocity(point: Point, *, at: str = "saved") -> Velocity:
-    """Ask for the velocity of a point [m/s]; parameters and errors as in `position`."""
+    """Return the velocity of a point [m/s]; parameters and errors as in `position`."""
     return Velocity(check_point("a velocity", point), at=at)
 
 
 def slope_angle(point: Point, *, at: str = "saved") -> SlopeAngle:
-    """Ask for the angle of the slope r' at a point [rad]; parameters and errors as in `position`.
+    """Return the angle of the slope r' at a point [rad]; parameters and errors as in `position`.
 
     In the plane counterclockwise from the x axis; in space from its direction at the start.
     """
-    return SlopeAngle(_on_beam("a slope angle", point), at=at)
+    return SlopeAngle(_check_on_beam("a slope angle", point), at=at)
 
 
 def reaction(point: Point, *, at: str = "saved") -> Reaction:
-    """Ask for the force of joints at a node [N]; parameters and errors as in `position`."""
+    """Return the force of joints at a node [N]; parameters and errors as in `position`."""
     return Reaction(check_point("a reaction", point), at=at)
 
 
 def section_force(point: Point, part: str = "M", *, at: str = "saved") -> SectionForceAt:
-    """Ask for a force or moment in a section [N, N m].
+    """Return a force or moment in a section as a quantity of interest [N, N m].
 
     Parameters
     ----------
     point : Point
         A point of a beam.
     part : {"N", "Q", "M", "T"}, optional
-        Axial force, shear, bending moment or torsion, see `Trajectory.section_force`.
+        Axial force, shear force, bending moment or torsional moment, see
+        `Trajectory.section_force`.
     at : {"saved", "end", "largest"}, optional
         As in `position`.
 
@@ -90,23 +91,23 @@ def section_force(point: Point, part: str = "M", *, at: str = "saved") -> Sectio
     Raises
     ------
     InputError
-        If it is no point of a beam, or the part is unknown.
+        If `point` is not a point of a beam, or the part is unknown.
     """
-    return SectionForceAt(_on_beam("a section force", point), part, at=at)
+    return SectionForceAt(_check_on_beam("a section force", point), part, at=at)
 
 
 def strain(point: Point, *, at: str = "saved") -> Strain:
-    """Ask for the strain of the axis at a point [-]; parameters and errors as in `position`."""
-    return Strain(_on_beam("a strain", point), at=at)
+    """Return the axial strain at a point [-]; parameters and errors as in `position`."""
+    return Strain(_check_on_beam("a strain", point), at=at)
 
 
 def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
-    """Ask for an energy of the scene [J].
+    """Return an energy of the scene as a quantity of interest [J].
 
     Parameters
     ----------
     part : {"total", "kinetic", "elastic", "potential"}, optional
-        Which one, see `Trajectory.energy`.
+        See `Trajectory.energy`.
     at : {"saved", "end", "largest"}, optional
         As in `position`.
 
@@ -114,7 +115,7 @@ def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
     -------
     Quantity
         For `plan` and `simulate`; relative errors refer to its largest change, which the total
-        energy has where loads, drives or damping do work.
+        energy has where loads, prescribed motions or damping do work.
 
     Raises
     ------
@@ -125,7 +126,7 @@ def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
 
 
 def static_deflection(point: Point) -> StaticDeflection:
-    """Ask for the displacement of a point in the static equilibrium [m].
+    """Return the displacement of a point in the static equilibrium [m].
 
     Parameters
     ----------
@@ -140,18 +141,18 @@ def static_deflection(point: Point) -> StaticDeflection:
     Raises
     ------
     InputError
-        If it is no point.
+        If `point` is not a point.
     """
     return StaticDeflection(check_point("a static deflection", point), at="end")
 
 
 def frequency(number: int = 1) -> Frequency:
-    """Ask for a natural frequency about the static equilibrium, without damping [Hz].
+    """Return a natural frequency about the static equilibrium, without damping [Hz].
 
     Parameters
     ----------
     number : int, optional
-        Which one, from 1 in ascending order, see `modes`.
+        Its number, from 1 in ascending order, see `modes`.
 
     Returns
     -------
@@ -161,28 +162,28 @@ def frequency(number: int = 1) -> Frequency:
     Raises
     ------
     InputError
-        If it is no positive integer.
+        If `number` is not a positive integer.
     """
     return Frequency(number, at="end")
 
 
-def checked(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
-    """Return one quantity or several as a tuple, all of which the scene has.
+def check_quantities(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
+    """Return one quantity or several as a tuple of quantities of the scene.
 
     Raises
     ------
     InputError
-        If one is no quantity, there is none, or the scene does not have it.
+        If one is not a `Quantity`, there is none, or the scene does not have it.
     """
     given = quantity if isinstance(quantity, list | tuple) else (quantity,)
     for each in given:
         if not isinstance(each, Quantity):
             raise InputError(
-                "quantity must be what ancf.position(rod.end) and its like return, or a list of "
-                f"them, got {format_value(each)}"
+                "quantity must be a Quantity, such as ancf.position(rod.end), or a list of them, "
+                f"got {format_value(each)}"
             )
         each.check(scene)
-    if given and len({each.static for each in given}) > 1:
+    if given and len({each.is_static for each in given}) > 1:
         raise InputError(
             "quantities of a motion and of the equilibrium were given together: make a plan for "
             "each kind"

@@ -1,4 +1,4 @@
-"""Quantities: what a plan is asked for, as functions of a solution."""
+"""Quantities of interest, as functions of a solution."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models.model import counterpart
+from ancfsparse.plans.models.model import find_counterpart
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Point, Scene
 from ancfsparse.solve.vibration.modes import modes
@@ -25,28 +25,29 @@ PARTS = ("N", "Q", "M", "T")
 
 @dataclass(frozen=True, eq=False)
 class Quantity(ABC):
-    """What a person wants to know about a motion.
+    """Quantity of interest of a motion or an equilibrium.
 
     Parameters
     ----------
     at : {"saved", "end", "largest"}
-        All saved times, of whose errors the largest counts; the last of them; or the largest
-        magnitude over them, a number.
+        All saved times, of whose errors the largest counts; the last one; or the largest magnitude
+        over time, a number.
 
     Attributes
     ----------
     unit : str
         Unit of its values and of its absolute errors.
-    static : bool
-        Whether it is one of the equilibrium, and so of a scene without a motion.
-    slow : bool
-        Whether each state takes about as long as a step, so that pilots look at fewer.
+    is_static : bool
+        Whether it belongs to the equilibrium, not to a motion.
+    is_expensive : bool
+        Whether its evaluation in one state takes about as long as a step, so that trial runs
+        evaluate it in fewer states.
     """
 
     at: str = field(default="saved", kw_only=True)
     unit: ClassVar[str] = "m"
-    slow: ClassVar[bool] = False
-    static: ClassVar[bool] = False
+    is_expensive: ClassVar[bool] = False
+    is_static: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the times."""
@@ -58,43 +59,43 @@ class Quantity(ABC):
 
     @abstractmethod
     def check(self, scene: Scene) -> None:
-        """Refuse a scene that does not have it.
+        """Refuse a scene that does not have the quantity.
 
         Raises
         ------
         InputError
-            With what is missing.
+            If the scene does not have it.
         """
 
     @property
     @abstractmethod
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
 
-    def order(self, of_positions: int) -> int:
-        """Return the order in which it converges, by that of positions in the same elements."""
-        return of_positions
+    def order(self, position_order: int) -> int:
+        """Return its order of convergence from that of positions in the same elements."""
+        return position_order
 
     def __repr__(self) -> str:
-        """Describe what it is, and when."""
+        """Return its name and times."""
         when = {"saved": "at all saved times", "end": "at the end", "largest": "at its largest"}
         return f"{self.name}, {when[self.at]}"
 
-    def on(self, scene: Scene) -> Quantity:
-        """Return the same quantity of a scene that was built from the one it is of."""
+    def in_scene(self, scene: Scene) -> Quantity:
+        """Return the same quantity of a scene that was built from its own."""
         return self
 
     def value(self, run: Trajectory) -> Array:
-        """Return the values that are asked for.
+        """Return the values at the requested times.
 
         Returns
         -------
         ndarray, shape (k, m), or (1, m) at the end, or (1, 1) for the largest [unit]
         """
-        return self.chosen(self.history(run))
+        return self.select(self.history(run))
 
-    def chosen(self, history: Array) -> Array:
-        """Return the values that are asked for out of all, shapes as in `value`."""
+    def select(self, history: Array) -> Array:
+        """Return the values at the requested times from all, shapes as in `value`."""
         if self.at == "end":
             return history[-1:]
         if self.at == "largest":
@@ -102,31 +103,31 @@ class Quantity(ABC):
         return history
 
     def size(self, history: Array) -> float:
-        """Return what relative errors refer to: the largest magnitude over time [unit]."""
+        """Return the size that relative errors refer to: the largest magnitude over time [unit]."""
         return float(np.linalg.norm(history, axis=1).max())
 
     def varies(self, run: Trajectory) -> bool:
-        """Whether it is more than an error of the steps that changes it."""
+        """Return True unless all its changes are errors of the time steps."""
         return True
 
     def difference(self, one: Array, other: Array) -> Array:
-        """Return by how much values differ, of the shape of both [unit]."""
+        """Return the difference of values, of the shape of both [unit]."""
         return one - other
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AtPoint(Quantity):
-    """A quantity of one point."""
+    """Quantity of one point."""
 
     point: Point
 
-    def on(self, scene: Scene) -> Quantity:
-        """Return the same quantity of a scene that was built from the one it is of."""
-        return replace(self, point=counterpart(scene, self.point))
+    def in_scene(self, scene: Scene) -> Quantity:
+        """Return the same quantity of a scene that was built from its own."""
+        return replace(self, point=find_counterpart(scene, self.point))
 
     @property
     def beam(self) -> Beam:
-        """The beam that the point is on."""
+        """Beam with the point."""
         assert isinstance(self.point.beam, Beam)
         return self.point.beam
 
@@ -134,17 +135,17 @@ class AtPoint(Quantity):
         """Refuse a point of another scene."""
         if self.point.beam not in scene.bodies:
             raise InputError(
-                f"the scene does not have the {self.name}: {self.point.beam.name} is of another "
-                "scene; use a handle that a method of this scene returned"
+                f"the scene does not have the {self.name}: {self.point.beam.name} belongs to "
+                "another scene; use a handle that a method of this scene returned"
             )
 
 
 class Position(AtPoint):
-    """See `position`."""
+    """Quantity returned by `position`."""
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"position of {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
@@ -157,13 +158,13 @@ class Position(AtPoint):
 
 
 class Velocity(AtPoint):
-    """See `velocity`."""
+    """Quantity returned by `velocity`."""
 
     unit: ClassVar[str] = "m/s"
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"velocity of {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
@@ -172,13 +173,13 @@ class Velocity(AtPoint):
 
 
 class SlopeAngle(AtPoint):
-    """See `slope_angle`."""
+    """Quantity returned by `slope_angle`."""
 
     unit: ClassVar[str] = "rad"
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"slope angle at {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
@@ -192,32 +193,32 @@ class SlopeAngle(AtPoint):
         return np.asarray(angles).reshape(-1, 1)
 
     def size(self, history: Array) -> float:
-        """Return the largest turn since the start [rad]."""
+        """Return the largest rotation since the start [rad]."""
         return float(np.abs(history - history[0]).max())
 
     def difference(self, one: Array, other: Array) -> Array:
-        """Return the difference without whole turns, which saved times may not resolve."""
+        """Return the difference modulo 2 pi, since saved times may not resolve whole turns."""
         return np.asarray((one - other + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 class Reaction(AtPoint):
-    """See `reaction`."""
+    """Quantity returned by `reaction`."""
 
     unit: ClassVar[str] = "N"
-    slow: ClassVar[bool] = True
+    is_expensive: ClassVar[bool] = True
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"reaction at {self.point!r}"
 
     def check(self, scene: Scene) -> None:
-        """Refuse a point that no joint holds."""
+        """Refuse a point without a joint."""
         super().check(scene)
         if not any(self.point in joint.nodes for joint in scene.joints):
             raise InputError(
-                f"the scene does not have the {self.name}: no joint holds that point; ask for it "
-                "at a pin, a clamp or a rod"
+                f"the scene does not have the {self.name}: no joint holds that point; take a "
+                "point with a pin, a clamp or a rod"
             )
 
     def history(self, run: Trajectory) -> Array:
@@ -227,7 +228,7 @@ class Reaction(AtPoint):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SectionForceAt(AtPoint):
-    """See `section_force`."""
+    """Quantity returned by `section_force`."""
 
     part: str = "M"
 
@@ -238,42 +239,42 @@ class SectionForceAt(AtPoint):
 
     @property
     def unit(self) -> str:  # type: ignore[override]
-        """N, or N m of a moment."""
+        """Unit: N, or N m for moments."""
         return "N m" if self.part in "MT" else "N"
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"section force {self.part} at {self.point!r}"
 
-    def order(self, of_positions: int) -> int:
-        """Moments need two derivatives, shear forces three; tension is even in an element."""
-        return min(of_positions, 2 if self.part in "MT" else 1)
+    def order(self, position_order: int) -> int:
+        """Return the order: moments need two derivatives, shear three; tension is constant."""
+        return min(position_order, 2 if self.part in "MT" else 1)
 
     def history(self, run: Trajectory) -> Array:
         """Return components (k, m) [N, N m]."""
         values = getattr(run.section_force(self.beam, [self.point]), self.part)
         if values is None:
             raise InputError(
-                f"{self.point.beam.name} is made of an element without torsion: ask for N, Q or M, "
-                "or take element='thick'"
+                f"{self.point.beam.name} has an element without torsion: take N, Q or M, or "
+                "element='thick'"
             )
         return np.asarray(values).reshape(len(run.t), -1)
 
 
 class Strain(AtPoint):
-    """See `strain`."""
+    """Quantity returned by `strain`."""
 
     unit: ClassVar[str] = ""
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"strain at {self.point!r}"
 
-    def order(self, of_positions: int) -> int:
-        """Strains of the axis are averages of what they are in an element."""
-        return min(of_positions, 2)
+    def order(self, position_order: int) -> int:
+        """Return the order: axial strains are mean values over an element."""
+        return min(position_order, 2)
 
     def history(self, run: Trajectory) -> Array:
         """Return strains (k, 1) [-]."""
@@ -282,7 +283,7 @@ class Strain(AtPoint):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EnergyOf(Quantity):
-    """See `energy`."""
+    """Quantity returned by `energy`."""
 
     part: str = "total"
     unit: ClassVar[str] = "J"
@@ -294,18 +295,18 @@ class EnergyOf(Quantity):
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"{self.part} energy"
 
     def check(self, scene: Scene) -> None:
-        """Every scene has energies."""
+        """Do nothing: every scene has energies."""
 
     def history(self, run: Trajectory) -> Array:
         """Return energies (k, 1) [J]."""
         return np.asarray(getattr(run.energy, self.part))[:, None]
 
     def varies(self, run: Trajectory) -> bool:
-        """Whether it is more than an error of the steps that changes it."""
+        """Return True unless all its changes are errors of the time steps."""
         energy = run.energy
         return self.part != "total" or bool(energy.work.any() or energy.dissipated.any())
 
@@ -315,13 +316,13 @@ class EnergyOf(Quantity):
 
 
 class StaticDeflection(AtPoint):
-    """See `static_deflection`."""
+    """Quantity returned by `static_deflection`."""
 
-    static: ClassVar[bool] = True
+    is_static: ClassVar[bool] = True
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"static deflection of {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
@@ -331,11 +332,11 @@ class StaticDeflection(AtPoint):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Frequency(Quantity):
-    """See `frequency`."""
+    """Quantity returned by `frequency`."""
 
     number: int = 1
     unit: ClassVar[str] = "Hz"
-    static: ClassVar[bool] = True
+    is_static: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the number."""
@@ -344,13 +345,13 @@ class Frequency(Quantity):
 
     @property
     def name(self) -> str:
-        """What plans call it."""
+        """Name in printed plans and messages."""
         return f"natural frequency {self.number}"
 
     def check(self, scene: Scene) -> None:
-        """Every scene has frequencies; a mesh with too few is refused by `modes`."""
+        """Do nothing: every scene has frequencies; `modes` refuses a mesh with too few."""
 
     def history(self, run: Trajectory) -> Array:
         """Return the frequency about the last state, (1, 1) [Hz]."""
-        found = modes(run.system.scene, self.number, at=run.last)
-        return np.array([[found.frequencies[self.number - 1]]])
+        result = modes(run.system.scene, self.number, at=run.last)
+        return np.array([[result.frequencies[self.number - 1]]])

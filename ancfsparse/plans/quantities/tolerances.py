@@ -1,4 +1,4 @@
-"""Errors that are asked for: absolute numbers, or shares as in ``"1 %"``."""
+"""Goals: quantities of interest with tolerances, absolute or relative as in ``"1 %"``."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """A quantity and its largest error.
+class Goal:
+    """A quantity of interest and its largest error.
 
     Attributes
     ----------
     quantity : Quantity
-        What is asked for.
+        The quantity.
     error : float
         Largest error, in the unit of the quantity, or [-] if it is relative.
     relative : bool
@@ -36,42 +36,42 @@ class Wanted:
     relative: bool
 
     def tolerance(self, history: Array) -> float:
-        """Return the largest error for a quantity of this size [unit]."""
+        """Return the largest error, relative ones times the size of the quantity [unit]."""
         return self.error * (self.quantity.size(history) if self.relative else 1.0)
 
     def __str__(self) -> str:
-        """Write the request."""
+        """Write quantity and error."""
         unit = self.quantity.unit
-        amount = f"{100 * self.error:g} %" if self.relative else f"{self.error:g} {unit}".rstrip()
-        return f"{self.quantity!r}, to {amount}"
+        error = f"{100 * self.error:g} %" if self.relative else f"{self.error:g} {unit}".rstrip()
+        return f"{self.quantity!r}, to {error}"
 
 
-def wanted(quantities: Sequence[Quantity], error: Any) -> tuple[Wanted, ...]:
+def check_goals(quantities: Sequence[Quantity], error: Any) -> tuple[Goal, ...]:
     """Return quantities with their errors.
 
     Parameters
     ----------
     quantities : sequence of Quantity
-        What is asked for.
+        The quantities.
     error : float, str or sequence of them
         One for all, or one for each: a number in the unit of the quantity, or a string such as
-        ``"1 %"``, a share of its size.
+        ``"1 %"``, relative to its size.
 
     Raises
     ------
     InputError
         If an error is invalid, or their number differs.
     """
-    given = list(error) if isinstance(error, list | tuple) else [error] * len(quantities)
-    if len(given) != len(quantities):
+    errors = list(error) if isinstance(error, list | tuple) else [error] * len(quantities)
+    if len(errors) != len(quantities):
         raise InputError(
-            f"error has {len(given)} entries for {len(quantities)} quantities: give one for each, "
+            f"error has {len(errors)} entries for {len(quantities)} quantities: give one for each, "
             "or one for all"
         )
-    return tuple(map(_wanted, quantities, given))
+    return tuple(map(_check_goal, quantities, errors))
 
 
-def _wanted(quantity: Quantity, error: Any) -> Wanted:
+def _check_goal(quantity: Quantity, error: Any) -> Goal:
     if error is None:
         raise InputError(
             f"the {quantity.name} needs an error: give error=1e-3 [{quantity.unit or '-'}] or "
@@ -79,15 +79,15 @@ def _wanted(quantity: Quantity, error: Any) -> Wanted:
         )
     if not isinstance(error, str):
         what = f"the error of the {quantity.name}"
-        return Wanted(quantity, check_positive(what, error, quantity.unit), False)
+        return Goal(quantity, check_positive(what, error, quantity.unit), False)
     text = error.strip()
     try:
-        share = float(text.removesuffix("%")) / 100.0 if text.endswith("%") else None
+        fraction = float(text.removesuffix("%")) / 100.0 if text.endswith("%") else None
     except ValueError:
-        share = None
-    if share is None or not 0.0 < share < 1.0:
+        fraction = None
+    if fraction is None or not 0.0 < fraction < 1.0:
         raise InputError(
             f"a relative error must be a string such as '1 %', above 0 and below 100 %, got "
             f"{format_value(error)}"
         )
-    return Wanted(quantity, share, True)
+    return Goal(quantity, fraction, True)

@@ -1,7 +1,8 @@
-"""The run that a plan chooses, made as the last pilot where it is short.
+"""Confirmation run: the selected mesh and step, run if that is short.
 
-Its distance from the pilots before must be what their estimates leave.  If it is larger, errors
-decrease more slowly than was believed, and the choice is made again.  The run is then the answer.
+Its difference from the previous runs must agree with their error estimates.  If it is larger,
+errors decrease more slowly than estimated, and mesh and step are selected again.  The confirmed run
+is the result of the plan.
 """
 
 from __future__ import annotations
@@ -9,157 +10,191 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ancfsparse.plans.discretization_error.error_model import SURE, UNSURE, Found, scaled
+from ancfsparse.plans.discretization_error.error_model import (
+    ASYMPTOTIC_FRACTION,
+    OBSERVED_FRACTION,
+    ErrorModel,
+    scaled,
+)
 from ancfsparse.plans.discretization_error.mesh_error import corrected_estimates, elements_of
 from ancfsparse.plans.discretization_error.richardson import Estimate
-from ancfsparse.plans.models.model import spread
-from ancfsparse.plans.selection.discretization_search import thorough
-from ancfsparse.plans.trial_runs.trial_runs import FREE, SHARE, Pilot, Pilots, distances
+from ancfsparse.plans.selection.discretization_search import refine_separately
+from ancfsparse.plans.trial_runs.trial_runs import (
+    BASE_BUDGET,
+    TRIAL_FRACTION,
+    TrialRun,
+    TrialRuns,
+    goal_differences,
+)
 
-# How often a choice is made again, and work of one that is run, in that of free pilots.
-MOST, WORTH = 4, 2.0
-# Where a choice takes so many times the work that few pilots had shown, more are made.
-SURPRISE = 3.0
-# Motions may differ by so many times what the estimates leave, and by this share of the error asked
-# for, which decides nothing.
-ALIKE, SMALL = 1.25, 0.1
-# Errors are not believed to fall with less than this share of the orders that were estimated.
-LEAST = 0.5
+MAX_SELECTIONS = 4  # of mesh and step
+MAX_COST = 2.0  # of a confirmation run, over the base budget
+MAX_WORK_RATIO = 3.0  # of a new selection to the previous one; above, more trial runs are made
+AGREEMENT_FACTOR = 1.25  # by which a difference may exceed the estimate
+AGREEMENT_FRACTION = 0.1  # of the tolerance, which is negligible in a difference
+MIN_ORDER_FRACTION = 0.5  # of the estimated orders, to which they may be corrected
 
 
-def confirmed(pilots: Pilots, found: Found) -> Found:
-    """Run the choice if that is cheap, and correct it until its error is what was foreseen.
+def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
+    """Run the selected mesh and step if that is short, and correct the estimates by the result.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
-    found : Found
-        What they have shown.
+    error_model : ErrorModel
+        Result of the trial runs.
 
     Returns
     -------
-    Found
-        With corrected estimates and the choice that was run; as it is where a run is long.
+    ErrorModel
+        With corrected estimates and the confirmed run; unchanged if a run is long.
     """
-    if found.chosen is not None:
-        if found.missed(*found.chosen) <= 1.0:
-            return found
-        found = replace(found, chosen=None)  # what elements neglect leaves less to the others
-    known = _sufficient(pilots, found)
+    if error_model.selected is not None:
+        if error_model.excess(*error_model.selected) <= 1.0:
+            return error_model
+        error_model = replace(error_model, selected=None)  # modelling errors leave less
+    known = _find_sufficient(trials, error_model)
     if known is not None:
-        return replace(found, chosen=known)
-    judge = found.judge
-    found = replace(found, sure=SURE)
-    for _ in range(MOST):
-        chosen = found.choice()
-        tried = _affordable(found, judge, chosen)
+        return replace(error_model, selected=known)
+    reference_run = error_model.reference_run
+    error_model = replace(error_model, safety_factor=ASYMPTOTIC_FRACTION)
+    for _ in range(MAX_SELECTIONS):
+        selected = error_model.optimum()
+        tried = _affordable(error_model, reference_run, selected)
         if tried is None:
             break
-        run = pilots.run(found.model.with_counts(spread(pilots.scene, tried[0])), tried[1])
+        run = trials.run(trials.with_mesh(error_model.model, tried[0]), tried[1])
         if run is None:
             break
-        before = found
-        found = _by_corrections(pilots, found, judge, run) or _corrected(
-            found, judge, tried, distances(pilots.wanted, judge, run)
+        before = error_model
+        error_model = _corrected_by_residual(
+            trials, error_model, reference_run, run
+        ) or _corrected_by_difference(
+            error_model, reference_run, tried, goal_differences(trials.goals, reference_run, run)
         )
-        if found.missed(*tried) <= 1.0:
-            return replace(found, chosen=tried)
-        if found.is_short and found.work(*found.choice()) > SURPRISE * before.work(*chosen):
-            longer = thorough(pilots, found.model, None, None)
-            return confirmed(pilots, longer.with_effects(found.effects))
-        if found is before and tried != chosen:  # as foreseen, so the choice will be too
-            return found
-        judge, found = run, _reaching(found, run)
-        if tried == found.choice():  # nothing better is within reach
+        if error_model.excess(*tried) <= 1.0:
+            return replace(error_model, selected=tried)
+        limit = MAX_WORK_RATIO * before.work(*selected)
+        if error_model.is_simultaneous and error_model.work(*error_model.optimum()) > limit:
+            longer = refine_separately(trials, error_model.model, None, None)
+            return confirm_selection(trials, longer.with_effects(error_model.effects))
+        if error_model is before and tried != selected:  # estimates hold for the selection too
+            return error_model
+        reference_run, error_model = run, _extended(error_model, run)
+        if tried == error_model.optimum():  # no better resolution can be reached
             break
-    return replace(found, sure=UNSURE)
+    return replace(error_model, safety_factor=OBSERVED_FRACTION)
 
 
-def _reaching(found: Found, run: Pilot) -> Found:
-    """Return what was found with a finer run: errors are continued from it."""
-    if found.mesh is None or elements_of(run) <= elements_of(found.mesh.runs[-1]):
-        return found
-    return replace(found, mesh=replace(found.mesh, runs=(*found.mesh.runs, run)))
+def _extended(error_model: ErrorModel, run: TrialRun) -> ErrorModel:
+    """Return the error model with a run on a finer mesh, from which errors are extrapolated."""
+    mesh = error_model.mesh
+    if mesh is None or elements_of(run) <= elements_of(mesh.runs[-1]):
+        return error_model
+    return replace(error_model, mesh=replace(mesh, runs=(*mesh.runs, run)))
 
 
-def _by_corrections(pilots: Pilots, found: Found, judge: Pilot, run: Pilot) -> Found | None:
-    """Return the error of the mesh of an equilibrium as it shows itself; None if it does not."""
-    if pilots.t_end is not None or found.mesh is None:
+def _corrected_by_residual(
+    trials: TrialRuns, error_model: ErrorModel, reference_run: TrialRun, run: TrialRun
+) -> ErrorModel | None:
+    """Return the error model of an equilibrium with residual corrections; None if they fail."""
+    if trials.t_end is not None or error_model.mesh is None:
         return None
-    apart = elements_of(judge) != elements_of(run)
-    estimates = corrected_estimates(pilots, (judge, run) if apart else (run,), found.order)
+    is_other_mesh = elements_of(reference_run) != elements_of(run)
+    runs = (reference_run, run) if is_other_mesh else (run,)
+    estimates = corrected_estimates(trials, runs, error_model.order)
     if estimates is None:
         return None
-    return replace(found, mesh=replace(found.mesh, estimates=estimates))
+    return replace(error_model, mesh=replace(error_model.mesh, estimates=estimates))
 
 
-def _affordable(found: Found, judge: Pilot, chosen: tuple[float, int]) -> tuple[float, int] | None:
-    """Return the choice, or one on the way to it that costs a small share of it; None if none."""
-    work = found.work(*chosen)
-    most, tried = max(WORTH * FREE, SHARE * work), chosen
-    while found.work(*tried) > most:
-        tried = scaled(found, *tried, 2.0)
-        if found.missed(*tried) >= found.missed(finest_of(judge), judge.steps):
+def _affordable(
+    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int]
+) -> tuple[float, int] | None:
+    """Return the selected resolution, or a coarser one at a fraction of its cost; None if none."""
+    work = error_model.work(*selected)
+    budget, tried = max(MAX_COST * BASE_BUDGET, TRIAL_FRACTION * work), selected
+    known = error_model.excess(longest_count(reference_run), reference_run.steps)
+    while error_model.work(*tried) > budget:
+        tried = scaled(error_model, *tried, 2.0)
+        if error_model.excess(*tried) >= known:
             return None
     return tried
 
 
-def _sufficient(pilots: Pilots, found: Found) -> tuple[float, int] | None:
-    """Return mesh and steps of the cheapest pilot whose error is small enough already."""
-    time, mesh = found.time.runs, found.mesh.runs if found.mesh is not None else ()
-    counts = {id(run.model): run for run in (*time[:1], *mesh)}.values()
-    steps = {run.steps for run in time if found.fixed_steps in (None, run.steps)}
-    able = [
-        (found.work(finest_of(run), n), (finest_of(run), n))
-        for run in counts
+def _find_sufficient(trials: TrialRuns, error_model: ErrorModel) -> tuple[float, int] | None:
+    """Return mesh and steps of the cheapest trial run within the tolerances; None if none."""
+    time = error_model.time.runs
+    mesh = error_model.mesh.runs if error_model.mesh is not None else ()
+    meshes = {id(run.model): run for run in (*time[:1], *mesh)}.values()
+    steps = {run.steps for run in time if error_model.fixed_steps in (None, run.steps)}
+
+    def fraction(run: TrialRun) -> float:
+        is_reference = run is error_model.reference_run
+        return error_model.error_fraction if is_reference else OBSERVED_FRACTION
+
+    sufficient = [
+        (error_model.work(longest_count(each), n), (longest_count(each), n))
+        for each in meshes
         for n in steps
-        if (made := pilots.find(run.model, n)) is not None
-        and found.missed(finest_of(run), n) <= (found.share if made is found.judge else UNSURE)
+        if (run := trials.find(each.model, n)) is not None
+        and error_model.excess(longest_count(each), n) <= fraction(run)
     ]
-    return min(able)[1] if able else None
+    return min(sufficient)[1] if sufficient else None
 
 
-def finest_of(run: Pilot) -> float:
-    """Return the number of elements on the longest open beam."""
+def longest_count(run: TrialRun) -> float:
+    """Return the number of elements on the longest automatic beam."""
     return float(max(run.model.counts.values(), default=1))
 
 
-def _corrected(
-    found: Found, judge: Pilot, choice: tuple[float, int], apart: Sequence[float]
-) -> Found:
-    """Return estimates that leave the distance that was measured."""
-    times, meshes, as_foreseen = list(found.time.estimates), [], True
-    if found.mesh is not None:
-        meshes = list(found.mesh.estimates)
-    for i, far in enumerate(apart):
-        pairs = [(times[i], float(judge.steps), float(choice[1]))]
+def _corrected_by_difference(
+    error_model: ErrorModel,
+    reference_run: TrialRun,
+    resolution: tuple[float, int],
+    differences: Sequence[float],
+) -> ErrorModel:
+    """Return the error model with estimates that agree with measured differences."""
+    times, meshes, agrees = list(error_model.time.estimates), [], True
+    if error_model.mesh is not None:
+        meshes = list(error_model.mesh.estimates)
+    for i, difference in enumerate(differences):
+        parts = [(times[i], float(reference_run.steps), float(resolution[1]))]
         if meshes:
-            here, there = (n * found.density for n in (finest_of(judge), choice[0]))
-            pairs.append((meshes[i], here, there))
-        if far <= ALIKE * _left(pairs, 1.0) + SMALL * found.asked[i]:
+            counts = (longest_count(reference_run), resolution[0])
+            here, there = (n * error_model.density for n in counts)
+            parts.append((meshes[i], here, there))
+        negligible = AGREEMENT_FRACTION * error_model.tolerances[i]
+        if difference <= AGREEMENT_FACTOR * _difference(parts, 1.0) + negligible:
             continue
-        as_foreseen = False
-        low, high = LEAST, 1.0
+        agrees = False
+        low, high = MIN_ORDER_FRACTION, 1.0
         while high - low > 0.01:
-            share = 0.5 * (low + high)
-            low, high = (low, share) if _left(pairs, share) < far else (share, high)
-        left = _left(pairs, low)
-        new = [each.with_order(low * each.order) for each, _, _ in pairs]
-        if left > 0.0:
-            new = [replace(each, error=max(1.0, far / left) * each.error) for each in new]
-        else:  # no difference at all was foreseen
-            new = [replace(each, error=each.error + far) for each in new]
+            middle = 0.5 * (low + high)
+            is_below = _difference(parts, middle) < difference
+            low, high = (low, middle) if is_below else (middle, high)
+        expected = _difference(parts, low)
+        new = [each.with_order(low * each.order) for each, _, _ in parts]
+        if expected > 0.0:
+            factor = max(1.0, difference / expected)
+            new = [replace(each, error=factor * each.error) for each in new]
+        else:  # no difference at all was expected
+            new = [replace(each, error=each.error + difference) for each in new]
         times[i] = new[0]
         if meshes:
             meshes[i] = new[1]
-    if as_foreseen:
-        return found
-    mesh = None if found.mesh is None else replace(found.mesh, estimates=tuple(meshes))
-    return replace(found, time=replace(found.time, estimates=tuple(times)), mesh=mesh)
+    if agrees:
+        return error_model
+    mesh = error_model.mesh
+    return replace(
+        error_model,
+        time=replace(error_model.time, estimates=tuple(times)),
+        mesh=None if mesh is None else replace(mesh, estimates=tuple(meshes)),
+    )
 
 
-def _left(pairs: Sequence[tuple[Estimate, float, float]], share: float) -> float:
-    """Return by how much solutions differ if errors have a share of their order."""
-    parts = ((each.with_order(share * each.order), a, b) for each, a, b in pairs)
-    return sum(abs(each.at(a) - each.at(b)) for each, a, b in parts)
+def _difference(parts: Sequence[tuple[Estimate, float, float]], order_fraction: float) -> float:
+    """Return the expected difference of two solutions for a fraction of the estimated orders."""
+    reduced = ((each.with_order(order_fraction * each.order), a, b) for each, a, b in parts)
+    return sum(abs(each.at(a) - each.at(b)) for each, a, b in reduced)

@@ -1,194 +1,218 @@
-"""Pilot runs of one model, until its errors can be predicted for every mesh and step."""
+"""Trial runs of one model, until its errors can be predicted for every mesh and step."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from ancfsparse.errors import PlanError
-from ancfsparse.plans.discretization_error.error_model import Found
-from ancfsparse.plans.discretization_error.low_regularity import rugged
+from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.discretization_error.low_regularity import refine_to_bounds
 from ancfsparse.plans.discretization_error.mesh_error import (
-    COARSEST,
+    COARSEST_COUNT,
     GROWTH,
     MeshError,
-    given_error,
+    error_of_given_meshes,
     mesh_error,
 )
-from ancfsparse.plans.discretization_error.mesh_grading import grades
-from ancfsparse.plans.discretization_error.sampling_error import between
-from ancfsparse.plans.discretization_error.simultaneous_refinement import beside, ladder
+from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
+from ancfsparse.plans.discretization_error.sampling_error import sampling_error
+from ancfsparse.plans.discretization_error.simultaneous_refinement import (
+    refine_other_elements,
+    refine_together,
+)
 from ancfsparse.plans.discretization_error.time_error import TimeError, no_time_error, time_error
-from ancfsparse.plans.models.model import Model, coarsest, order_of, spread, undecided
-from ancfsparse.plans.trial_runs import cost_model
-from ancfsparse.plans.trial_runs.solution_methods import Way
-from ancfsparse.plans.trial_runs.trial_runs import FREE, SHARE, Pilot, Pilots, tolerances
+from ancfsparse.plans.models.model import Model, coarse_count, convergence_order, open_bodies
+from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
+from ancfsparse.plans.trial_runs.trial_runs import (
+    BASE_BUDGET,
+    TRIAL_FRACTION,
+    TrialRun,
+    TrialRuns,
+    absolute_tolerances,
+)
 from ancfsparse.scene import Scene
 
-# The coarsest mesh may be refined so many times if shorter steps do not converge on it.
-MOST_COARSE = 4.0
-# Meshes are compared at steps whose own error is at most so many times the one asked for.
-STEADY = 3.0
-# Nodes are spread otherwise where the mesh needs so many times as many elements; and where no more
-# pilots would be made, if at least this work is saved, a few times what the set-up of two takes.
-PAYING, LEAST_SAVED = 1.5, 2e6
-# Pilots, in those of the last, that lead to graded meshes.
-BEFORE_GRADED = 4.0
+MAX_COARSE_RATIO = 4.0  # refinement of the coarsest mesh if steps do not converge on it
+MAX_STEP_EXCESS = 3.0  # error of the steps over the tolerance, where meshes are compared
+MIN_GRADING_GAIN = 1.5  # elements of a uniform mesh over those of a graded one
+MIN_WORK_SAVED = 2e6  # residuals of one coordinate, a few times the set-up of two trial runs
+GRADING_RUNS = 4.0  # trial runs that lead to graded meshes, each with the work of the last
 
 
 def search(
-    pilots: Pilots,
+    trials: TrialRuns,
     model: Model,
     finer: Scene | None,
     fixed_steps: int | None,
-    near: Found | None = None,
-) -> Found:
-    """Run pilots of one model until its errors can be predicted.
+    near: ErrorModel | None = None,
+) -> ErrorModel:
+    """Run trials of one model until its errors can be predicted.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
     model : Model
-        The elements of all beams whose element is open.
+        The elements of all beams with automatic elements.
     finer : Scene or None
-        The scene with every given mesh twice as fine; None if none was given.
+        The scene with every specified mesh halved; None if all meshes are automatic.
     fixed_steps : int or None
-        Number of steps if the step was given.
-    near : Found, optional
-        What pilots of other elements have shown, whose steps err about as much.
+        Number of steps if the step was specified.
+    near : ErrorModel, optional
+        Error model of other elements, with about the same error of the steps.
 
     Raises
     ------
     StepError
         If no step is short enough.
     PlanError
-        If the motions do not approach each other.
+        If the motions do not converge.
     """
-    if _is_open(pilots, model, finer, fixed_steps):
-        short = _shortest(pilots, model, _order(pilots.scene, model), near)
-        if short is not None:
-            return short
+    order = _order(trials.scene, model)
+    if _is_open(trials, model, finer, fixed_steps):
+        result = _refine_together(trials, model, order, near)
+        if result is not None:
+            return result
     try:
-        return thorough(pilots, model, finer, fixed_steps)
+        return refine_separately(trials, model, finer, fixed_steps)
     except PlanError as failure:
-        if pilots.t_end is None or isinstance(pilots.integrator, Way):
+        if trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
             raise
-        return rugged(pilots, model, finer, fixed_steps, _order(pilots.scene, model), failure)
+        return refine_to_bounds(trials, model, finer, fixed_steps, order, failure)
 
 
-def thorough(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> Found:
-    """Refine steps until their order has shown, and meshes until theirs has; see `search`."""
-    order = _order(pilots.scene, model)
-    finest, coarse, time = _coarse(pilots, model)
-    steps = _steady(pilots, time)
+def refine_separately(
+    trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None
+) -> ErrorModel:
+    """Refine first the steps, then the mesh, until their orders are observed; see `search`."""
+    order = _order(trials.scene, model)
+    n_longest, coarse, time = _coarse_time_error(trials, model)
+    steps = _steps_for_meshes(trials, time)
 
-    def affordable(last: Pilot) -> bool:
-        """Whether a finer pilot costs little beside the run that is planned."""
-        return pilots.spent < max(FREE, SHARE * last.cost.amount * time.runs[-1].steps / steps)
+    def is_affordable(last: TrialRun) -> bool:
+        """Return True if a finer run costs little compared with the planned run."""
+        planned = last.cost.work * time.runs[-1].steps / steps
+        return trials.total_work < max(BASE_BUDGET, TRIAL_FRACTION * planned)
 
-    given = (0.0,) * len(pilots.wanted)
+    given = (0.0,) * len(trials.goals)
 
-    def found(mesh: MeshError | None) -> Found:
-        """Return what pilots on several meshes have shown."""
+    def build_error_model(mesh: MeshError | None) -> ErrorModel:
         last = mesh.runs[-1] if mesh else time.runs[-1]
-        own = model if mesh is None else replace(model, grades=last.model.grades)
-        asked = tuple(tolerances(pilots.wanted, last))
-        cost = cost_model.model(pilots.costs)
-        base = pilots.base if pilots.t_end is not None else 1
-        return Found(own, time, mesh, given, asked, cost, fixed_steps, base=base, order=order)
+        graded = model if mesh is None else replace(model, gradings=last.model.gradings)
+        tolerances = tuple(absolute_tolerances(trials.goals, last))
+        cost = fit_cost_model(trials.costs)
+        base = trials.base if trials.t_end is not None else 1
+        return ErrorModel(
+            graded, time, mesh, given, tolerances, cost, fixed_steps, base=base, order=order
+        )
 
-    def graded(mesh: MeshError, done: bool) -> Model | None:
-        """Return graded meshes where they take less work with two pilots, in place of the next."""
+    def grade(mesh: MeshError, done: bool) -> Model | None:
+        """Return graded meshes if two runs with them, in place of the next one, reduce the work."""
         last = mesh.runs[-1]
-        spread_, gain = grades(pilots.scene, last)
-        if gain < PAYING:
+        gradings, gain = grade_meshes(trials.scene, last)
+        if gain < MIN_GRADING_GAIN:
             return None
-        planned = found(mesh)
-        work = planned.work(*planned.choice())
+        planned = build_error_model(mesh)
+        work = planned.work(*planned.optimum())
         more = 1.0 + 1.0 / GROWTH - (0.0 if done else GROWTH)
-        saved = work * (1.0 - 1.0 / gain) - more * last.cost.amount
-        pays = saved > (LEAST_SAVED if done else 0.0)
-        return replace(last.model, grades=spread_) if pays else None
+        saved = work * (1.0 - 1.0 / gain) - more * last.cost.work
+        pays = saved > (MIN_WORK_SAVED if done else 0.0)
+        return replace(last.model, gradings=gradings) if pays else None
 
     if finer is not None:
-        given = tuple(given_error(pilots, finer, coarse, steps, order))
-    is_open = bool(coarse.counts)
-    args = finest, steps, order, affordable, graded
-    return found(mesh_error(pilots, coarse, *args) if is_open else None)
+        given = tuple(error_of_given_meshes(trials, finer, coarse, steps, order))
+    if not coarse.counts:
+        return build_error_model(None)
+    return build_error_model(
+        mesh_error(trials, coarse, n_longest, steps, order, is_affordable, grade)
+    )
 
 
-def _is_open(pilots: Pilots, model: Model, finer: Scene | None, fixed_steps: int | None) -> bool:
-    """Whether mesh and steps of a motion may both be refined."""
-    counts = model.with_counts(spread(pilots.scene, COARSEST)).counts
-    marches = pilots.t_end is not None and not isinstance(pilots.integrator, Way)
-    return marches and bool(counts) and finer is None and fixed_steps is None
+def _is_open(trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None) -> bool:
+    """Return True if both mesh and steps of a motion can be refined."""
+    counts = trials.with_mesh(model, COARSEST_COUNT).counts
+    has_steps = trials.t_end is not None and not isinstance(trials.integrator, SolutionMethod)
+    return has_steps and bool(counts) and finer is None and fixed_steps is None
 
 
-def _shortest(pilots: Pilots, model: Model, order: int, near: Found | None) -> Found | None:
-    """Refine mesh and steps together; None where that shows too little."""
-    assert not isinstance(pilots.integrator, Way)
-    found = None
-    if near is not None and near.judge.model.counts:
-        found = beside(pilots, model, order, near.time, near.judge)
-    if found is None:
-        found = ladder(pilots, model, order, pilots.integrator.order)
-    if found is None:
+def _refine_together(
+    trials: TrialRuns, model: Model, order: int, near: ErrorModel | None
+) -> ErrorModel | None:
+    """Refine mesh and steps together; None if that gives no error model."""
+    assert not isinstance(trials.integrator, SolutionMethod)
+    result = None
+    if near is not None and near.reference_run.model.counts:
+        result = refine_other_elements(trials, model, order, near.time, near.reference_run)
+    if result is None:
+        result = refine_together(trials, model, order, trials.integrator.order)
+    if result is None:
         return None
-    last = found.mesh.runs[-1]
-    asked = tuple(tolerances(pilots.wanted, last))
-    cost = cost_model.model([run.cost for run in found.runs])
-    chosen = None if found.pair is None else (float(max(last.model.counts.values())), last.steps)
-    none = (0.0,) * len(asked)
-    made = Found(model, found.time, found.mesh, none, asked, cost, None, chosen=chosen,
-                 base=pilots.base, pair=found.pair, is_short=True)  # fmt: skip
-    return None if chosen is None and _is_uneven(pilots, made) else made
+    last = result.mesh.runs[-1]
+    selected = None
+    if result.combined_errors is not None:
+        selected = float(max(last.model.counts.values())), last.steps
+    error_model = ErrorModel(
+        model,
+        result.time,
+        result.mesh,
+        (0.0,) * len(trials.goals),
+        tuple(absolute_tolerances(trials.goals, last)),
+        fit_cost_model([run.cost for run in result.runs]),
+        None,
+        selected=selected,
+        base=trials.base,
+        combined_errors=result.combined_errors,
+        is_simultaneous=True,
+    )
+    return None if selected is None and _pays_to_grade(trials, error_model) else error_model
 
 
-def _is_uneven(pilots: Pilots, found: Found) -> bool:
-    """Whether graded meshes would take so much less work that they pay for pilots of their own."""
-    last = found.judge
-    _, gain = grades(pilots.scene, last)
-    saved = found.work(*found.choice()) * (1.0 - 1.0 / gain)
-    return gain >= PAYING and saved > LEAST_SAVED + BEFORE_GRADED * last.cost.amount
+def _pays_to_grade(trials: TrialRuns, error_model: ErrorModel) -> bool:
+    """Return True if graded meshes save more work than the trial runs that lead to them."""
+    last = error_model.reference_run
+    _, gain = grade_meshes(trials.scene, last)
+    saved = error_model.work(*error_model.optimum()) * (1.0 - 1.0 / gain)
+    return gain >= MIN_GRADING_GAIN and saved > MIN_WORK_SAVED + GRADING_RUNS * last.cost.work
 
 
-def _coarse(pilots: Pilots, model: Model) -> tuple[float, Model, TimeError]:
-    """Find the errors of steps, on the coarsest mesh on which shorter steps converge."""
-    finest = first = coarsest(pilots.scene, COARSEST)
-    if pilots.t_end is None:
-        coarse = model.with_counts(spread(pilots.scene, finest))
-        return finest, coarse, no_time_error(pilots, coarse)
-    if isinstance(pilots.integrator, Way):
-        coarse = model.with_counts(spread(pilots.scene, finest))
-        return finest, coarse, between(pilots, coarse)
+def _coarse_time_error(trials: TrialRuns, model: Model) -> tuple[float, Model, TimeError]:
+    """Return the coarsest mesh on which steps converge, and the error of the steps there."""
+    n_longest = first = coarse_count(trials.scene, COARSEST_COUNT)
+    coarse = trials.with_mesh(model, n_longest)
+    if trials.t_end is None:
+        return n_longest, coarse, no_time_error(trials, coarse)
+    if isinstance(trials.integrator, SolutionMethod):
+        return n_longest, coarse, sampling_error(trials, coarse)
+    order = trials.integrator.order
     while True:
-        coarse = model.with_counts(spread(pilots.scene, finest))
-        is_last = not coarse.counts or finest >= first * MOST_COARSE
+        coarse = trials.with_mesh(model, n_longest)
+        is_last = not coarse.counts or n_longest >= first * MAX_COARSE_RATIO
         try:
-            return finest, coarse, time_error(pilots, coarse, pilots.integrator.order, not is_last)
+            return n_longest, coarse, time_error(trials, coarse, order, not is_last)
         except PlanError:
             if is_last:
                 raise
-        finest *= 2.0
+        n_longest *= 2.0
 
 
-def _steady(pilots: Pilots, time: TimeError) -> int:
-    """Return the fewest steps at which meshes can be compared: their own error is not too large."""
-    asked = tolerances(pilots.wanted, time.runs[-1])
+def _steps_for_meshes(trials: TrialRuns, time: TimeError) -> int:
+    """Return the smallest number of steps accurate enough for a comparison of meshes."""
+    tolerances = absolute_tolerances(trials.goals, time.runs[-1])
     for run in time.runs[:-1]:
-        errors = [each.at(run.steps) for each in time.estimates]
-        if all(e <= STEADY * most for e, most in zip(errors, asked, strict=True)):
+        pairs = zip(time.estimates, tolerances, strict=True)
+        if all(each.at(run.steps) <= MAX_STEP_EXCESS * tolerance for each, tolerance in pairs):
             return run.steps
     return time.runs[-1].steps
 
 
 def _order(scene: Scene, model: Model) -> int:
     """Return the lowest order of all elements."""
-    own = {beam.name for beam in undecided(scene) if "element" in beam.automatic}
-    orders = [rung.order for rung in model.rungs.values()]
+    automatic = {beam.name for beam in open_bodies(scene) if "element" in beam.automatic}
+    orders = [element.order for element in model.elements.values()]
     orders += [
-        order_of(body.element if not body.kind.package else None)
+        convergence_order(body.element if not body.kind.package else None)
         for body in scene.beams
-        if body.name not in own
+        if body.name not in automatic
     ]
     return min(orders, default=4)

@@ -1,4 +1,4 @@
-"""The ladder of elements: what each neglects, and which one a quantity needs."""
+"""Hierarchy of elements: the effects that each neglects, and the cheapest that suffices."""
 
 from __future__ import annotations
 
@@ -8,32 +8,31 @@ from functools import partial
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.neglected_energies import bending_effect, neglected_effects
 from ancfsparse.plans.models.model import (
-    FEWEST_ELEMENTS,
+    MIN_LONGEST_COUNT,
+    ElementChoice,
     Model,
-    Rung,
-    built,
-    coarsest,
-    spread,
-    undecided,
+    build_model,
+    coarse_count,
+    element_counts,
+    open_bodies,
 )
-from ancfsparse.plans.trial_runs.solution_methods import Way
-from ancfsparse.plans.trial_runs.trial_runs import Pilot, Pilots, tolerances
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, absolute_tolerances
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
 
-STRING = Rung("string", {}, 2)
-CABLE = Rung("thin", {}, 4)
-TWISTED = Rung("thick", {"section_strain": "nodal"}, 2)
-SHEARED = Rung("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
-LADDER = (STRING, CABLE, TWISTED, SHEARED)
+STRING = ElementChoice("string", {}, 2)
+CABLE = ElementChoice("thin", {}, 4)
+TWISTED = ElementChoice("thick", {"section_strain": "nodal"}, 2)
+SHEARED = ElementChoice("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
+HIERARCHY = (STRING, CABLE, TWISTED, SHEARED)
 """From the cheapest to the richest."""
 
-# What no richer element includes: converged elements differ by how their bending depends on it, so
-# no choice of elements can promise less.
+# Converged elements differ by how bending depends on stretch, so no selection avoids this effect.
 FLOOR = "stretch"
-# What every element leaves out where the motion is not marched.
-OF_WAYS = frozenset({"inertia", "nonlinearity", "modes", "flexibility"})
-NAMES = {
+# Effects that every element neglects in a motion without time integration.
+METHOD_EFFECTS = frozenset({"inertia", "nonlinearity", "modes", "flexibility"})
+SOURCE_NAMES = {
     "mesh": "mesh",
     "time": "steps",
     "mesh and steps": "mesh and the steps",
@@ -43,160 +42,173 @@ NAMES = {
     "rotary inertia": "neglected rotary inertia",
     "bending": "neglected bending",
     "inertia": "neglected inertia",
-    "nonlinearity": "forces that are not linear",
+    "nonlinearity": "nonlinear forces",
     "flexibility": "flexibility of rigid rods",
-    "modes": "modes that are left out",
+    "modes": "modes left out",
 }
-"""Sources of errors, as sentences name them."""
-# Effects below this share of the error asked for are neglected: short steps and fine meshes for the
-# rest take less work than richer elements.
-NEGLIGIBLE = 0.5
+"""Names of the sources of errors in sentences."""
+# Shorter steps and finer meshes for the rest take less work than richer elements.
+NEGLIGIBLE_FRACTION = 0.5  # of the tolerance, up to which modelling errors are accepted
 
 
-def neglects(rung: Rung) -> frozenset[str]:
-    """Return the effects that an element leaves out."""
+def neglected_by(element: ElementChoice) -> frozenset[str]:
+    """Return the effects that an element neglects."""
     cable = frozenset({"shear", "torsion", "rotary inertia"})
-    if rung == SHEARED:
+    if element == SHEARED:
         return frozenset()
-    if rung == TWISTED:
+    if element == TWISTED:
         return frozenset({"shear"})
-    return cable | {"bending"} if rung == STRING else cable
+    return cable | {"bending"} if element == STRING else cable
 
 
 def open_beams(scene: Scene) -> list[str]:
-    """Return the names of the beams whose element is open."""
-    return [beam.name for beam in undecided(scene) if "element" in beam.automatic]
+    """Return the names of the beams with automatic elements."""
+    return [beam.name for beam in open_bodies(scene) if "element" in beam.automatic]
 
 
-def model_of(scene: Scene, rung: Rung, fixed: Mapping[str, Rung] | None = None) -> Model:
-    """Return a model with one element for all beams whose own is open, but those that are fixed."""
-    return Model(rungs=dict.fromkeys(open_beams(scene), rung) | dict(fixed or {}))
+def model_of(
+    scene: Scene, element: ElementChoice, fixed: Mapping[str, ElementChoice] | None = None
+) -> Model:
+    """Return a model with one element for all beams with automatic ones, except fixed beams."""
+    return Model(elements=dict.fromkeys(open_beams(scene), element) | dict(fixed or {}))
 
 
 def candidates(
     scene: Scene,
-    fixed: Mapping[str, Rung] | None = None,
+    fixed: Mapping[str, ElementChoice] | None = None,
     build: Callable[[Model], Scene] | None = None,
-    finest: float | None = None,
-) -> tuple[list[Rung], dict[str, str]]:
-    """Return the elements that a scene takes, and why others are refused.
+    n_longest: float | None = None,
+) -> tuple[list[ElementChoice], dict[str, str]]:
+    """Return the elements that a scene admits, and the reasons for rejecting others.
 
     Parameters
     ----------
     scene : Scene
         The scene.
-    fixed : mapping of str to Rung, optional
-        Elements of beams that were chosen before.
+    fixed : mapping of str to ElementChoice, optional
+        Elements of beams that were selected before.
     build : callable, optional
-        Returns the scene with a model, such as `Pilots.built`, which builds none twice.
-    finest : float, optional
+        Returns the scene with a model, such as `TrialRuns.build`, which builds none twice.
+    n_longest : float, optional
         Elements on the longest beam of the mesh that is built.
 
     Returns
     -------
-    list of Rung
+    list of ElementChoice
         From the cheapest to the richest.
     dict of str to str
         Sentences by the name of the element.
     """
-    taken, refused = [], {}
-    build = build or partial(built, scene)
-    counts = spread(scene, finest or coarsest(scene, FEWEST_ELEMENTS))
-    for rung in LADDER:
+    admitted, rejected = [], {}
+    build = build or partial(build_model, scene)
+    counts = element_counts(scene, n_longest or coarse_count(scene, MIN_LONGEST_COUNT))
+    for element in HIERARCHY:
         try:
-            build(model_of(scene, rung, fixed).with_counts(counts))
+            build(model_of(scene, element, fixed).with_counts(counts))
         except (InputError, LoadError) as error:
-            refused[str(rung)] = str(error)
+            rejected[str(element)] = str(error)
         else:
-            taken.append(rung)
-    return taken, refused
+            admitted.append(element)
+    return admitted, rejected
 
 
-def effects_of(pilots: Pilots, pilot: Pilot, rough: Pilot | None = None) -> list[dict[str, float]]:
-    """Estimate what the model of a pilot neglects, for every quantity [its unit].
+def estimate_effects(
+    trials: TrialRuns, trial: TrialRun, coarse_run: TrialRun | None = None
+) -> list[dict[str, float]]:
+    """Estimate the modelling errors of a trial run by effect, for every quantity [its unit].
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
-    pilot : Pilot
+    trial : TrialRun
         One of them.
-    rough : Pilot, optional
-        A cheaper one, of which more runs measure how quantities respond to compliance and density,
-        where that may matter.
+    coarse_run : TrialRun, optional
+        A cheaper one, repeated with changed compliance and density to measure the response of
+        quantities where that may matter.
     """
-    scene = pilot.run.system.scene
-    march = None if rough is None else _marching(pilots, rough)
+    scene = trial.run.system.scene
+    solve = None if coarse_run is None else _solver_like(trials, coarse_run)
+    tolerances = absolute_tolerances(trials.goals, trial)
     out = []
-    for each, most in zip(pilots.wanted, tolerances(pilots.wanted, pilot), strict=True):
-        quantity, base = each.quantity.on(scene), None
-        if rough is not None:
-            base = rough.run, each.quantity.on(rough.run.system.scene)
-        neglected = neglected_effects(scene, pilot.run, quantity, march, NEGLIGIBLE * most, base)
-        if isinstance(pilots.integrator, Way):
-            neglected |= pilots.integrator.neglected(pilot.run, quantity)
-        out.append(neglected)
+    for goal, tolerance in zip(trials.goals, tolerances, strict=True):
+        quantity, coarse = goal.quantity.in_scene(scene), None
+        if coarse_run is not None:
+            run = coarse_run.run
+            coarse = run, goal.quantity.in_scene(run.system.scene)
+        enough = NEGLIGIBLE_FRACTION * tolerance
+        effects = neglected_effects(scene, trial.run, quantity, solve, enough, coarse)
+        if isinstance(trials.integrator, SolutionMethod):
+            effects |= trials.integrator.neglected(trial.run, quantity)
+        out.append(effects)
     return out
 
 
-def _marching(pilots: Pilots, rough: Pilot) -> Callable[[Scene], Trajectory]:
-    """Return what runs changed scenes as a pilot was run."""
-    runs = pilots.with_integrator(rough.integrator)
-    return lambda changed: runs.march(changed, rough.steps, coarser=rough.run, solver=rough.solver)
+def _solver_like(trials: TrialRuns, trial: TrialRun) -> Callable[[Scene], Trajectory]:
+    """Return a function that solves changed scenes with the settings of a trial run."""
+    runs = trials.with_integrator(trial.integrator)
+    return lambda scene: runs.solve(scene, trial.steps, coarser=trial.run, solver=trial.solver)
 
 
-def bending_of(pilots: Pilots, pilot: Pilot) -> list[dict[str, float]]:
-    """Estimate what strings would neglect, from a run with bending, for every quantity."""
-    scene, own = pilot.run.system.scene, pilot.model.rungs
-    bodies = [b for b in scene.beams if b.name in own and isinstance(b, ElasticBody)]
-    wanted = (each.quantity.on(scene) for each in pilots.wanted)
-    return [{"bending": bending_effect(pilot.run, bodies, each)} for each in wanted]
+def estimate_bending(trials: TrialRuns, trial: TrialRun) -> list[dict[str, float]]:
+    """Estimate the modelling error of strings from a run with bending, for every quantity."""
+    scene, elements = trial.run.system.scene, trial.model.elements
+    bodies = [b for b in scene.beams if b.name in elements and isinstance(b, ElasticBody)]
+    quantities = (each.quantity.in_scene(scene) for each in trials.goals)
+    return [{"bending": bending_effect(trial.run, bodies, each)} for each in quantities]
 
 
-def needed(
-    rungs: Sequence[Rung], first: Rung, effects: Sequence[Mapping[str, float]],
-    asked: Sequence[float],
-) -> Rung:  # fmt: skip
-    """Return the cheapest element whose neglected effects are negligible.
+def cheapest_sufficient(
+    elements: Sequence[ElementChoice],
+    first: ElementChoice,
+    effects: Sequence[Mapping[str, float]],
+    tolerances: Sequence[float],
+) -> ElementChoice:
+    """Return the cheapest element with negligible modelling errors.
 
     Parameters
     ----------
-    rungs : sequence of Rung
+    elements : sequence of ElementChoice
         From the cheapest to the richest.
-    first : Rung
-        The element that effects were estimated with.
+    first : ElementChoice
+        The element for which effects were estimated.
     effects : sequence of mapping
-        What it neglects, for every quantity [its unit].
-    asked : sequence of float
-        Largest error of every quantity that elements are to leave, see `within_reach` [its unit].
+        Its modelling errors, for every quantity [its unit].
+    tolerances : sequence of float
+        Largest error of every quantity, see `reachable_tolerances` [its unit].
     """
-    richer = rungs[list(rungs).index(first) :]
-    return next((rung for rung in richer if is_enough(rung, effects, asked)), richer[-1])
+    richer = elements[list(elements).index(first) :]
+    return next((each for each in richer if is_sufficient(each, effects, tolerances)), richer[-1])
 
 
-def is_enough(rung: Rung, effects: Sequence[Mapping[str, float]], asked: Sequence[float]) -> bool:
-    """Whether what an element neglects is negligible, for every quantity."""
+def is_sufficient(
+    element: ElementChoice, effects: Sequence[Mapping[str, float]], tolerances: Sequence[float]
+) -> bool:
+    """Return True if the modelling errors of an element are negligible for every quantity."""
     return all(
-        sum(left_out(each, rung).values()) < NEGLIGIBLE * most or not left_out(each, rung)
-        for each, most in zip(effects, asked, strict=True)
+        sum(effects_neglected(each, element).values()) < NEGLIGIBLE_FRACTION * tolerance
+        or not effects_neglected(each, element)
+        for each, tolerance in zip(effects, tolerances, strict=True)
     )
 
 
 def floors(effects: Sequence[Mapping[str, float]]) -> tuple[float, ...]:
-    """Return by how much converged elements differ in every quantity [its unit]."""
+    """Return the difference between converged elements in every quantity [its unit]."""
     return tuple(each.get(FLOOR, 0.0) for each in effects)
 
 
-def within_reach(effects: Sequence[Mapping[str, float]], asked: Sequence[float]) -> list[float]:
-    """Return the errors that elements are chosen for: those asked for, or what none falls below."""
-    return [max(pair) for pair in zip(asked, floors(effects), strict=True)]
+def reachable_tolerances(
+    effects: Sequence[Mapping[str, float]], tolerances: Sequence[float]
+) -> list[float]:
+    """Return the tolerances, at least the difference between converged elements."""
+    return [max(pair) for pair in zip(tolerances, floors(effects), strict=True)]
 
 
-def left_out(effects: Mapping[str, float], rung: Rung) -> dict[str, float]:
-    """Return the effects that an element leaves out, and not what only other measures change."""
-    return {name: value for name, value in effects.items() if name in neglects(rung)}
+def effects_neglected(effects: Mapping[str, float], element: ElementChoice) -> dict[str, float]:
+    """Return the effects, of several, that an element neglects."""
+    return {name: value for name, value in effects.items() if name in neglected_by(element)}
 
 
-def of_way(effects: Mapping[str, float]) -> dict[str, float]:
-    """Return the effects that are left out where the motion is not marched."""
-    return {name: value for name, value in effects.items() if name in OF_WAYS}
+def method_effects(effects: Mapping[str, float]) -> dict[str, float]:
+    """Return the effects, of several, of motions without time integration."""
+    return {name: value for name, value in effects.items() if name in METHOD_EFFECTS}

@@ -1,4 +1,4 @@
-"""Elements beam by beam: which beams refuse one, and which may keep a cheaper one."""
+"""Elements of single beams: beams that reject an element, and beams that may keep a cheaper one."""
 
 from __future__ import annotations
 
@@ -9,52 +9,71 @@ import numpy as np
 
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.neglected_energies import bending_effect
-from ancfsparse.plans.model_error.section_energies import energies_of, rotary_energy, torsion_energy
-from ancfsparse.plans.models.model import FEWEST_ELEMENTS, Model, Rung, built, coarsest, spread
-from ancfsparse.plans.selection.element_hierarchy import NEGLIGIBLE, left_out, model_of, open_beams
-from ancfsparse.plans.trial_runs.trial_runs import Pilot, Pilots
+from ancfsparse.plans.model_error.section_energies import (
+    rotary_energy,
+    section_energies,
+    torsion_energy,
+)
+from ancfsparse.plans.models.model import (
+    MIN_LONGEST_COUNT,
+    ElementChoice,
+    Model,
+    build_model,
+    coarse_count,
+    element_counts,
+)
+from ancfsparse.plans.selection.element_hierarchy import (
+    NEGLIGIBLE_FRACTION,
+    effects_neglected,
+    model_of,
+    open_beams,
+)
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.scene import ElasticBody, Scene
 
-# Beams are tried one by one up to so many.
-MOST = 64
+MAX_BEAMS = 64  # that are tried one by one
 SPATIAL = 3
 
 
-def refusing(
+def beams_rejecting(
     scene: Scene,
-    rung: Rung,
-    other: Rung,
-    fixed: Mapping[str, Rung] | None = None,
+    element: ElementChoice,
+    other: ElementChoice,
+    fixed: Mapping[str, ElementChoice] | None = None,
     build: Callable[[Model], Scene] | None = None,
-    finest: float | None = None,
+    n_longest: float | None = None,
 ) -> list[str]:
-    """Return the open beams that refuse an element while all others have another one.
+    """Return the automatic beams that reject an element while the others have another one.
 
     Parameters
     ----------
     scene : Scene
         The scene.
-    rung, other : Rung
-        The element, and one that the scene takes.
-    fixed : mapping of str to Rung, optional
-        Elements of beams that were chosen before.
-    build, finest
+    element, other : ElementChoice
+        The element, and one that the scene admits.
+    fixed : mapping of str to ElementChoice, optional
+        Elements of beams that were selected before.
+    build, n_longest
         See `candidates`.
     """
-    fixed, build = dict(fixed or {}), build or partial(built, scene)
+    fixed, build = dict(fixed or {}), build or partial(build_model, scene)
     names = [name for name in open_beams(scene) if name not in fixed]
-    counts = spread(scene, finest or coarsest(scene, FEWEST_ELEMENTS))
-    if _takes(build, model_of(scene, rung, fixed).with_counts(counts)):
+    counts = element_counts(scene, n_longest or coarse_count(scene, MIN_LONGEST_COUNT))
+    if _is_admitted(build, model_of(scene, element, fixed).with_counts(counts)):
         return []
-    if not 1 < len(names) <= MOST:
+    if not 1 < len(names) <= MAX_BEAMS:
         return names
-    alone = ({**fixed, name: rung} for name in names)
-    takes = [_takes(build, model_of(scene, other, each).with_counts(counts)) for each in alone]
-    return [name for name, able in zip(names, takes, strict=True) if not able]
+    return [
+        name
+        for name in names
+        if not _is_admitted(
+            build, model_of(scene, other, {**fixed, name: element}).with_counts(counts)
+        )
+    ]
 
 
-def _takes(build: Callable[[Model], Scene], model: Model) -> bool:
-    """Whether a scene takes elements."""
+def _is_admitted(build: Callable[[Model], Scene], model: Model) -> bool:
+    """Return True if a scene admits a model."""
     try:
         build(model)
     except (InputError, LoadError):
@@ -62,101 +81,116 @@ def _takes(build: Callable[[Model], Scene], model: Model) -> bool:
     return True
 
 
-def staying(
-    pilot: Pilot, names: Sequence[str], effects: Sequence[Mapping[str, float]], rung: Rung,
-    asked: Sequence[float],
-) -> tuple[list[str], list[dict[str, float]]]:  # fmt: skip
-    """Return the beams that may stay cables where others must not, and what that neglects.
+def beams_kept_as_cables(
+    trial: TrialRun,
+    names: Sequence[str],
+    effects: Sequence[Mapping[str, float]],
+    element: ElementChoice,
+    tolerances: Sequence[float],
+) -> tuple[list[str], list[dict[str, float]]]:
+    """Return the beams that may remain cables while others need richer elements.
 
     Parameters
     ----------
-    pilot : Pilot
+    trial : TrialRun
         A run with cables.
     names : sequence of str
-        The beams that are cables by choice.
+        The beams that are cables by selection.
     effects : sequence of mapping
-        What cables neglect altogether, for every quantity [its unit].
-    rung : Rung
-        What cables are.
-    asked : sequence of float
+        Modelling errors of all cables together, for every quantity [its unit].
+    element : ElementChoice
+        That of cables.
+    tolerances : sequence of float
         Largest error of every quantity [its unit].
-    """
-    shares = _shares(pilot, names)
-    own = [left_out(each, rung) for each in effects]
-    stay: list[str] = []
-    kept: list[dict[str, float]] = [dict.fromkeys(each, 0.0) for each in own]
 
-    def worst(name: str) -> float:
+    Returns
+    -------
+    list of str
+        The beams.
+    list of dict
+        Modelling errors of these cables, for every quantity [its unit].
+    """
+    fractions = _energy_fractions(trial, names)
+    total = [effects_neglected(each, element) for each in effects]
+    kept: list[str] = []
+    errors: list[dict[str, float]] = [dict.fromkeys(each, 0.0) for each in total]
+
+    def excess(name: str) -> float:
         return max(
-            sum(shares[name].get(k, 1.0) * v for k, v in each.items()) / most
-            for each, most in zip(own, asked, strict=True)
+            sum(fractions[name].get(k, 1.0) * v for k, v in each.items()) / tolerance
+            for each, tolerance in zip(total, tolerances, strict=True)
         )
 
-    for name in sorted(names, key=worst):
+    for name in sorted(names, key=excess):
         more = [
-            {k: left[k] + shares[name].get(k, 1.0) * v for k, v in each.items()}
-            for each, left in zip(own, kept, strict=True)
+            {k: error[k] + fractions[name].get(k, 1.0) * v for k, v in each.items()}
+            for each, error in zip(total, errors, strict=True)
         ]
-        if any(sum(e.values()) > NEGLIGIBLE * most for e, most in zip(more, asked, strict=True)):
+        pairs = zip(more, tolerances, strict=True)
+        if any(sum(e.values()) > NEGLIGIBLE_FRACTION * tolerance for e, tolerance in pairs):
             break
-        stay.append(name)
-        kept = more
-    return stay, kept
+        kept.append(name)
+        errors = more
+    return kept, errors
 
 
-def _shares(pilot: Pilot, names: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Return the share of every beam in the energies that cables neglect, by effect."""
-    run = pilot.run
+def _energy_fractions(trial: TrialRun, names: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return the fraction of every beam in the energies that cables neglect, by effect."""
+    run = trial.run
     scene = run.system.scene
     energies: dict[str, dict[str, float]] = {}
     for name in names:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
-        own = {
-            "shear": energies_of(run, body).shear,
+        values = {
+            "shear": section_energies(run, body).shear,
             "rotary inertia": rotary_energy(run, body),
         }
         if scene.dim == SPATIAL:
-            own["torsion"] = torsion_energy(scene, run, body)
-        energies[name] = {effect: float(np.max(values)) for effect, values in own.items()}
+            values["torsion"] = torsion_energy(scene, run, body)
+        energies[name] = {effect: float(np.max(value)) for effect, value in values.items()}
     out: dict[str, dict[str, float]] = {name: {} for name in names}
     for effect in next(iter(energies.values()), {}):
         total = sum(each[effect] for each in energies.values())
         for name in names:
-            # At rest without stress, as for frequencies, nothing shows which beam it is.
+            # At rest without stress, as for frequencies, the beams cannot be distinguished.
             out[name][effect] = energies[name][effect] / total if total > 0.0 else 1.0
     return out
 
 
-def limp(
-    pilots: Pilots, pilot: Pilot, names: Sequence[str], asked: Sequence[float], share: float
+def beams_without_bending(
+    trials: TrialRuns,
+    trial: TrialRun,
+    names: Sequence[str],
+    tolerances: Sequence[float],
+    fraction: float,
 ) -> list[str]:
-    """Return the beams whose bending together changes quantities by less than a share of the error.
+    """Return beams whose bending together changes quantities by less than a fraction of tolerances.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs.
-    pilot : Pilot
+    trial : TrialRun
         One with cables.
     names : sequence of str
         The beams.
-    asked : sequence of float
+    tolerances : sequence of float
         Largest error of every quantity [its unit].
-    share : float
-        Of that error.
+    fraction : float
+        Of these tolerances.
     """
-    scene = pilot.run.system.scene
-    quantities = [each.quantity.on(scene) for each in pilots.wanted]
-    alone = {}
+    scene = trial.run.system.scene
+    quantities = [each.quantity.in_scene(scene) for each in trials.goals]
+    effects = {}
     for name in names:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
-        alone[name] = [bending_effect(pilot.run, [body], each) for each in quantities]
-    out, left = [], np.zeros(len(asked))
-    for name in sorted(names, key=lambda name: max(np.divide(alone[name], asked))):
-        left = left + alone[name]
-        if (left > share * np.asarray(asked)).any():
+        effects[name] = [bending_effect(trial.run, [body], each) for each in quantities]
+    out, total = [], np.zeros(len(tolerances))
+    for name in sorted(names, key=lambda name: max(np.divide(effects[name], tolerances))):
+        total = total + effects[name]
+        if (total > fraction * np.asarray(tolerances)).any():
             break
         out.append(name)
     return out

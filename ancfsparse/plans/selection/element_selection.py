@@ -1,4 +1,4 @@
-"""The choice of elements: up the ladder as far as a quantity needs, and down where less will do."""
+"""Selection of elements: as rich as the goals require, and cheaper where that suffices."""
 
 from __future__ import annotations
 
@@ -6,208 +6,222 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ancfsparse.errors import InputError, LoadError, PlanError, StepError
-from ancfsparse.plans.discretization_error.error_model import Found
-from ancfsparse.plans.models.model import Rung
+from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.models.model import ElementChoice
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
-    NEGLIGIBLE,
+    NEGLIGIBLE_FRACTION,
     STRING,
-    bending_of,
     candidates,
-    effects_of,
+    cheapest_sufficient,
+    effects_neglected,
+    estimate_bending,
+    estimate_effects,
     floors,
-    is_enough,
-    left_out,
+    is_sufficient,
+    method_effects,
     model_of,
-    needed,
-    of_way,
     open_beams,
-    within_reach,
+    reachable_tolerances,
 )
-from ancfsparse.plans.selection.element_per_beam import limp, refusing, staying
-from ancfsparse.plans.trial_runs.trial_runs import FREE, Pilots
+from ancfsparse.plans.selection.element_per_beam import (
+    beams_kept_as_cables,
+    beams_rejecting,
+    beams_without_bending,
+)
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns
 from ancfsparse.scene import Scene
 
-# The bending of coarse cables may be so many times that of fine strings.
-ROUGH = 10.0
+MAX_COARSE_RATIO = 10.0  # of the bending of coarse cables to that of fine strings
 
 
-def climb(
-    pilots: Pilots,
+def select_elements(
+    trials: TrialRuns,
     finer: Scene | None,
     fixed_steps: int | None,
-    fixed: Mapping[str, Rung] | None = None,
-) -> tuple[Found, list[str]]:
-    """Choose the elements of all beams whose own is open, and run their pilots.
+    fixed: Mapping[str, ElementChoice] | None = None,
+) -> tuple[ErrorModel, list[str]]:
+    """Select the elements of all beams with automatic ones, with trial runs.
 
-    All get the cheapest that is enough for most, and single ones another where they refuse it, need
-    a richer one, or can do with strings.
+    All get the cheapest element that suffices for most of them; single beams get another one if
+    they reject it, need a richer one, or may be strings.
 
     Parameters
     ----------
-    pilots, finer, fixed_steps
+    trials, finer, fixed_steps
         As in `search`.
-    fixed : mapping of str to Rung, optional
-        Elements of beams that were chosen before.
+    fixed : mapping of str to ElementChoice, optional
+        Elements of beams that were selected before.
 
     Returns
     -------
-    Found
-        What pilots of the chosen element have shown, with what it neglects.
+    ErrorModel
+        Of the selected elements, with their modelling errors.
     list of str
-        Why, in sentences.
+        Reasons, in sentences.
 
     Raises
     ------
     InputError
-        If no element takes the scene.
+        If the scene admits no element.
     """
     fixed, richer = dict(fixed or {}), [CABLE]
-    refused: dict[str, str] = {}
-    if refusing(pilots.scene, CABLE, CABLE, fixed, pilots.built, pilots.first[0]):
-        fixed, richer, refused = _without_cables(pilots, fixed)
-    # What a thick beam neglects is not estimated, so without cables the richest is taken.
+    scene, coarse = trials.scene, trials.first[0]
+    rejected: dict[str, str] = {}
+    if beams_rejecting(scene, CABLE, CABLE, fixed, trials.build, coarse):
+        fixed, richer, rejected = _elements_without_cables(trials, fixed)
+    # The modelling error of a thick beam is not estimated, so without cables the richest is used.
     first = CABLE if CABLE in richer else richer[-1]
-    found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps)
-    effects = effects_of(pilots, found.judge, found.rough)
-    reached = within_reach(effects, found.asked)
-    if richer == [CABLE] and not is_enough(CABLE, effects, reached):
-        rungs, refused = candidates(pilots.scene, fixed, pilots.built, pilots.first[0])
-        richer = [rung for rung in rungs if rung != STRING]
-    rung = needed(richer, first, effects, reached)
-    why = _sentences(first, rung, effects, found.asked, pilots)
-    why += [f"{name} is not possible: {reason}" for name, reason in refused.items()]
-    names = [name for name in open_beams(pilots.scene) if name not in fixed]
-    left = [left_out(each, rung) for each in effects]
-    if rung != first:
-        stay, kept = staying(found.judge, names, effects, first, reached)
-        fixed |= {name: rung for name in names if name not in stay}
-        found = search(pilots, model_of(pilots.scene, first, fixed), finer, fixed_steps, found)
-        if stay:
-            why.append(f"{' and '.join(stay)} may stay {first}")
-            names, left = stay, kept
+    error_model = search(trials, model_of(scene, first, fixed), finer, fixed_steps)
+    effects = estimate_effects(trials, error_model.reference_run, error_model.coarse_run)
+    tolerances = reachable_tolerances(effects, error_model.tolerances)
+    if richer == [CABLE] and not is_sufficient(CABLE, effects, tolerances):
+        elements, rejected = candidates(scene, fixed, trials.build, coarse)
+        richer = [element for element in elements if element != STRING]
+    element = cheapest_sufficient(richer, first, effects, tolerances)
+    why = _reasons(first, element, effects, error_model.tolerances, trials)
+    why += [f"{name} is not possible: {reason}" for name, reason in rejected.items()]
+    names = [name for name in open_beams(scene) if name not in fixed]
+    errors = [effects_neglected(each, element) for each in effects]
+    if element != first:
+        kept, kept_errors = beams_kept_as_cables(
+            error_model.reference_run, names, effects, first, tolerances
+        )
+        fixed |= {name: element for name in names if name not in kept}
+        model = model_of(scene, first, fixed)
+        error_model = search(trials, model, finer, fixed_steps, error_model)
+        if kept:
+            why.append(f"{' and '.join(kept)} may remain {first}")
+            names, errors = kept, kept_errors
     if first == CABLE:
-        string = _string(pilots, found, finer, fixed_steps, fixed)
-        if string is not None and _price(string) < _price(found):
-            of = [name for name, each in string.model.rungs.items() if each == STRING]
-            some = "" if len(of) == len(string.model.rungs) else f" for {' and '.join(of)}"
-            return string, [f"bending adds less than the error, so strings are enough{some}", *(
-                why if some else why[1:])]  # fmt: skip
-        if string is not None and _price(string)[0] <= 1.0:
-            share = _price(string)[1] / _price(found)[1]
-            why.append(f"strings would do too, but take {share:.2g} times the work: more elements")
-    both = zip(left, effects, strict=True)
-    found = replace(found, floors=floors(effects))
-    return found.with_effects([own | of_way(each) for own, each in both]), why
+        strings = _try_strings(trials, error_model, finer, fixed_steps, fixed)
+        if strings is not None and _rank(strings) < _rank(error_model):
+            of = [name for name, each in strings.model.elements.items() if each == STRING]
+            some = "" if len(of) == len(strings.model.elements) else f" for {' and '.join(of)}"
+            sentence = (
+                "neglecting bending changes the result by less than the tolerance, so string "
+                f"elements suffice{some}"
+            )
+            return strings, [sentence, *(why if some else why[1:])]
+        if strings is not None and _rank(strings)[0] <= 1.0:
+            ratio = _rank(strings)[1] / _rank(error_model)[1]
+            why.append(
+                f"strings would suffice too, but take {ratio:.2g} times the work: more elements"
+            )
+    error_model = replace(error_model, floors=floors(effects))
+    pairs = zip(errors, effects, strict=True)
+    return error_model.with_effects([own | method_effects(each) for own, each in pairs]), why
 
 
-def _without_cables(
-    pilots: Pilots, fixed: dict[str, Rung]
-) -> tuple[dict[str, Rung], list[Rung], dict[str, str]]:
-    """Return the elements of beams that refuse to be cables, and what the others, or all, may be.
+def _elements_without_cables(
+    trials: TrialRuns, fixed: dict[str, ElementChoice]
+) -> tuple[dict[str, ElementChoice], list[ElementChoice], dict[str, str]]:
+    """Return the elements of beams that reject cables, and the candidates for all others.
 
-    With the reasons why some of it is refused.
+    With the reasons for rejection.
     """
-    rungs, refused = candidates(pilots.scene, fixed, pilots.built, pilots.first[0])
-    if rungs and rungs[-1] != STRING:
-        stiff = refusing(pilots.scene, CABLE, rungs[-1], fixed, pilots.built, pilots.first[0])
-        if 0 < len(stiff) < len(open_beams(pilots.scene)) - len(fixed):
-            fixed = fixed | dict.fromkeys(stiff, rungs[-1])
-            rungs, _ = candidates(pilots.scene, fixed, pilots.built, pilots.first[0])
-    if not rungs:
-        raise InputError(f"no element takes the scene: {next(iter(refused.values()))}")
-    return fixed, [rung for rung in rungs if rung != STRING] or rungs, refused
+    scene, coarse = trials.scene, trials.first[0]
+    elements, rejected = candidates(scene, fixed, trials.build, coarse)
+    if elements and elements[-1] != STRING:
+        stiff = beams_rejecting(scene, CABLE, elements[-1], fixed, trials.build, coarse)
+        if 0 < len(stiff) < len(open_beams(scene)) - len(fixed):
+            fixed = fixed | dict.fromkeys(stiff, elements[-1])
+            elements, _ = candidates(scene, fixed, trials.build, coarse)
+    if not elements:
+        raise InputError(f"no element suits the scene: {next(iter(rejected.values()))}")
+    return fixed, [element for element in elements if element != STRING] or elements, rejected
 
 
-def _string(
-    pilots: Pilots,
-    cables: Found,
+def _try_strings(
+    trials: TrialRuns,
+    cables: ErrorModel,
     finer: Scene | None,
     fixed_steps: int | None,
-    fixed: Mapping[str, Rung],
-) -> Found | None:
-    """Return what pilots of strings have shown, if they do; None if bending matters.
+    fixed: Mapping[str, ElementChoice],
+) -> ErrorModel | None:
+    """Return the error model of strings; None if bending matters.
 
-    Where not all beams can be strings, or not all are limp, some may be.
+    If not all beams can be strings, some of them may be.
     """
-    # Where a run of cables is the answer already, strings only matter if they surely do, and not at
-    # all if it was short: their pilots would take longer.
-    is_done = cables.chosen is not None and cables.missed(*cables.chosen) <= 1.0
-    if is_done and cables.work(*cables.choice()) <= FREE:
+    # If a run of cables already meets the tolerances, strings are tried only if they certainly do,
+    # and not at all if it was short.
+    is_done = cables.selected is not None and cables.excess(*cables.selected) <= 1.0
+    if is_done and cables.work(*cables.optimum()) <= BASE_BUDGET:
         return None
-    names = [name for name in open_beams(pilots.scene) if name not in fixed]
-    stiff = refusing(pilots.scene, STRING, CABLE, fixed, pilots.built, pilots.first[0])
+    scene = trials.scene
+    names = [name for name in open_beams(scene) if name not in fixed]
+    stiff = beams_rejecting(scene, STRING, CABLE, fixed, trials.build, trials.first[0])
     able = [name for name in names if name not in stiff]
     if not able:
         return None
-    rough = 1.0 if is_done else ROUGH
-    limp_all = not stiff and _limp(bending_of(pilots, cables.judge), cables.asked, rough)
-    if not limp_all and len(names) == 1:
+    run, tolerances = cables.reference_run, cables.tolerances
+    factor = 1.0 if is_done else MAX_COARSE_RATIO
+    is_all = not stiff and _is_bending_negligible(estimate_bending(trials, run), tolerances, factor)
+    if not is_all and len(names) == 1:
         return None
-    if not limp_all:
-        able = limp(pilots, cables.judge, able, cables.asked, rough * NEGLIGIBLE)
+    if not is_all:
+        able = beams_without_bending(trials, run, able, tolerances, factor * NEGLIGIBLE_FRACTION)
     if not able:
         return None
-    model = model_of(pilots.scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
+    model = model_of(scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
     try:
-        found = search(pilots, model, finer, fixed_steps, cables)
+        error_model = search(trials, model, finer, fixed_steps, cables)
     except (StepError, PlanError, InputError, LoadError):
-        return None  # cables have been found to do
-    effects = effects_of(pilots, found.judge)
-    if not _limp(effects, found.asked):
+        return None  # cables suffice
+    effects = estimate_effects(trials, error_model.reference_run)
+    if not _is_bending_negligible(effects, error_model.tolerances):
         return None
-    own = [left_out(each, STRING) | of_way(each) for each in effects]
+    errors = [effects_neglected(each, STRING) | method_effects(each) for each in effects]
     if len(able) < len(names):
-        most = zip(own, found.asked, strict=True)
-        if any(sum(each.values()) > NEGLIGIBLE * asked for each, asked in most):
+        pairs = zip(errors, error_model.tolerances, strict=True)
+        if any(sum(e.values()) > NEGLIGIBLE_FRACTION * tolerance for e, tolerance in pairs):
             return None
-    return replace(found, floors=floors(effects)).with_effects(own)
+    return replace(error_model, floors=floors(effects)).with_effects(errors)
 
 
-def _limp(
-    effects: Sequence[Mapping[str, float]], asked: Sequence[float], factor: float = 1.0
+def _is_bending_negligible(
+    effects: Sequence[Mapping[str, float]], tolerances: Sequence[float], factor: float = 1.0
 ) -> bool:
-    """Whether bending is negligible, or nearly so by a factor."""
+    """Return True if bending is negligible up to a factor."""
     return all(
-        each.get("bending", 0.0) <= factor * NEGLIGIBLE * most
-        for each, most in zip(effects, asked, strict=True)
+        each.get("bending", 0.0) <= factor * NEGLIGIBLE_FRACTION * tolerance
+        for each, tolerance in zip(effects, tolerances, strict=True)
     )
 
 
-def _price(found: Found) -> tuple[float, float]:
-    """Return by how many times the best choice misses the error, 1 if it does not; and its work."""
-    choice = found.choice()
-    return max(1.0, found.missed(*choice)), found.work(*choice)
+def _rank(error_model: ErrorModel) -> tuple[float, float]:
+    """Return the ratio of error to tolerance of the best resolution, at least 1, and its work."""
+    optimum = error_model.optimum()
+    return max(1.0, error_model.excess(*optimum)), error_model.work(*optimum)
 
 
-def _sentences(
-    first: Rung,
-    rung: Rung,
+def _reasons(
+    first: ElementChoice,
+    element: ElementChoice,
     effects: Sequence[Mapping[str, float]],
-    asked: Sequence[float],
-    pilots: Pilots,
+    tolerances: Sequence[float],
+    trials: TrialRuns,
 ) -> list[str]:
-    """Return what decided between elements, in sentences."""
+    """Return the reasons for the selected element, in sentences."""
     out = []
-    reached = within_reach(effects, asked)
-    for each, most, reach, wanted in zip(effects, asked, reached, pilots.wanted, strict=True):
-        unit = wanted.quantity.unit
-        own = left_out(each, first)
-        parts = ", ".join(f"{name} {value:.1e}" for name, value in own.items())
-        is_enough = sum(own.values()) <= most
+    reachable = reachable_tolerances(effects, tolerances)
+    columns = zip(effects, tolerances, reachable, trials.goals, strict=True)
+    for each, tolerance, reached, goal in columns:
+        name, unit = goal.quantity.name, goal.quantity.unit
+        errors = effects_neglected(each, first)
+        parts = ", ".join(f"{effect} {value:.1e}" for effect, value in errors.items())
+        is_enough = sum(errors.values()) <= tolerance
         enough = "sufficient" if is_enough else "as good as converged elements agree"
+        limit = NEGLIGIBLE_FRACTION * reached
         if first != CABLE:
-            out.append(f"{first} is the richest element that the scene takes")
-        elif rung == first:
+            out.append(f"{first} is the richest element that the scene admits")
+        elif element == first:
+            effect = f"neglects {parts} {unit}" if parts else "neglects nothing"
+            out.append(f"{first} is {enough} for the {name}: it {effect}".rstrip())
+        elif sum(errors.values()) > limit:
             out.append(
-                f"{first} is {enough}: what it neglects of the {wanted.quantity.name} is "
-                f"predicted to be {parts or 'nothing'} {unit}".rstrip()
-            )
-        elif sum(own.values()) > NEGLIGIBLE * reach:
-            out.append(
-                f"{first} is not sufficient for the {wanted.quantity.name}: it neglects {parts} "
-                f"{unit}, of which at most {NEGLIGIBLE * reach:.1e} may be left out, so {rung} is "
-                "taken"
+                f"{first} is not sufficient for the {name}: it neglects {parts} {unit}, of which "
+                f"at most {limit:.1e} is acceptable, so {element} is used"
             )
     return out

@@ -1,4 +1,4 @@
-"""Central differences in place of an implicit integrator, where their stable step is no burden."""
+"""Central differences in place of an implicit integrator, if their stable steps take less work."""
 
 from __future__ import annotations
 
@@ -9,86 +9,90 @@ import numpy as np
 
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import CentralDifference
-from ancfsparse.plans.discretization_error.error_model import Found
-from ancfsparse.plans.models.model import RIGID, spread
-from ancfsparse.plans.trial_runs import cost_model
-from ancfsparse.plans.trial_runs.trial_runs import FREE, Pilots, distances
+from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.models.model import RIGID
+from ancfsparse.plans.trial_runs.cost_model import STEP_OVERHEAD, fit_cost_model
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns, goal_differences
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve import stable_step
 
-# What is marched, the share of the stable step, and the work of a step for each coordinate: a
-# residual, and a solution with the masses.
-EXPLICIT, STABLE, EXPLICIT_STEP = CentralDifference(), 0.8, 2.2
+EXPLICIT = CentralDifference()
+STABLE_FRACTION = 0.8  # of the stable step
+EXPLICIT_STEP_WORK = 2.2  # per coordinate, relative to a residual: a residual and a mass solve
 # Stretch by the slope of one node over its inertia, (2/15 + 2/15) EA l : (1/105 + 1/105) rho A l^3.
-SLOPE = 14.0
+SLOPE_RATIO = 14.0  # of E / (rho l^2)
 
 
-def explicit(pilots: Pilots, found: Found) -> tuple[Pilots, Found] | None:
-    """Return runs by central differences where their stable steps take less work; else None.
+def select_explicit(
+    trials: TrialRuns, error_model: ErrorModel
+) -> tuple[TrialRuns, ErrorModel] | None:
+    """Return runs by central differences if their stable steps take less work; else None.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs by an implicit integrator.
-    found : Found
-        What they have shown.
+    error_model : ErrorModel
+        Their result.
 
     Returns
     -------
-    Pilots and Found, or None
-        Explicit runs, and the same with their steps and their cost.
+    TrialRuns and ErrorModel, or None
+        Explicit runs, and the error model with their steps and their cost.
     """
-    if RIGID in found.model.rungs.values():  # flexible beams are to verify it
+    if RIGID in error_model.model.elements.values():  # flexible beams are needed to verify it
         return None
-    finest, steps = found.choice()
-    model = found.model.with_counts(spread(pilots.scene, finest))
-    scene = pilots.built(model)
-    assert pilots.t_end is not None
-    work = found.work(finest, steps)
-    most = min(FREE, work)
+    n_longest, steps = error_model.optimum()
+    model = trials.with_mesh(error_model.model, n_longest)
+    scene = trials.build(model)
+    assert trials.t_end is not None
+    t_end = trials.t_end
+    work = error_model.work(n_longest, steps)
+    limit = min(BASE_BUDGET, work)
 
-    def of(stable: float) -> tuple[int, float]:
-        """Return the steps that are needed, and their work."""
-        assert pilots.t_end is not None
-        needed = math.ceil(max(steps, pilots.t_end / (STABLE * stable)))
-        return needed, needed * EXPLICIT_STEP * (found.coordinates(finest) + cost_model.BESIDE)
+    def cost(stable: float) -> tuple[int, float]:
+        """Return the number of explicit steps, and their work."""
+        n = math.ceil(max(steps, t_end / (STABLE_FRACTION * stable)))
+        return n, n * EXPLICIT_STEP_WORK * (error_model.coordinates(n_longest) + STEP_OVERHEAD)
 
-    if of(longest_step(scene))[1] >= most:
+    if cost(stable_step_bound(scene))[1] >= limit:
         return None
     try:
-        needed, own = of(stable_step(scene, EXPLICIT))
-    except AncfError:  # constraints or damping that it does not take
+        n_steps, explicit_work = cost(stable_step(scene, EXPLICIT))
+    except AncfError:  # constraints or damping that it does not admit
         return None
-    if own >= most:
+    if explicit_work >= limit:
         return None
-    mine = replace(pilots.with_integrator(EXPLICIT), base=needed)
-    run = mine.run(model, needed)
-    if run is None or run.cost.amount >= work:
+    explicit = replace(trials.with_integrator(EXPLICIT), base=n_steps)
+    run = explicit.run(model, n_steps)
+    if run is None or run.cost.work >= work:
         return None
-    implicit = pilots.run(model, steps) if work <= FREE else None
+    implicit = trials.run(model, steps) if work <= BASE_BUDGET else None
     if implicit is not None:
-        apart = distances(pilots.wanted, implicit, run)
-        if any(far > limit for far, limit in zip(apart, found.asked, strict=True)):
+        differences = goal_differences(trials.goals, implicit, run)
+        pairs = zip(differences, error_model.tolerances, strict=True)
+        if any(difference > tolerance for difference, tolerance in pairs):
             return None
-    return mine, replace(found, chosen=(finest, mine.base), cost=cost_model.model(mine.costs))
+    cost_model = fit_cost_model(explicit.costs)
+    return explicit, replace(error_model, selected=(n_longest, explicit.base), cost=cost_model)
 
 
-def longest_step(scene: Scene) -> float:
-    """Return a bound of the stable step of central differences that takes no factor [s].
+def stable_step_bound(scene: Scene) -> float:
+    """Return an upper bound of the stable step of central differences without factorization [s].
 
-    The slope along the axis of one node between two elements, with all else at rest, vibrates more
-    slowly than the fastest vibration of the scene (Rayleigh): at least with ``sqrt(14 E / rho) /
-    l`` for the longer length l of the two.  Strings have no slopes, and give no bound.
+    The axial slope of one node between two elements, with all other coordinates fixed, vibrates
+    more slowly than the fastest vibration of the scene (Rayleigh), at ``sqrt(14 E / rho) / l`` or
+    faster, with the greater length l of the two.  Strings have no slopes, and give no bound.
     """
     interval = EXPLICIT.tableau.interval
     least = math.inf
     for body in scene.beams:
         if not isinstance(body, ElasticBody) or body.kind.is_string or body.n_elements < 2:
             continue
-        if body.kind.package:  # an element of somebody's own may stretch otherwise
+        if body.kind.package:  # a user element may stretch otherwise
             continue
         given = body.stiffnesses()
-        stiff, dense = np.min(given["axial_stiffness"]), np.max(given["mass_per_length"])
-        fastest = math.sqrt(SLOPE * stiff / dense) / float(np.max(body.lengths))
-        least = min(least, interval / fastest)
+        stiffness, mass = np.min(given["axial_stiffness"]), np.max(given["mass_per_length"])
+        omega = math.sqrt(SLOPE_RATIO * stiffness / mass) / float(np.max(body.lengths))
+        least = min(least, interval / omega)
     return least

@@ -1,4 +1,4 @@
-"""The choice between equilibria and motions: what is within the error at less counted work."""
+"""Selection of the method with least work: statics, sums of modes, or time integration."""
 
 from __future__ import annotations
 
@@ -8,325 +8,351 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ancfsparse.errors import AncfError, InputError, LoadError, PlanError, StepError
-from ancfsparse.plans.discretization_error.error_model import Found
-from ancfsparse.plans.discretization_error.mesh_error import COARSEST
-from ancfsparse.plans.model_error.quasi_static_error import lowest
-from ancfsparse.plans.models.model import Model, coarsest, spread, undecided
+from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
+from ancfsparse.plans.model_error.quasi_static_error import lowest_frequency
+from ancfsparse.plans.models.model import Model, coarse_count, open_bodies
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
-    NAMES,
     SHEARED,
-    effects_of,
+    SOURCE_NAMES,
+    estimate_effects,
+    method_effects,
     model_of,
-    of_way,
     open_beams,
 )
-from ancfsparse.plans.selection.element_selection import climb
-from ancfsparse.plans.selection.explicit_alternative import explicit
-from ancfsparse.plans.selection.rigid_link_selection import links
-from ancfsparse.plans.trial_runs.load_resolution import paced, resolving
-from ancfsparse.plans.trial_runs.solution_methods import ModalSum, Statics, Way
-from ancfsparse.plans.trial_runs.trial_runs import FREE, Pilots, tolerances
+from ancfsparse.plans.selection.element_selection import select_elements
+from ancfsparse.plans.selection.explicit_alternative import select_explicit
+from ancfsparse.plans.selection.rigid_link_selection import select_rigid_links
+from ancfsparse.plans.trial_runs.load_resolution import (
+    steps_resolving_loads,
+    steps_resolving_vibration,
+)
+from ancfsparse.plans.trial_runs.solution_methods import ModalSum, SolutionMethod, Statics
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns, absolute_tolerances
+from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.system import System
 
-# What is tried before marching, where loads are slow, and what is tried where marching takes long:
-# finding modes takes as much as short motions do.
-FIRST: tuple[type[Way], ...] = (Statics,)
-LAST: tuple[type[Way], ...] = (ModalSum,)
-# Pilots of a motion take this many runs of the longest steps at least: those steps, half of them
-# by two integrators, and one more mesh (see `time_error`).
-LEAST_PILOTS = 6.0
-# Share of the error asked for by which vibrations matter.
-MATTERS = 0.25
+# Statics is tried before time integration, sums of modes only if that takes long: computing modes
+# takes as much work as short motions do.
+FIRST: tuple[type[SolutionMethod], ...] = (Statics,)
+LAST: tuple[type[SolutionMethod], ...] = (ModalSum,)
+# The longest steps, half of them by two integrators, and one more mesh (see `time_error`).
+MIN_TRIAL_WORK = 6.0  # work of the trial runs of a motion over that of the longest steps
+VIBRATION_FRACTION = 0.25  # of the tolerance, above which vibrations must be resolved
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What is planned.
+class Selection:
+    """Selected method, elements, mesh and step.
 
     Attributes
     ----------
-    pilots : Pilots
-        The runs, with the integrator or the way.
-    found : Found
-        What they have shown.
+    trials : TrialRuns
+        The runs, with the integrator or the method.
+    error_model : ErrorModel
+        Their result.
     why : tuple of str
-        Why, in sentences.
-    beside : float
-        Work of pilots of what was not taken.
+        Reasons, in sentences.
     """
 
-    pilots: Pilots
-    found: Found
+    trials: TrialRuns
+    error_model: ErrorModel
     why: tuple[str, ...]
-    beside: float = 0.0
 
 
-def choose(
-    pilots: Pilots,
+def select_method(
+    trials: TrialRuns,
     finer: Scene | None,
     fixed_steps: int | None,
-    free: bool,
-    stop: StepError | PlanError | None = None,
-) -> Chosen:
-    """Choose the way, the elements, the mesh and the step.
+    is_free: bool,
+    failure: StepError | PlanError | None = None,
+) -> Selection:
+    """Select the method, the elements, the mesh and the step.
 
     Parameters
     ----------
-    pilots : Pilots
+    trials : TrialRuns
         Runs by an integrator.
     finer, fixed_steps
         As in `search`.
-    free : bool
-        Whether the motion may be found without that integrator.
-    stop : StepError or PlanError, optional
-        Why it cannot be marched, if that is known: then other ways are left.
+    is_free : bool
+        Whether methods other than that integrator may be used.
+    failure : StepError or PlanError, optional
+        Failure of time integration, if that is known: then other methods remain.
     """
-    pilots = _paced(pilots, fixed_steps)
+    trials = _resolve_loads(trials, fixed_steps)
     why: list[str] = []
-    beside, other, found = 0.0, None, None
-    mine = pilots
+    other, error_model = None, None
+    attempt = trials
 
-    def tried(way: Way) -> Chosen | None:
-        """Return a way with its pilots, None if it does not do."""
-        nonlocal beside, mine
-        mine = replace(pilots.with_integrator(way), base=way.fewest)
+    def attempt_method(method: SolutionMethod) -> Selection | None:
+        """Return the selection by a method, None if it does not meet the goals."""
+        nonlocal attempt
+        attempt = replace(trials.with_integrator(method), base=method.min_intervals)
         try:
-            hopeless, lacks_modes = _hopeless(mine)
-            if hopeless:
-                why.append(hopeless)
-                beside += mine.spent
-                more = way.richer() if lacks_modes else None
-                return None if more is None else tried(more)
-            found, reasons = elements(mine, finer, None)
-        except AncfError as failure:
-            why.append(f"{way} is not possible: {failure}")
-            beside += mine.spent
+            reason, lacks_modes = _reason_against(attempt)
+            if reason:
+                why.append(reason)
+                richer = method.richer() if lacks_modes else None
+                return None if richer is None else attempt_method(richer)
+            result, reasons = select_model(attempt, finer, None)
+        except AncfError as error:
+            why.append(f"{method} is not possible: {error}")
             return None
-        excess = _excess(found)
-        more = way.richer() if excess > 1.0 and _lacks_modes(found) else None
-        if more is not None:
-            beside += mine.spent
-            return tried(more)
+        excess = _excess(result)
+        richer = method.richer() if excess > 1.0 and _lacks_modes(result) else None
+        if richer is not None:
+            return attempt_method(richer)
         if excess > 1.0:
-            why.append(_missed(way, found.errors(*found.choice()), found.asked, excess))
-        made = Chosen(mine, found, (way.reason, *reasons), beside)
-        beside += mine.spent
-        return made if excess <= 1.0 else None
+            errors = result.errors(*result.optimum())
+            why.append(_describe_excess(method, errors, result.tolerances, excess))
+            return None
+        return Selection(attempt, result, (method.reason, *reasons))
 
-    for way in _suiting(pilots, FIRST) if free and stop is None else ():
-        other = tried(way)
-        pilots = _seeing(pilots, mine)
-        if other is not None and _amount(other.found) <= _least(pilots, other.found):
+    for method in _applicable(trials, FIRST) if is_free and failure is None else ():
+        other = attempt_method(method)
+        trials = _resolve_vibrations(trials, attempt)
+        if other is not None and _work(other.error_model) <= _min_work(trials, other.error_model):
             return other
     try:
-        if stop is None:
-            found, reasons = elements(pilots, finer, fixed_steps)
-    except (StepError, PlanError) as failure:
-        stop = failure
-    if free and (found is None or _excess(found) > 1.0 or _amount(found) > FREE):
-        for way in _suiting(pilots, LAST):
-            other = tried(way) or other
-    if stop is not None and other is None:
-        raise stop.with_causes(why) if isinstance(stop, PlanError) else stop
-    if found is None:
+        if failure is None:
+            error_model, reasons = select_model(trials, finer, fixed_steps)
+    except (StepError, PlanError) as error:
+        failure = error
+    is_long = error_model is None or _excess(error_model) > 1.0 or _work(error_model) > BASE_BUDGET
+    if is_free and is_long:
+        for method in _applicable(trials, LAST):
+            other = attempt_method(method) or other
+    if failure is not None and other is None:
+        raise failure.with_causes(why) if isinstance(failure, PlanError) else failure
+    if error_model is None:
         assert other is not None
         return other
-    other_steps = explicit(pilots, found) if free and pilots.t_end is not None else None
-    if other_steps is not None:
-        beside += pilots.spent
-        pilots, found = other_steps
-        reasons = [*reasons, "the stable step of central differences is no burden on this mesh"]
-    if other is not None and (_excess(found) > 1.0 or _amount(other.found) < _amount(found)):
+    explicit = None
+    if is_free and trials.t_end is not None:
+        explicit = select_explicit(trials, error_model)
+    if explicit is not None:
+        trials, error_model = explicit
+        reasons = [
+            *reasons,
+            "explicit steps take less work, because this mesh needs no shorter ones for stability",
+        ]
+    if other is not None and (
+        _excess(error_model) > 1.0 or _work(other.error_model) < _work(error_model)
+    ):
         return other
-    return Chosen(pilots, found, (*why, *reasons), beside)
+    return Selection(trials, error_model, (*why, *reasons))
 
 
-def _paced(pilots: Pilots, fixed_steps: int | None) -> Pilots:
-    """Return pilots whose longest steps follow loads and drives."""
-    if pilots.t_end is None or fixed_steps is not None:
-        return pilots
-    system = _coarse(pilots)
-    return (
-        pilots if system is None else replace(pilots, base=paced(system, pilots.t_end, pilots.base))
-    )
+def _resolve_loads(trials: TrialRuns, fixed_steps: int | None) -> TrialRuns:
+    """Return trial runs whose longest steps resolve loads and prescribed motions."""
+    if trials.t_end is None or fixed_steps is not None:
+        return trials
+    system = _coarse_system(trials)
+    if system is None:
+        return trials
+    return replace(trials, base=steps_resolving_loads(system, trials.t_end, trials.base))
 
 
-def _seeing(pilots: Pilots, equilibria: Pilots) -> Pilots:
-    """Return pilots whose longest steps see vibrations, where equilibria miss them.
+def _resolve_vibrations(trials: TrialRuns, equilibria: TrialRuns) -> TrialRuns:
+    """Return trial runs whose longest steps resolve vibrations that equilibria lack.
 
-    Steps that are longer than a vibration take most of it away, the undamped ones too, and longer
-    and shorter ones agree on what is left.
+    Steps longer than the period of a vibration damp most of it, even an undamped one, and longer
+    and shorter steps agree on the rest.
     """
-    run = next((each for each in equilibria.done.values() if each is not None), None)
-    way, t_end = equilibria.integrator, pilots.t_end
-    if run is None or t_end is None or not isinstance(way, Statics):
-        return pilots
-    scene = run.run.system.scene
-    missed = [way.neglected(run.run, each.quantity.on(scene)) for each in pilots.wanted]
-    asked = tolerances(pilots.wanted, run)
-    if all(m["inertia"] <= MATTERS * most for m, most in zip(missed, asked, strict=True)):
-        return pilots
-    return replace(pilots, base=resolving(lowest(run.run), t_end, pilots.base))
+    trial = next((each for each in equilibria.done.values() if each is not None), None)
+    method, t_end = equilibria.integrator, trials.t_end
+    if trial is None or t_end is None or not isinstance(method, Statics):
+        return trials
+    effects = _neglected_by_method(equilibria, trial.run)
+    pairs = zip(effects, absolute_tolerances(trials.goals, trial), strict=True)
+    if all(each["inertia"] <= VIBRATION_FRACTION * tolerance for each, tolerance in pairs):
+        return trials
+    steps = steps_resolving_vibration(lowest_frequency(trial.run), t_end, trials.base)
+    return replace(trials, base=steps)
 
 
-def elements(
-    pilots: Pilots, finer: Scene | None, fixed_steps: int | None
-) -> tuple[Found, list[str]]:
-    """Choose the elements where they are open, and run pilots."""
-    names = open_beams(pilots.scene)
+def select_model(
+    trials: TrialRuns, finer: Scene | None, fixed_steps: int | None
+) -> tuple[ErrorModel, list[str]]:
+    """Select the elements of beams with automatic ones, with trial runs."""
+    names = open_beams(trials.scene)
     if names:
-        return _with_links(pilots, finer, fixed_steps, names)
-    found = search(pilots, Model(), finer, fixed_steps)
-    if not undecided(pilots.scene) and not isinstance(pilots.integrator, Way):
-        return found, []
-    effects = effects_of(pilots, found.judge, found.rough)
-    return found.with_effects([of_way(each) for each in effects]), _given(pilots, effects)
+        return _select_with_rigid_links(trials, finer, fixed_steps, names)
+    error_model = search(trials, Model(), finer, fixed_steps)
+    if not open_bodies(trials.scene) and not isinstance(trials.integrator, SolutionMethod):
+        return error_model, []
+    effects = estimate_effects(trials, error_model.reference_run, error_model.coarse_run)
+    errors = [method_effects(each) for each in effects]
+    return error_model.with_effects(errors), _describe_given_elements(trials, effects)
 
 
-def _with_links(
-    pilots: Pilots, finer: Scene | None, fixed_steps: int | None, names: Sequence[str]
-) -> tuple[Found, list[str]]:
-    """Choose which beams are rigid, and the elements of the others."""
-    rods = links(pilots)
-    if not rods.rungs:
-        return climb(pilots, finer, fixed_steps)
+def _select_with_rigid_links(
+    trials: TrialRuns, finer: Scene | None, fixed_steps: int | None, names: Sequence[str]
+) -> tuple[ErrorModel, list[str]]:
+    """Select rigid beams, and the elements of the others."""
+    rods = select_rigid_links(trials)
+    if not rods.elements:
+        return select_elements(trials, finer, fixed_steps)
     why = [
-        f"{' and '.join(rods.rungs)} may be rigid: deflections are predicted to change the "
-        f"{each.quantity.name} by {effects['flexibility']:.1e} {each.quantity.unit}".rstrip()
-        for each, effects in zip(pilots.wanted, rods.effects, strict=True)
+        f"{' and '.join(rods.elements)} may be rigid: deflections are predicted to change the "
+        f"{goal.quantity.name} by {effects['flexibility']:.1e} {goal.quantity.unit}".rstrip()
+        for goal, effects in zip(trials.goals, rods.effects, strict=True)
     ]
     try:
-        if len(rods.rungs) < len(names):
-            found, more = climb(pilots, finer, fixed_steps, rods.rungs)
+        if len(rods.elements) < len(names):
+            error_model, more = select_elements(trials, finer, fixed_steps, rods.elements)
         else:
-            found, more = search(pilots, Model(rods.rungs), finer, fixed_steps), []
+            error_model, more = search(trials, Model(rods.elements), finer, fixed_steps), []
     except (StepError, PlanError):
-        return climb(pilots, finer, fixed_steps)
-    own = found.effects or ({},) * len(rods.effects)
+        return select_elements(trials, finer, fixed_steps)
+    own = error_model.effects or ({},) * len(rods.effects)
     both = [{**one, **other} for one, other in zip(own, rods.effects, strict=True)]
-    return found.with_effects(both), why + more
+    return error_model.with_effects(both), why + more
 
 
-def _suiting(pilots: Pilots, kinds: Sequence[type[Way]]) -> Iterator[Way]:
-    """Give the ways of some kinds that may do."""
-    if pilots.t_end is None:
+def _applicable(
+    trials: TrialRuns, methods: Sequence[type[SolutionMethod]]
+) -> Iterator[SolutionMethod]:
+    """Yield the methods that may apply."""
+    if trials.t_end is None:
         return
-    system = _coarse(pilots)
+    system = _coarse_system(trials)
     if system is None:
         return
-    moved = [replace(each, quantity=each.quantity.on(system.scene)) for each in pilots.wanted]
-    for kind in kinds:
+    goals = [replace(each, quantity=each.quantity.in_scene(system.scene)) for each in trials.goals]
+    for each in methods:
         try:
-            way = kind.fit(system, pilots.t_end, moved, pilots.start)
-        except AncfError:  # what is wrong is stated where motions are tried
+            method = each.fit(system, trials.t_end, goals, trials.start)
+        except AncfError:  # time integration reports errors of the scene
             continue
-        if way is not None:
-            yield way
+        if method is not None:
+            yield method
 
 
-def _excess(found: Found) -> float:
-    """Return the predicted error of the best choice over the one asked for, the largest."""
-    errors = found.errors(*found.choice())
-    return max(sum(each.values()) / most for each, most in zip(errors, found.asked, strict=True))
+def _excess(error_model: ErrorModel) -> float:
+    """Return the largest ratio of error to tolerance at the best resolution."""
+    return error_model.excess(*error_model.optimum())
 
 
-def _lacks_modes(found: Found) -> bool:
-    """Whether an error is missed for modes that are left out, and not without them."""
-    errors = found.errors(*found.choice())
+def _lacks_modes(error_model: ErrorModel) -> bool:
+    """Return True if tolerances would be met without the error by the modes left out."""
+    errors = error_model.errors(*error_model.optimum())
+    return _is_met_without_modes(errors, error_model.tolerances)
+
+
+def _is_met_without_modes(
+    errors: Sequence[Mapping[str, float]], tolerances: Sequence[float]
+) -> bool:
     return all(
-        sum(each.values()) - each.get("modes", 0.0) <= most
-        for each, most in zip(errors, found.asked, strict=True)
+        sum(each.values()) - each.get("modes", 0.0) <= tolerance
+        for each, tolerance in zip(errors, tolerances, strict=True)
     )
 
 
-def _coarse(pilots: Pilots) -> System | None:
-    """Return the system of cables, or thick beams, on the mesh of the first pilot."""
-    counts = spread(pilots.scene, pilots.first[0])
-    for rung in (CABLE, SHEARED):
-        model = model_of(pilots.scene, rung).with_counts(counts)
+def _coarse_system(trials: TrialRuns) -> System | None:
+    """Return the system of cables, or thick beams, on the mesh of the first trial run."""
+    for element in (CABLE, SHEARED):
+        model = trials.with_mesh(model_of(trials.scene, element), trials.first[0])
         try:
-            return pilots.system_of(model)
+            return trials.system_of(model)
         except (InputError, LoadError):
             continue
     return None
 
 
-def _hopeless(pilots: Pilots) -> tuple[str, bool]:
-    """Explain what a way leaves out on a coarse mesh already, and whether that is modes alone.
+def _neglected_by_method(trials: TrialRuns, run: Trajectory) -> list[dict[str, float]]:
+    """Return the errors of a method in a run by effect, for every quantity [its unit]."""
+    method, scene = trials.integrator, run.system.scene
+    assert isinstance(method, SolutionMethod)
+    return [method.neglected(run, each.quantity.in_scene(scene)) for each in trials.goals]
 
-    The sentence is empty if it is little enough.
+
+def _reason_against(trials: TrialRuns) -> tuple[str, bool]:
+    """Return a sentence on the error of a method on a coarse mesh, and True if modes are missing.
+
+    The sentence is empty if tolerances are met.
     """
-    way = pilots.integrator
-    assert isinstance(way, Way)
-    for rung in (CABLE, SHEARED):
-        counts = spread(pilots.scene, coarsest(pilots.scene, COARSEST))
-        model = model_of(pilots.scene, rung).with_counts(counts)
+    method = trials.integrator
+    assert isinstance(method, SolutionMethod)
+    n_longest = coarse_count(trials.scene, COARSEST_COUNT)
+    for element in (CABLE, SHEARED):
+        model = trials.with_mesh(model_of(trials.scene, element), n_longest)
         try:
-            run = pilots.run(model, pilots.base)
+            trial = trials.run(model, trials.base)
         except (InputError, LoadError):
             continue
-        if run is None:
+        if trial is None:
             return "", False
-        asked, scene = tolerances(pilots.wanted, run), run.run.system.scene
-        errors = [way.neglected(run.run, each.quantity.on(scene)) for each in pilots.wanted]
-        excess = max(sum(each.values()) / most for each, most in zip(errors, asked, strict=True))
+        tolerances = absolute_tolerances(trials.goals, trial)
+        errors = _neglected_by_method(trials, trial.run)
+        pairs = zip(errors, tolerances, strict=True)
+        excess = max(sum(each.values()) / tolerance for each, tolerance in pairs)
         if excess <= 1.0:
             return "", False
-        others = (sum(each.values()) - each.get("modes", 0.0) for each in errors)
-        lacks_modes = all(each <= most for each, most in zip(others, asked, strict=True))
-        return _missed(way, errors, asked, excess), lacks_modes
+        sentence = _describe_excess(method, errors, tolerances, excess)
+        return sentence, _is_met_without_modes(errors, tolerances)
     return "", False
 
 
-def _missed(
-    way: Way, errors: Sequence[Mapping[str, float]], asked: Sequence[float], excess: float
+def _describe_excess(
+    method: SolutionMethod,
+    errors: Sequence[Mapping[str, float]],
+    tolerances: Sequence[float],
+    excess: float,
 ) -> str:
-    """Explain by what a way misses the error."""
-    worst = max(zip(errors, asked, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
+    """Return a sentence on the error by which a method misses a tolerance."""
+    worst = max(zip(errors, tolerances, strict=True), key=lambda x: sum(x[0].values()) / x[1])[0]
     largest = max(worst, key=lambda name: worst[name])
     if not np.isfinite(excess):
         return (
-            f"{way} would not do: {NAMES[largest]} has no bound, since an equilibrium ceases to "
-            "exist, or is unstable"
+            f"{method} is not applicable: {SOURCE_NAMES[largest]} has no bound, because the "
+            "equilibrium path ends or becomes unstable"
         )
-    return f"{way} would miss the error by {excess:.2g} times, mostly by {NAMES[largest]}"
+    return (
+        f"{method} would exceed the tolerance by a factor of {excess:.2g}, mostly by "
+        f"{SOURCE_NAMES[largest]}"
+    )
 
 
-def _amount(found: Found) -> float:
-    finest, steps = found.choice()
-    return found.cost.amount(steps, found.coordinates(finest))
+def _work(error_model: ErrorModel) -> float:
+    return error_model.work(*error_model.optimum())
 
 
-def _least(pilots: Pilots, found: Found) -> float:
-    """Return what a motion takes at least, with its pilots: the longest steps are enough.
+def _min_work(trials: TrialRuns, error_model: ErrorModel) -> float:
+    """Return the least work of time integration with its trial runs, by the longest steps.
 
-    One such pilot is run on the coarsest mesh; it is needed anyway if the motion is marched.
+    One such trial is run on the coarsest mesh; time integration needs it anyway.
     """
-    model = found.model.with_counts(spread(pilots.scene, coarsest(pilots.scene, COARSEST)))
-    run = pilots.run(model, pilots.base)
-    if run is None:  # shorter steps take more
-        run = pilots.run(model, 2 * pilots.base)
-    if run is None:
+    n_coarse = coarse_count(trials.scene, COARSEST_COUNT)
+    model = trials.with_mesh(error_model.model, n_coarse)
+    trial = trials.run(model, trials.base)
+    if trial is None:  # shorter steps take more work
+        trial = trials.run(model, 2 * trials.base)
+    if trial is None:
         return float("inf")
-    finest, _ = found.choice()
-    step = run.cost.work * run.steps
-    return step * (found.coordinates(finest) + LEAST_PILOTS * run.cost.coordinates)
+    n_longest, _ = error_model.optimum()
+    per_coordinate = trial.cost.unit_work * trial.steps
+    coordinates = error_model.coordinates(n_longest) + MIN_TRIAL_WORK * trial.cost.coordinates
+    return per_coordinate * coordinates
 
 
-def _given(pilots: Pilots, effects: list[dict[str, float]]) -> list[str]:
-    """Return what elements that were given neglect, in sentences: it comes on top of the errors."""
+def _describe_given_elements(trials: TrialRuns, effects: list[dict[str, float]]) -> list[str]:
+    """Return sentences on the modelling errors of specified elements, which add to the errors."""
     out = []
-    for each, own in zip(pilots.wanted, effects, strict=True):
-        left = {name: value for name, value in own.items() if name not in of_way(own)}
-        parts = ", ".join(f"{name} {value:.1e}" for name, value in left.items() if value)
+    for goal, each in zip(trials.goals, effects, strict=True):
+        of_elements = each.keys() - method_effects(each)
+        parts = ", ".join(
+            f"{name} {value:.1e}" for name, value in each.items() if name in of_elements and value
+        )
         if parts:
             out.append(
-                f"element given: of the {each.quantity.name} it neglects about {parts} "
-                f"{each.quantity.unit}".rstrip()
-                + ", which come on top of the errors of mesh and "
-                "steps (stretch: by which converged elements differ)"
+                f"element given: for the {goal.quantity.name} it neglects about {parts} "
+                f"{goal.quantity.unit}".rstrip()
+                + ", in addition to the errors of mesh and steps (stretch: difference between "
+                "converged elements)"
             )
     return out

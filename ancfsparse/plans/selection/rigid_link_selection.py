@@ -1,4 +1,4 @@
-"""Which beams of a scene are rigid rods: those whose bending and stretching do not matter."""
+"""Selection of the beams whose bending and stretching are negligible, as rigid rods."""
 
 from __future__ import annotations
 
@@ -9,142 +9,154 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ancfsparse.errors import InputError, RedundantConstraintsWarning
-from ancfsparse.plans.discretization_error.mesh_error import COARSEST
-from ancfsparse.plans.model_error.rigid_link_error import EVEN, change, deflection, under
-from ancfsparse.plans.models.model import RIGID, Rung, coarsest, spread, undecided
-from ancfsparse.plans.models.rigid_links import possible
+from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
+from ancfsparse.plans.model_error.rigid_link_error import (
+    UNIFORM_LOAD_FACTOR,
+    deflection,
+    deflection_effect,
+    transverse_deflection,
+)
+from ancfsparse.plans.models.model import RIGID, ElementChoice, coarse_count, open_bodies
+from ancfsparse.plans.models.rigid_links import rigid_candidates
 from ancfsparse.plans.quantities.quantity import AtPoint, EnergyOf, Position, Velocity
-from ancfsparse.plans.quantities.tolerances import Wanted
-from ancfsparse.plans.selection.element_hierarchy import CABLE, NEGLIGIBLE, SHEARED, model_of
-from ancfsparse.plans.trial_runs.solution_methods import Way
-from ancfsparse.plans.trial_runs.trial_runs import Pilots, tolerances
+from ancfsparse.plans.quantities.tolerances import Goal
+from ancfsparse.plans.selection.element_hierarchy import (
+    CABLE,
+    NEGLIGIBLE_FRACTION,
+    SHEARED,
+    model_of,
+)
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, absolute_tolerances
 from ancfsparse.scene import Beam
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.pin import Pin
 
-# Under their own weight beams may deflect so many times the error and yet be tried: they may hang.
-HANGING = 100.0
+# A hanging beam does not bend by its weight, so the ratio may be large.
+MAX_SAG_RATIO = 100.0  # deflection under the weight over the tolerance, for a beam to be tried
 
 
 @dataclass(frozen=True)
-class Links:
+class RigidLinks:
     """Beams that are rigid rods.
 
     Attributes
     ----------
-    rungs : mapping of str to Rung
+    elements : mapping of str to ElementChoice
         `RIGID` for each, by its name.
     effects : tuple of mapping of str to float
-        What that neglects, for every quantity [its unit].
+        Modelling error of the rods, for every quantity [its unit].
     """
 
-    rungs: Mapping[str, Rung] = field(default_factory=dict)
+    elements: Mapping[str, ElementChoice] = field(default_factory=dict)
     effects: tuple[Mapping[str, float], ...] = ()
 
 
-def links(pilots: Pilots) -> Links:
-    """Find the beams that may be rigid, by a pilot in which all that are stiff enough are.
+def select_rigid_links(trials: TrialRuns) -> RigidLinks:
+    """Select rigid beams, by a trial run in which all stiff beams are rigid.
 
     Parameters
     ----------
-    pilots : Pilots
-        Runs of a motion; equilibria have none.
+    trials : TrialRuns
+        Runs of a motion; equilibria have no rigid beams.
 
     Returns
     -------
-    Links
-        Empty if none may.
+    RigidLinks
+        Empty if there are none.
     """
-    if pilots.t_end is None or isinstance(pilots.integrator, Way):
-        return Links()
-    gravity = float(np.linalg.norm(pilots.scene.gravity))
-    beams = {b.name: b for b in undecided(pilots.scene) if isinstance(b, Beam)}
+    if trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
+        return RigidLinks()
+    gravity = float(np.linalg.norm(trials.scene.gravity))
+    beams = {b.name: b for b in open_bodies(trials.scene) if isinstance(b, Beam)}
     names = [
         name
-        for name in possible(pilots.scene)
-        if all(_may(beams[name], each, gravity) for each in pilots.wanted)
-        and not _bends(beams[name], pilots)
+        for name in rigid_candidates(trials.scene)
+        if all(_is_stiff(beams[name], goal, gravity) for goal in trials.goals)
+        and not _bends_at_start(beams[name], trials)
     ]
-    if not names:
-        return Links()
-    fixed = dict.fromkeys(names, RIGID)
-    run = None
-    counts = spread(pilots.scene, coarsest(pilots.scene, COARSEST))
-    for rung in (CABLE, SHEARED):
-        model = model_of(pilots.scene, rung, fixed).with_counts(counts)
-        try:
-            with warnings.catch_warnings():  # a beam that drives or joints hold as a rod may bend
-                warnings.simplefilter("error", RedundantConstraintsWarning)
-                run = pilots.run(model, pilots.base) or pilots.run(model, 2 * pilots.base)
-            break
-        except (
-            InputError,
-            RedundantConstraintsWarning,
-        ):  # of the element, or a joint that rods lack
-            continue
-    if run is None:
-        return Links()
-    scene, asked = run.run.system.scene, tolerances(pilots.wanted, run)
+    trial = _run_with_rods(trials, names) if names else None
+    if trial is None:
+        return RigidLinks()
+    run, scene = trial.run, trial.run.system.scene
     effects = {}
     for name in names:
-        body = scene.body(name)
-        assert isinstance(body, RigidBody)
-        far = deflection(run.run, body, beams[name])
+        rod = scene.body(name)
+        assert isinstance(rod, RigidBody)
+        deflected = deflection(run, rod, beams[name])
         effects[name] = [
-            change(far, beams[name].length, each.quantity.on(scene), run.run)
-            for each in pilots.wanted
+            deflection_effect(deflected, beams[name].length, goal.quantity.in_scene(scene), run)
+            for goal in trials.goals
         ]
-    return _chosen(effects, asked)
+    return _largest_negligible_set(effects, absolute_tolerances(trials.goals, trial))
 
 
-def _chosen(effects: Mapping[str, Sequence[float]], asked: Sequence[float]) -> Links:
+def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
+    """Return a coarse run with rigid beams; None if no element admits them, or steps fail."""
+    fixed = dict.fromkeys(names, RIGID)
+    n_longest = coarse_count(trials.scene, COARSEST_COUNT)
+    for element in (CABLE, SHEARED):
+        model = trials.with_mesh(model_of(trials.scene, element, fixed), n_longest)
+        try:
+            with warnings.catch_warnings():  # a beam that is overconstrained as a rod may bend
+                warnings.simplefilter("error", RedundantConstraintsWarning)
+                return trials.run(model, trials.base) or trials.run(model, 2 * trials.base)
+        except (InputError, RedundantConstraintsWarning):  # by the element or a joint
+            continue
+    return None
+
+
+def _largest_negligible_set(
+    effects: Mapping[str, Sequence[float]], tolerances: Sequence[float]
+) -> RigidLinks:
     """Return the beams whose effects together are negligible, the smallest first."""
-    left, rungs = np.zeros(len(asked)), {}
-    for name in sorted(effects, key=lambda name: max(np.divide(effects[name], asked))):
-        more = left + effects[name]
-        if (more > NEGLIGIBLE * np.asarray(asked)).any():
+    total, elements = np.zeros(len(tolerances)), {}
+    for name in sorted(effects, key=lambda name: max(np.divide(effects[name], tolerances))):
+        more = total + effects[name]
+        if (more > NEGLIGIBLE_FRACTION * np.asarray(tolerances)).any():
             break
-        left, rungs[name] = more, RIGID
-    found = tuple({"flexibility": float(each)} for each in left) if rungs else ()
-    return Links(rungs, found)
+        total, elements[name] = more, RIGID
+    each = tuple({"flexibility": float(x)} for x in total) if elements else ()
+    return RigidLinks(elements, each)
 
 
-def _may(beam: Beam, wanted: Wanted, gravity: float) -> bool:
-    """Whether a beam is stiff enough to be tried, and a quantity is not of its deformation."""
-    quantity = wanted.quantity
+def _is_stiff(beam: Beam, goal: Goal, gravity: float) -> bool:
+    """Return True if a beam may be rigid for a goal, which is not of its deformation."""
+    quantity = goal.quantity
     if isinstance(quantity, EnergyOf):
         return quantity.part == "kinetic"
-    own = isinstance(quantity, AtPoint) and quantity.point.beam is beam
-    if own and not isinstance(quantity, Position | Velocity):
+    is_on_beam = isinstance(quantity, AtPoint) and quantity.point.beam is beam
+    if is_on_beam and not isinstance(quantity, Position | Velocity):
         return False
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
-    sag = EVEN * given["mass_per_length"] * gravity * beam.length**4 / given["bending_stiffness_z"]
-    share = wanted.error if wanted.relative else wanted.error / beam.length
-    return not isinstance(quantity, Position) or sag <= HANGING * share * beam.length
+    load = UNIFORM_LOAD_FACTOR * given["mass_per_length"] * gravity
+    sag = load * beam.length**4 / given["bending_stiffness_z"]
+    error = goal.error if goal.relative else goal.error / beam.length
+    return not isinstance(quantity, Position) or sag <= MAX_SAG_RATIO * error * beam.length
 
 
-def _bends(beam: Beam, pilots: Pilots) -> bool:
-    """Whether the weight of a beam that is pinned surely bends it too far, before it has moved.
+def _bends_at_start(beam: Beam, trials: TrialRuns) -> bool:
+    """Return True if the weight of a pinned beam bends it too far at the start.
 
-    The pinned end has no acceleration, so `deflection` finds no less; and `change` finds no less
-    than that share of a quantity, or of a position.  That of the beam moves by its two lengths at
-    most.
+    The pinned end has no acceleration, so `deflection` finds no less; and `deflection_effect` finds
+    no less than that fraction of a quantity, or of a position.  A position on the beam moves by at
+    most two of its lengths.
     """
-    scene, pins = pilots.scene, (each for each in pilots.scene.joints if isinstance(each, Pin))
-    if pilots.start is not None or not any(each.node.beam is beam for each in pins):
+    scene, pins = trials.scene, (each for each in trials.scene.joints if isinstance(each, Pin))
+    if trials.start is not None or not any(each.node.beam is beam for each in pins):
         return False
     along = (beam.positions[-1] - beam.positions[0]) / beam.length
     across = float(np.linalg.norm(scene.gravity - (scene.gravity @ along) * along))
-    share = under(beam, across) / beam.length
-    for each in pilots.wanted:
-        moves = isinstance(each.quantity, Position)
-        own = isinstance(each.quantity, AtPoint) and each.quantity.point.beam is beam
-        if each.relative and (own or not moves):
-            most = each.error * (2.0 if moves else 1.0)
-        elif moves and not each.relative:
-            most = each.error / beam.length
+    fraction = transverse_deflection(beam, across) / beam.length
+    for goal in trials.goals:
+        is_position = isinstance(goal.quantity, Position)
+        is_on_beam = isinstance(goal.quantity, AtPoint) and goal.quantity.point.beam is beam
+        if goal.relative and (is_on_beam or not is_position):
+            limit = goal.error * (2.0 if is_position else 1.0)
+        elif is_position and not goal.relative:
+            limit = goal.error / beam.length
         else:
             continue
-        if share > NEGLIGIBLE * most:
+        if fraction > NEGLIGIBLE_FRACTION * limit:
             return True
     return False

@@ -1,4 +1,4 @@
-"""What a run costs: counts of pilot runs, scaled to its steps and its mesh, times measured time."""
+"""Cost of a run: operation counts of trial runs, scaled in steps and mesh, times measured time."""
 
 from __future__ import annotations
 
@@ -9,96 +9,96 @@ from itertools import pairwise
 
 from ancfsparse.results import RunStats
 
-# Work of one residual, one solution and one factor with its matrix, for each coordinate: ratios of
-# operations on chains (docs/theory.md).
-RESIDUAL, SOLVE, FACTOR = 1.0, 1.2, 16.0
-# What a step costs beside its coordinates, in coordinates: calls, tests, a saved state.
-BESIDE = 20.0
+# Work per coordinate, relative to a residual: operation counts on chains (docs/theory.md).
+RESIDUAL_WORK = 1.0
+SOLVE_WORK = 1.2
+FACTOR_WORK = 16.0  # with its matrix
+STEP_OVERHEAD = 20.0  # coordinates; work of calls, checks and a saved state in each step
 
 
 @dataclass(frozen=True)
-class Counted:
-    """Counts of one run.
+class RunCost:
+    """Operation counts of one run.
 
     Attributes
     ----------
     steps, coordinates : int
-        Steps, and free coordinates.
-    work : float
-        Weighed counts for each step and coordinate.
+        Steps, and unconstrained coordinates.
+    unit_work : float
+        Weighted counts per step and coordinate.
     march, setup : float
-        Measured times of march and set-up [s].
+        Measured times of time integration and set-up [s].
     """
 
     steps: int
     coordinates: int
-    work: float
+    unit_work: float
     march: float
     setup: float
 
     @property
-    def amount(self) -> float:
-        """All work, in that of a residual of one coordinate."""
-        return self.steps * self.work * (self.coordinates + BESIDE)
+    def work(self) -> float:
+        """Work of the run, relative to a residual of one coordinate."""
+        return self.steps * self.unit_work * (self.coordinates + STEP_OVERHEAD)
 
 
-def counted(stats: RunStats, steps: int, coordinates: int) -> Counted:
-    """Return the counts of a run over a number of steps."""
+def cost_of_run(stats: RunStats, steps: int, coordinates: int) -> RunCost:
+    """Return the cost of a run with a number of steps."""
     work = (
-        RESIDUAL * max(stats.residual_evaluations, stats.steps)
-        + SOLVE * stats.solves
-        + FACTOR * stats.factorizations
+        RESIDUAL_WORK * max(stats.residual_evaluations, stats.steps)
+        + SOLVE_WORK * stats.solves
+        + FACTOR_WORK * stats.factorizations
     )
-    return Counted(
+    return RunCost(
         steps, coordinates, work / steps, stats.march_seconds, stats.seconds.get("set-up", 0.0)
     )
 
 
 @dataclass(frozen=True)
 class CostModel:
-    """Costs by steps and coordinates.
+    """Cost as a function of steps and coordinates.
 
     Attributes
     ----------
-    runs : tuple of Counted
-        Pilot runs with ascending numbers of steps.
+    runs : tuple of RunCost
+        Trial runs with ascending numbers of steps.
     """
 
-    runs: tuple[Counted, ...]
+    runs: tuple[RunCost, ...]
 
     @property
     def unit(self) -> float:
         """Time of a residual of one coordinate [s]: the least measured, the least disturbed."""
-        return min(run.march / run.amount for run in self.runs)
+        return min(run.march / run.work for run in self.runs)
 
-    def work(self, steps: float) -> float:
-        """Return the work for each step and coordinate at a number of steps.
+    def unit_work(self, steps: float) -> float:
+        """Return the work per step and coordinate for a number of steps.
 
-        Longer steps take more iterations; between pilots the logarithms are interpolated.
+        Longer steps take more iterations; between trial runs logarithms are interpolated.
         """
         runs = self.runs
         if steps <= runs[0].steps:
-            return runs[0].work
+            return runs[0].unit_work
         for one, other in pairwise(runs):
             if steps <= other.steps:
-                share = math.log(steps / one.steps) / math.log(other.steps / one.steps)
-                return float(one.work * (other.work / one.work) ** share)
-        return runs[-1].work
+                x = math.log(steps / one.steps) / math.log(other.steps / one.steps)
+                return float(one.unit_work * (other.unit_work / one.unit_work) ** x)
+        return runs[-1].unit_work
 
-    def amount(self, steps: float, coordinates: float) -> float:
-        """Return the work of a run."""
-        return steps * self.work(steps) * (coordinates + BESIDE)
+    def work(self, steps: float, coordinates: float) -> float:
+        """Return the work of a run, relative to a residual of one coordinate."""
+        return steps * self.unit_work(steps) * (coordinates + STEP_OVERHEAD)
 
     def seconds(self, steps: float, coordinates: float) -> float:
-        """Return march and set-up together [s]."""
+        """Return the time of integration and set-up [s]."""
         last = max(self.runs, key=lambda run: run.coordinates)
         setup = min(run.setup for run in self.runs) * max(1.0, coordinates / last.coordinates)
-        return setup + self.unit * self.amount(steps, coordinates)
+        return setup + self.unit * self.work(steps, coordinates)
 
 
-def model(runs: Sequence[Counted]) -> CostModel:
-    """Return a cost model: one run for each number of steps, that of the largest mesh."""
-    best: dict[int, Counted] = {}
+def fit_cost_model(runs: Sequence[RunCost]) -> CostModel:
+    """Return a cost model from the run on the largest mesh for each number of steps."""
+    best: dict[int, RunCost] = {}
     for run in runs:
         if run.steps not in best or run.coordinates > best[run.steps].coordinates:
             best[run.steps] = run

@@ -1,7 +1,7 @@
-"""How many steps show what loads and drives do.
+"""Number of steps that resolves loads and prescribed motions in time.
 
-Steps longer than the period of a load see it at a slower one, and longer and shorter steps may
-agree on that.  So pilots begin with steps in which loads are about linear.
+Steps longer than the period of a load alias it to a longer period, and longer and shorter steps may
+agree on that.  Trial runs therefore begin with steps in which loads are nearly linear.
 """
 
 from __future__ import annotations
@@ -15,35 +15,30 @@ from ancfsparse.system import System
 
 Array = NDArray[np.float64]
 
-# Loads are followed where, between steps, they are off a line by this share of their variation.
-STRAIGHT = 0.1
-# Share of the largest amplitude of a source below which its others are rounding.
-ROUNDING = 1e-12
-# Steps are halved at most so often.
-MOST_HALVINGS = 8
-# Steps for each period of a vibration.
-SEEN = 8.0
-# Places between steps, no two alike, which no period fits.
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+MAX_NONLINEARITY = 0.1  # deviation from a line between steps, relative to the variation of a load
+ROUNDING = 1e-12  # relative to the largest amplitude of a source
+MAX_HALVINGS = 8  # of the step
+STEPS_PER_PERIOD = 8.0
+GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)  # positions between steps that fit no period
 
 
-def paced(system: System, t_end: float, fewest: int) -> int:
-    """Return the fewest steps, of `fewest` times a power of two, that follow loads and drives.
+def steps_resolving_loads(system: System, t_end: float, min_steps: int) -> int:
+    """Return the least of `min_steps` times a power of two that resolves loads in time.
 
     Parameters
     ----------
     system : System
-        Of the scene, on any mesh.
+        System of the scene, on any mesh.
     t_end : float
         Time at the end [s].
-    fewest : int
-        Of which there are at least so many.
+    min_steps : int
+        Smallest number of steps.
     """
-    return _doubled(fewest, lambda steps: _follows(system, t_end, steps))
+    return _double_until(min_steps, lambda steps: _resolves_loads(system, t_end, steps))
 
 
-def resolving(omega: float, t_end: float, fewest: int) -> int:
-    """Return the fewest steps, of `fewest` times a power of two, that show a vibration.
+def steps_resolving_vibration(omega: float, t_end: float, min_steps: int) -> int:
+    """Return the least of `min_steps` times a power of two that resolves a vibration.
 
     Parameters
     ----------
@@ -51,51 +46,52 @@ def resolving(omega: float, t_end: float, fewest: int) -> int:
         Its angular frequency [1/s].
     t_end : float
         Time at the end [s].
-    fewest : int
-        Of which there are at least so many.
+    min_steps : int
+        Smallest number of steps.
     """
-    return _doubled(fewest, lambda steps: 2.0 * np.pi * steps >= SEEN * omega * t_end)
+    phase = STEPS_PER_PERIOD * omega * t_end
+    return _double_until(min_steps, lambda steps: 2.0 * np.pi * steps >= phase)
 
 
-def _doubled(steps: int, enough: Callable[[int], bool]) -> int:
-    for _ in range(MOST_HALVINGS):
-        if enough(steps):
+def _double_until(steps: int, is_enough: Callable[[int], bool]) -> int:
+    for _ in range(MAX_HALVINGS):
+        if is_enough(steps):
             break
         steps *= 2
     return steps
 
 
-def courses(system: System, times: Array) -> list[Array]:
-    """Return amplitudes of loads and coordinates of drives over time, each (k, m)."""
+def amplitudes_over_time(system: System, times: Array) -> list[Array]:
+    """Return amplitudes of loads and prescribed coordinates over time, each (k, m)."""
     tables = [np.asarray(system.loads.amplitudes(times))]
     if system.prescribed:
         tables.append(np.asarray(system.prescribed.tabulate(times)[0]))
     return tables
 
 
-def _follows(system: System, t_end: float, steps: int) -> bool:
+def _resolves_loads(system: System, t_end: float, steps: int) -> bool:
     dt, first = t_end / steps, np.arange(steps)
-    share = GOLDEN * (first + 1.0) % 1.0
-    known = courses(system, dt * np.arange(steps + 1.0))
-    between = courses(system, dt * (first + share))
-    for at, off, widths in zip(known, between, _widths(system), strict=True):
-        if len(at) <= steps or len(off) < steps:  # a function fails, which its motion states
+    x = GOLDEN_RATIO * (first + 1.0) % 1.0
+    at_steps = amplitudes_over_time(system, dt * np.arange(steps + 1.0))
+    between = amplitudes_over_time(system, dt * (first + x))
+    for at, off, widths in zip(at_steps, between, _widths(system), strict=True):
+        if len(at) <= steps or len(off) < steps:  # a function fails; the motion reports it
             return True
-        line = (1.0 - share)[:, None] * at[:-1] + share[:, None] * at[1:]
-        apart = np.abs(off - line).mean(axis=0)
-        varies = np.abs(off - off.mean(axis=0)).mean(axis=0)
-        # Parameters that an eigenstrain does not change, say, have amplitudes that are rounding.
+        line = (1.0 - x)[:, None] * at[:-1] + x[:, None] * at[1:]
+        deviation = np.abs(off - line).mean(axis=0)
+        variation = np.abs(off - off.mean(axis=0)).mean(axis=0)
+        # Amplitudes of parameters that an eigenstrain leaves constant are rounding errors.
         largest = np.abs(off).max(axis=0, initial=0.0)
         of_source = np.repeat(np.arange(len(widths)), widths)
         size = np.zeros(len(widths))
         np.maximum.at(size, of_source, largest)
-        if (apart > STRAIGHT * varies + ROUNDING * size[of_source]).any():
+        if (deviation > MAX_NONLINEARITY * variation + ROUNDING * size[of_source]).any():
             return False
     return True
 
 
 def _widths(system: System) -> list[list[int]]:
-    """Return how many columns of each table of `courses` belong to a source, for all sources."""
+    """Return the numbers of columns of each source in the tables of `amplitudes_over_time`."""
     widths = [[each.width for each in system.loads.sources]]
     if system.prescribed:
         widths.append(system.prescribed.widths)

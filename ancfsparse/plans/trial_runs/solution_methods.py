@@ -1,4 +1,4 @@
-"""Ways to a motion that do not march its equations: equilibria, and sums of modes."""
+"""Methods for a motion without time integration: paths of equilibria, and sums of modes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,28 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.plans.model_error import modal_truncation_error
-from ancfsparse.plans.model_error.quasi_static_error import haste, hurried, late, lowest
+from ancfsparse.plans.model_error.modal_truncation_error import (
+    factor_equations,
+    largest_displacement,
+    linear_response,
+    max_node_displacement,
+    mean_frequency,
+    modal_sum_errors,
+    nonlinear_drift,
+    rayleigh_frequency,
+    truncation_bound,
+    vibration_amplitude,
+)
+from ancfsparse.plans.model_error.quasi_static_error import (
+    inertia_error,
+    is_dynamic,
+    lowest_frequency,
+    max_load_acceleration,
+)
 from ancfsparse.plans.quantities.quantity import EnergyOf, Position, Quantity, Reaction, Velocity
-from ancfsparse.plans.quantities.tolerances import Wanted
-from ancfsparse.plans.trial_runs.cost_model import BESIDE
-from ancfsparse.plans.trial_runs.load_resolution import courses, paced
+from ancfsparse.plans.quantities.tolerances import Goal
+from ancfsparse.plans.trial_runs.cost_model import STEP_OVERHEAD
+from ancfsparse.plans.trial_runs.load_resolution import amplitudes_over_time, steps_resolving_loads
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
@@ -30,238 +46,242 @@ from ancfsparse.system import State, System
 
 Array = NDArray[np.float64]
 
-# Times at which loads and drives are looked at, at least, and where each takes a solution at most.
-LOOKS, MOST_LOOKS = 65, 513
-# Equilibria are not tried where inertia makes up the error, or the whole motion; nor where a bound
-# of the lowest frequency shows that it does so many times.
-FAR_OFF, SURELY, FEW = 1.0, 3.0, 5
-# Steps for each period of the lowest frequency in the run that verifies equilibria.
-RESOLVED = 48
-# What calls take beside the work on coordinates, in that of a residual of one coordinate: of a
-# factor in statics, of a state of a sum of modes, and of finding a mode, as measured.
-FACTOR_CALLS, STATE_CALLS, MODE_CALLS = 4e4, 1.2e3, 2e5
-# Work of a mode in a state, for each coordinate: three sums beside some hundred operations.
-SUM = 0.06
-# Displacements up to this share of the scene may be small.
-SMALL = 0.2
-# Share of the error that modes may leave out; how many there are at first, and at most about.
-LEFT_OUT, FIRST_MODES, MOST_MODES = 0.05, 8, 128
-# Intervals between the saved states of the first pilot, and for each period of a vibration.
-FEWEST, SEEN = 16, 8.0
-# Work for each mode that is found, and of an implicit step, for each coordinate.
-SOLVES, STEP = 50.0, 5.0
-# Implicit steps of order 2 may be so many times as many as the slowest vibration needs.
-PESSIMISTIC = 4.0
+MIN_LOAD_SAMPLES = 65  # times at which loads and prescribed motions are sampled
+MAX_SOLVED_SAMPLES = 513  # times, if each sample takes a linear solve
+RAYLEIGH_SAMPLES = 5  # times at which loads are sampled for the bound of the lowest frequency
+MAX_INERTIA_RATIO = 1.0  # of the error by inertia to the tolerance; above, equilibria are not tried
+RAYLEIGH_MARGIN = 3.0  # by which the bound of the lowest frequency must exceed that
+STEPS_PER_PERIOD = 48  # of the lowest frequency, in the run that verifies equilibria
+# Measured overhead of calls, relative to a residual of one coordinate.
+FACTOR_OVERHEAD = 4e4  # of a factorization in statics
+STATE_OVERHEAD = 1.2e3  # of a state of a sum of modes
+MODE_OVERHEAD = 2e5  # of the computation of a mode
+# Work per coordinate, relative to a residual.
+MODE_STATE_WORK = 0.06  # of a mode in a state: three sums
+MODE_WORK = 50.0  # of the computation of a mode
+IMPLICIT_STEP_WORK = 5.0
+MAX_SMALL_DISPLACEMENT = 0.2  # of the extent of the scene, for linear motions
+TRUNCATION_FRACTION = 0.05  # of the tolerance, for the modes left out
+FIRST_MODE_COUNT = 8  # modes
+MAX_MODE_COUNT = 128  # modes, about
+MIN_INTERVALS = 16  # between the saved states of the first trial run
+STATES_PER_PERIOD = 8.0  # saved states per period of a vibration
+STEP_COUNT_MARGIN = 4.0  # implicit steps over those that the slowest vibration needs
 
 
-class Way(ABC):
-    """How a motion is found without steps of an integrator.
+class SolutionMethod(ABC):
+    """Method for a motion without steps of an integrator.
 
     Attributes
     ----------
     order : int
-        Power of the time between saved states by which what is between them becomes known: 2 by
-        straight lines, 4 by cubics.
-    fewest : int
-        Intervals between the saved states of the first pilot.
+        Order of interpolation between saved states: 2 for lines, 4 for cubics.
+    min_intervals : int
+        Intervals between the saved states of the first trial run.
     options : frozenset of str
-        Arguments of `simulate` that it takes too.
+        Arguments of `simulate` that it takes as well.
     """
 
     order: ClassVar[int]
     options: ClassVar[frozenset[str]] = frozenset()
-    fewest: int
+    min_intervals: int
 
     @classmethod
     @abstractmethod
     def fit(
-        cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
-    ) -> Way | None:
-        """Return it if it may do for a scene, by what can be seen without a run; else None."""
+        cls, system: System, t_end: float, goals: Sequence[Goal], start: str | None = None
+    ) -> SolutionMethod | None:
+        """Return the method if it may apply to a scene, by estimates without a run; else None."""
 
     @abstractmethod
-    def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
-        """Return the motion with so many intervals between saved states."""
+    def solve(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
+        """Return the motion with a number of intervals between saved states."""
 
     @abstractmethod
-    def calls(self, stats: RunStats, coordinates: int) -> float:
-        """Return what a run took beside its residuals, solves and factors, see `costs`."""
+    def overhead(self, stats: RunStats, coordinates: int) -> float:
+        """Return the work of a run in addition to residuals, solves and factorizations."""
 
     @abstractmethod
     def neglected(self, run: Trajectory, quantity: Quantity) -> dict[str, float]:
-        """Estimate what it leaves out of a quantity, by effect [unit of the quantity]."""
+        """Estimate the error of the method by effect [unit of the quantity]."""
 
     @abstractmethod
-    def steps_to_verify(self, run: Trajectory, share: float) -> float:
-        """Return how many steps of an integrator are exact to a share of the motion."""
+    def steps_to_verify(self, run: Trajectory, error: float) -> float:
+        """Return the number of steps of an integrator with a smaller relative error."""
 
-    def richer(self) -> Way | None:
-        """Return a way that leaves less out; None if there is none."""
+    def richer(self) -> SolutionMethod | None:
+        """Return a method that neglects less; None if there is none."""
         return None
 
     @property
     @abstractmethod
     def reason(self) -> str:
-        """Why it was taken, a sentence for plans."""
+        """Reason for its selection, a sentence for plans."""
 
 
 @dataclass(frozen=True)
-class Statics(Way):
-    """A sequence of equilibria, see `quasi_static`.
+class Statics(SolutionMethod):
+    """Path of equilibria, see `quasi_static`.
 
     Parameters
     ----------
-    fewest : int
-        Intervals between the saved states of the first pilot.
+    min_intervals : int
+        Intervals between the saved states of the first trial run.
     start : str or None
-        ``"equilibrium"`` if the motion that they stand for begins at the first one.
+        ``"equilibrium"`` if the motion begins at the first equilibrium.
     """
 
-    fewest: int = field(default=FEWEST, compare=False)
+    min_intervals: int = field(default=MIN_INTERVALS, compare=False)
     start: str | None = None
     order: ClassVar[int] = 2
     options: ClassVar[frozenset[str]] = frozenset({"progress", "tolerance", "factorization"})
 
     @classmethod
     def fit(
-        cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
-    ) -> Way | None:
-        """Return it where all begins at rest, loads or drives change, and no speed is asked for."""
-        if any(_of_speed(each.quantity) for each in wanted):
+        cls, system: System, t_end: float, goals: Sequence[Goal], start: str | None = None
+    ) -> SolutionMethod | None:
+        """Return it for a scene at rest with slow loads, and goals without velocities."""
+        if any(_depends_on_velocity(each.quantity) for each in goals):
             return None
         if system.v0.any():
             return None
-        changes = _changing(system, t_end)
-        most = min(1.0, FAR_OFF * max(each.error if each.relative else 1.0 for each in wanted))
-        if not changes or _is_fast(system, t_end, haste(changes, t_end), SURELY * most):
+        changes = _time_dependent_loads(system, t_end)
+        largest = max(each.error if each.relative else 1.0 for each in goals)
+        limit = min(1.0, MAX_INERTIA_RATIO * largest)
+        if not changes:
             return None
-        if hurried(system.scene, t_end, changes, most):
+        rate = max_load_acceleration(changes, t_end)
+        if _is_fast(system, t_end, rate, RAYLEIGH_MARGIN * limit):
             return None
-        return cls(paced(system, t_end, FEWEST), start=start)
+        if is_dynamic(system.scene, t_end, changes, limit):
+            return None
+        return cls(steps_resolving_loads(system, t_end, MIN_INTERVALS), start=start)
 
-    def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
-        """Follow the equilibrium."""
+    def solve(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
+        """Return the path of equilibria."""
         first = None if self.start is None else solve_static(scene)
         return quasi_static(scene, t_end, t_end / steps, start=first, **options)
 
-    def calls(self, stats: RunStats, coordinates: int) -> float:
-        """Return the work of calls."""
-        return FACTOR_CALLS * stats.factorizations
+    def overhead(self, stats: RunStats, coordinates: int) -> float:
+        """Return the overhead of calls."""
+        return FACTOR_OVERHEAD * stats.factorizations
 
     def neglected(self, run: Trajectory, quantity: Quantity) -> dict[str, float]:
-        """Estimate what inertia and damping would change."""
-        # Where an equilibrium ceases to exist, the motion to another is fast.
-        return {"inertia": np.inf if run.stats.recoveries else late(run, quantity)}
+        """Estimate the effect of inertia and damping."""
+        # Where an equilibrium ceases to exist, the motion to another one is fast.
+        return {"inertia": np.inf if run.stats.recoveries else inertia_error(run, quantity)}
 
-    def steps_to_verify(self, run: Trajectory, share: float) -> float:
-        """Return how many steps resolve the slowest vibration."""
-        return RESOLVED * lowest(run) * float(run.t[-1] - run.t[0]) / (2.0 * np.pi)
+    def steps_to_verify(self, run: Trajectory, error: float) -> float:
+        """Return the number of steps that resolves the slowest vibration."""
+        duration = float(run.t[-1] - run.t[0])
+        return STEPS_PER_PERIOD * lowest_frequency(run) * duration / (2.0 * np.pi)
 
     @property
     def reason(self) -> str:
-        """Why it was taken."""
-        return "loads and drives are slow against the lowest frequency, so equilibria are followed"
+        """Reason for its selection."""
+        return (
+            "loads and prescribed motions are slow compared with the lowest natural frequency, so "
+            "the motion is computed as a sequence of equilibria"
+        )
 
     def __repr__(self) -> str:
-        """Name it."""
+        """Return its name."""
         return "statics at all times"
 
 
-def _of_speed(quantity: Quantity) -> bool:
-    moving = isinstance(quantity, EnergyOf) and quantity.part in ("kinetic", "total")
-    return moving or isinstance(quantity, Velocity)
+def _depends_on_velocity(quantity: Quantity) -> bool:
+    kinetic = isinstance(quantity, EnergyOf) and quantity.part in ("kinetic", "total")
+    return kinetic or isinstance(quantity, Velocity)
 
 
-def _is_fast(system: System, t_end: float, rate: float, most: float) -> bool:
-    """Whether loads change fast beside the frequency of what they displace about the start.
+def _is_fast(system: System, t_end: float, rate: float, limit: float) -> bool:
+    """Return True if loads are fast compared with the frequency of the displacement they cause.
 
-    By Rayleigh's quotient the lowest frequency is no higher, unless far displacements stiffen it.
+    By Rayleigh's quotient the lowest frequency is no higher, unless large displacements stiffen
+    the scene.
     """
     about = system.state(system.t0, system.q0, system.v0)
-    equations = modal_truncation_error.stiff(system, about)
+    equations = factor_equations(system, about)
     if equations is None:
         return False
-    x = modal_truncation_error.farthest(
-        system,
-        modal_truncation_error.pulled(system, about, equations, np.linspace(0.0, t_end, FEW)),
-    )
-    places = system.q0[system.positions].reshape(-1, system.dim)
-    if (
-        not 0.0
-        < modal_truncation_error.size(system, x)
-        <= SMALL * float(np.ptp(places, axis=0).max())
-    ):
+    times = np.linspace(0.0, t_end, RAYLEIGH_SAMPLES)
+    x = largest_displacement(system, linear_response(system, about, equations, times))
+    if not 0.0 < max_node_displacement(system, x) <= _small_displacement(system, system.q0):
         return False
-    return rate > most * modal_truncation_error.frequency_of(system, about, equations, x) ** 2
+    return rate > limit * rayleigh_frequency(system, about, equations, x) ** 2
 
 
-def _changing(system: System, t_end: float) -> list[Array]:
-    """Return tables over time of loads and drives that change, each (k, m)."""
-    times = np.linspace(0.0, t_end, paced(system, t_end, LOOKS - 1) + 1)
-    return [table for table in courses(system, times) if np.ptp(table, axis=0).any()]
+def _small_displacement(system: System, q: Array) -> float:
+    """Return the largest displacement that may be small, by the extent of a scene [m]."""
+    positions = q[system.positions].reshape(-1, system.dim)
+    return MAX_SMALL_DISPLACEMENT * float(np.ptp(positions, axis=0).max())
+
+
+def _time_dependent_loads(system: System, t_end: float) -> list[Array]:
+    """Return tables over time of loads and prescribed motions that change, each (k, m)."""
+    times = np.linspace(0.0, t_end, steps_resolving_loads(system, t_end, MIN_LOAD_SAMPLES - 1) + 1)
+    return [table for table in amplitudes_over_time(system, times) if np.ptp(table, axis=0).any()]
 
 
 @dataclass(frozen=True)
-class ModalSum(Way):
-    """A sum of the lowest modes about the start, stress-free or at rest; see `modal_response`.
+class ModalSum(SolutionMethod):
+    """Sum of the lowest modes about the start, stress-free or at equilibrium; see `modal_response`.
 
     Parameters
     ----------
     n : int
-        Number of modes; of half of the coordinates if these are fewer.
-    fewest : int
-        Intervals between the saved states of the first pilot.
+        Number of modes, at most half the number of coordinates.
+    min_intervals : int
+        Intervals between the saved states of the first trial run.
     start : str or None
         ``"equilibrium"`` if the motion begins there.
     """
 
     n: int
-    fewest: int = field(default=FEWEST, compare=False)
+    min_intervals: int = field(default=MIN_INTERVALS, compare=False)
     start: str | None = None
     order: ClassVar[int] = 4
 
     @classmethod
     def fit(
-        cls, system: System, t_end: float, wanted: Sequence[Wanted], start: str | None = None
-    ) -> Way | None:
-        """Return it where loads and velocities move a scene without drives by little."""
+        cls, system: System, t_end: float, goals: Sequence[Goal], start: str | None = None
+    ) -> SolutionMethod | None:
+        """Return it for small motions of a scene without prescribed motions."""
         if system.prescribed or not system.conservative:
             return None
-        if any(isinstance(each.quantity, Reaction) for each in wanted):
+        if any(isinstance(each.quantity, Reaction) for each in goals):
             return None
         about = _state(system.scene, start)
-        equations = modal_truncation_error.stiff(system, about)
+        equations = factor_equations(system, about)
         if equations is None:
             return None
-        places = about.q[system.positions].reshape(-1, system.dim)
-        most = SMALL * float(np.ptp(places, axis=0).max())
-        seen = paced(system, t_end, FEWEST)
-        times = np.linspace(0.0, t_end, min(max(LOOKS, seen + 1), MOST_LOOKS))
-        moved = modal_truncation_error.pulled(system, about, equations, times)
-        whole = modal_truncation_error.farthest(system, moved)
-        if modal_truncation_error.size(system, whole) > most:
+        limit = _small_displacement(system, about.q)
+        intervals = steps_resolving_loads(system, t_end, MIN_INTERVALS)
+        samples = min(max(MIN_LOAD_SAMPLES, intervals + 1), MAX_SOLVED_SAMPLES)
+        times = np.linspace(0.0, t_end, samples)
+        response = linear_response(system, about, equations, times)
+        largest = largest_displacement(system, response)
+        if max_node_displacement(system, largest) > limit:
             return None
         args = system, about, equations, t_end
-        if not about.v.any() and not cls._pays(*args, 2.0 * whole, wanted):
+        if not about.v.any() and not cls._pays(*args, 2.0 * largest, goals):
             return None
-        n = FIRST_MODES
+        n = FIRST_MODE_COUNT
         while True:
-            own = _modes(system.scene, n, about)
-            if (own.eigenvalues <= 0.0).any():
+            lowest = _modes(system.scene, n, about)
+            if (lowest.eigenvalues <= 0.0).any():
                 return None
-            swing = modal_truncation_error.swing(own, system, whole)
-            far = modal_truncation_error.size(system, swing)
-            if far > most or not cls._pays(*args, swing, wanted):
+            vibration = vibration_amplitude(lowest, system, largest)
+            size = max_node_displacement(system, vibration)
+            if size > limit or not cls._pays(*args, vibration, goals):
                 return None
-            share = min(_share(each, far) for each in wanted)
-            if (
-                modal_truncation_error.missing(own, system, moved) <= LEFT_OUT * share * far
-                or len(own) < n
-            ):
-                turns = modal_truncation_error.frequency_of(system, about, equations, swing) * t_end
-                # A coarse mesh that has no more does not show what those of finer ones leave out.
-                most = 2 * n if len(own) < n else n
-                return cls(most, max(seen, _fewest(turns)), start)
+            error = min(_relative_error(each, size) for each in goals)
+            missing = truncation_bound(lowest, system, response)
+            if missing <= TRUNCATION_FRACTION * error * size or len(lowest) < n:
+                phase = rayleigh_frequency(system, about, equations, vibration) * t_end
+                # A coarse mesh without more modes does not show those of finer meshes.
+                count = 2 * n if len(lowest) < n else n
+                return cls(count, max(intervals, _intervals_resolving(phase)), start)
             n *= 2
 
     @classmethod
@@ -272,69 +292,69 @@ class ModalSum(Way):
         equations: EquilibriumEquations,
         t_end: float,
         x: Array,
-        wanted: Sequence[Wanted],
+        goals: Sequence[Goal],
     ) -> bool:
-        """Whether forces are nearly linear up to a displacement, and steps would be many."""
-        far = modal_truncation_error.size(system, x)
-        if far == 0.0:
+        """Return True if forces are nearly linear up to x, and time integration takes more work."""
+        size = max_node_displacement(system, x)
+        if size == 0.0:
             return False
-        share = min(_share(each, far) for each in wanted)
-        turns = modal_truncation_error.frequency_of(system, about, equations, x) * t_end
-        if modal_truncation_error.bent_off(equations, system, about, x, 0.5 * turns) > share * far:
+        error = min(_relative_error(each, size) for each in goals)
+        phase = rayleigh_frequency(system, about, equations, x) * t_end
+        if nonlinear_drift(equations, system, about, x, 0.5 * phase) > error * size:
             return False
-        steps = PESSIMISTIC * turns * math.sqrt(turns / (12.0 * share))
-        marched = steps * STEP * (system.n_free + BESIDE)
-        return _modal_work(FIRST_MODES, _fewest(turns), system.n_free) < marched
+        steps = STEP_COUNT_MARGIN * phase * math.sqrt(phase / (12.0 * error))
+        work = steps * IMPLICIT_STEP_WORK * (system.n_free + STEP_OVERHEAD)
+        return _modal_work(FIRST_MODE_COUNT, _intervals_resolving(phase), system.n_free) < work
 
-    def richer(self) -> Way | None:
-        """Return a sum of four times as many modes: points that are pushed need many."""
-        return replace(self, n=4 * self.n) if self.n < MOST_MODES else None
+    def richer(self) -> SolutionMethod | None:
+        """Return a sum of four times as many modes: point loads need many."""
+        return replace(self, n=4 * self.n) if self.n < MAX_MODE_COUNT else None
 
-    def march(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
-        """Sum the modes."""
-        own = _modes(scene, self.n, _state(scene, self.start))
-        return modal_response(own, t_end, t_end / steps, **options)
+    def solve(self, scene: Scene, t_end: float, steps: int, **options: Any) -> Trajectory:
+        """Return the sum of the modes."""
+        lowest = _modes(scene, self.n, _state(scene, self.start))
+        return modal_response(lowest, t_end, t_end / steps, **options)
 
-    def calls(self, stats: RunStats, coordinates: int) -> float:
-        """Return the work of calls, and of finding and summing modes."""
+    def overhead(self, stats: RunStats, coordinates: int) -> float:
+        """Return the overhead of calls, and the work of computing and summing modes."""
         return _modal_work(self.n, stats.steps, coordinates)
 
     def neglected(self, run: Trajectory, quantity: Quantity) -> dict[str, float]:
-        """Estimate what is lost by linearity, and with other modes."""
+        """Estimate the effects of nonlinearity and of the modes left out."""
         scene = run.system.scene
-        own = _modes(scene, self.n, _state(scene, self.start))
-        return modal_truncation_error.neglected(own, run, quantity)
+        lowest = _modes(scene, self.n, _state(scene, self.start))
+        return modal_sum_errors(lowest, run, quantity)
 
-    def steps_to_verify(self, run: Trajectory, share: float) -> float:
-        """Return how many steps have phases exact to a tenth of the share."""
-        turns = modal_truncation_error.frequency(run) * float(run.t[-1] - run.t[0])
-        return max(RESOLVED, turns * math.sqrt(max(turns, 1.0) / (1.2 * share)))
+    def steps_to_verify(self, run: Trajectory, error: float) -> float:
+        """Return the number of steps with phases exact to a tenth of the error."""
+        phase = mean_frequency(run) * float(run.t[-1] - run.t[0])
+        return max(STEPS_PER_PERIOD, phase * math.sqrt(max(phase, 1.0) / (1.2 * error)))
 
     @property
     def reason(self) -> str:
-        """Why it was taken."""
-        where = "start" if self.start is None else "equilibrium that it starts at"
-        return f"the motion is small, so its modes about the {where} are summed"
+        """Reason for its selection."""
+        where = "start" if self.start is None else "equilibrium at which it starts"
+        return f"the motion is small, so it is computed as a sum of modes about the {where}"
 
     def __repr__(self) -> str:
-        """Name it."""
+        """Return its name."""
         return f"{self.n} modes"
 
 
 def _modal_work(n: int, states: int, coordinates: int) -> float:
-    """Return the work of finding n modes and summing them, beside residuals."""
-    finding = MODE_CALLS + n * (MODE_CALLS + SOLVES * coordinates)
-    return finding + states * (STATE_CALLS + SUM * n * coordinates)
+    """Return the work of computing n modes and summing them, without residuals."""
+    computing = MODE_OVERHEAD + n * (MODE_OVERHEAD + MODE_WORK * coordinates)
+    return computing + states * (STATE_OVERHEAD + MODE_STATE_WORK * n * coordinates)
 
 
-def _fewest(turns: float) -> int:
-    """Return the intervals between saved states that show vibrations of so many radians."""
-    seen = max(1.0, SEEN * turns / (2.0 * np.pi * FEWEST))
-    return FEWEST << math.ceil(math.log2(seen))
+def _intervals_resolving(phase: float) -> int:
+    """Return the number of intervals between saved states for a vibration of a phase [rad]."""
+    factor = max(1.0, STATES_PER_PERIOD * phase / (2.0 * np.pi * MIN_INTERVALS))
+    return MIN_INTERVALS << math.ceil(math.log2(factor))
 
 
 def _state(scene: Scene, start: str | None) -> State:
-    """Return the state in which a motion starts."""
+    """Return the initial state of a motion."""
     if start is not None:
         return at_equilibrium(scene, start).state
     system = System(scene)
@@ -342,14 +362,14 @@ def _state(scene: Scene, start: str | None) -> State:
 
 
 def _modes(scene: Scene, n: int, at: State) -> Modes:
-    """Return the lowest modes about a state, as many as the mesh has well."""
+    """Return the lowest modes about a state, at most as many as the mesh resolves."""
     system = System(scene)
-    most = (system.n_free - system.n_multipliers) // 2
-    return modes(scene, max(1, min(n, most)), at=at)
+    limit = (system.n_free - system.n_multipliers) // 2
+    return modes(scene, max(1, min(n, limit)), at=at)
 
 
-def _share(wanted: Wanted, far: float) -> float:
-    """Return the error that is asked for as a share of the motion, if that is known."""
-    if wanted.relative:
-        return wanted.error
-    return wanted.error / far if isinstance(wanted.quantity, Position) and far > 0.0 else 1e-3
+def _relative_error(goal: Goal, size: float) -> float:
+    """Return the tolerance relative to a motion of a size [m], if that is known."""
+    if goal.relative:
+        return goal.error
+    return goal.error / size if isinstance(goal.quantity, Position) and size > 0.0 else 1e-3

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.discretization_error.mesh_grading import grades
-from ancfsparse.plans.models.graded_mesh import Grade, density
+from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
+from ancfsparse.plans.models.graded_mesh import MeshGrading, error_density
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.functions import checked
-from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.quantities.functions import check_quantities
+from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection import discretization_search
-from ancfsparse.plans.trial_runs.trial_runs import Pilots
+from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from ancfsparse.problems import pendulum
 
 LAYER, STIFFNESS, LOAD = 0.01, 1.0, 1e-6  # sqrt(EI / T) / L, N m2, q L / T
@@ -48,19 +48,19 @@ def error(n, x, nodes=None):
 
 
 def pilot_of(scene, quantity, count, t_end=None, steps=1):
-    asked = wanted(checked(quantity, scene), "1 %")
-    pilots = Pilots(scene, t_end, asked, ancf.GeneralizedAlpha(0.9))
-    return pilots.run(Model(counts={"beam 0": count}), steps)
+    asked = check_goals(check_quantities(quantity, scene), "1 %")
+    trials = TrialRuns(scene, t_end, asked, ancf.GeneralizedAlpha(0.9))
+    return trials.run(Model(counts={"beam 0": count}), steps)
 
 
 @pytest.mark.parametrize("x", [0.02, 0.5])
 def test_the_error_of_boundary_layers_falls_with_graded_meshes(x):
     scene, rod = taut("auto")
-    pilot = pilot_of(scene, ancf.static_deflection(rod.end), 18)
-    found, gain = grades(scene, pilot)
+    trial = pilot_of(scene, ancf.static_deflection(rod.end), 18)
+    error_model, gain = grade_meshes(scene, trial)
     assert gain > 1.8
     uniform = [error(n, x) for n in (20, 40, 80)]
-    graded = [error(None, x, found["beam 0"].mesh(n, [])) for n in (20, 40, 80)]
+    graded = [error(None, x, error_model["beam 0"].node_positions(n, [])) for n in (20, 40, 80)]
     # Uniform elements are longer than the layer, so their order has not shown at 20 elements.
     assert uniform[0] > 4e-3
     assert graded[0] < uniform[0] / 4.0
@@ -74,16 +74,16 @@ def test_a_plan_takes_graded_elements_where_they_are_fewer(monkeypatch):
     middle = rod.at(0.5 * rod.length)
     plan = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="0.03 %")
     assert "graded elements" in plan.choice
-    assert "times as short there" in str(plan)
+    assert "times shorter than elsewhere" in str(plan)
     w = plan.run().position(middle)[-1, 1]
     assert abs(w / deflection(0.5) - 1.0) < 3e-4
     with monkeypatch.context() as none:
-        none.setattr(discretization_search, "PAYING", np.inf)
+        none.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
         even = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="0.03 %")
     assert plan.model.counts["beam 0"] < 0.6 * even.model.counts["beam 0"]
-    assert plan.cost["counted"] < even.cost["counted"]
+    assert plan.cost["operations"] < even.cost["operations"]
     # One rung up, all graded elements are divided alike.
-    assert plan.run(verify=True).measured[0] <= plan.predictions[0].asked
+    assert plan.run(verify=True).measured[0] <= plan.predictions[0].tolerance
 
 
 def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
@@ -93,28 +93,28 @@ def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
     plan = ancf.plan(*asked)
     assert "graded elements" in plan.choice
     run = plan.run()
-    monkeypatch.setattr(discretization_search, "PAYING", np.inf)
+    monkeypatch.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
     even = ancf.plan(*asked)
     assert plan.model.counts["beam 0"] < 0.7 * even.model.counts["beam 0"]
-    assert plan.cost["counted"] + run_work(plan) < even.cost["counted"] + run_work(even)
+    assert plan.cost["operations"] + run_work(plan) < even.cost["operations"] + run_work(even)
     fine, own = taut(200, diameter=1e-2)
     exact = ancf.simulate(fine, 0.02, plan.dt / 8, integrator=plan.integrator, save_every=8)
     far = run.position(middle) - exact.position(own.at(0.5 * own.length))[:: plan.save_every]
-    assert np.linalg.norm(far, axis=1).max() <= plan.predictions[0].asked
+    assert np.linalg.norm(far, axis=1).max() <= plan.predictions[0].tolerance
 
 
 def run_work(plan):
-    return plan.cost["counted"] / plan.cost["work"]
+    return plan.cost["operations"] / plan.cost["work"]
 
 
-def test_where_nothing_is_concentrated_no_more_pilots_are_run(monkeypatch):
+def test_where_nothing_is_concentrated_no_more_trial_runs_are_run(monkeypatch):
     scene, rod = pendulum("thin", "auto")
     asked = scene, 1.0, ancf.position(rod.end), 1e-3
     plan = ancf.plan(*asked)
-    monkeypatch.setattr(discretization_search, "PAYING", np.inf)
+    monkeypatch.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
     even = ancf.plan(*asked)
     assert plan.choice == even.choice
-    assert plan.cost["counted"] == even.cost["counted"]
+    assert plan.cost["operations"] == even.cost["operations"]
 
 
 def test_a_point_load_alone_needs_no_graded_mesh():
@@ -123,20 +123,20 @@ def test_a_point_load_alone_needs_no_graded_mesh():
     rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", ancf.Circle(0.01), ancf.Material(1e9, 1e3))
     scene.clamp(rod.start)
     scene.point_force(rod.at(0.3), (0.0, 1e-4))
-    pilot = pilot_of(scene, ancf.static_deflection(rod.end), 10)
-    assert grades(scene, pilot) == ({}, 1.0)
+    trial = pilot_of(scene, ancf.static_deflection(rod.end), 10)
+    assert grade_meshes(scene, trial) == ({}, 1.0)
 
 
 def test_meshes_of_a_grade_keep_inner_places():
-    grade = Grade((0.0, 0.1, 1.0), (0.0, 0.5, 1.0))
-    assert grade.mesh(4, []) == pytest.approx([0.0, 0.05, 0.1, 0.55, 1.0])
-    nodes = grade.mesh(8, [0.3, 0.97])
+    grade = MeshGrading((0.0, 0.1, 1.0), (0.0, 0.5, 1.0))
+    assert grade.node_positions(4, []) == pytest.approx([0.0, 0.05, 0.1, 0.55, 1.0])
+    nodes = grade.node_positions(8, [0.3, 0.97])
     # Five elements up to 0.3, equal in the share of the elements, which is 11 / 18 there; then
     # three of 0.67 / 3 and one at the end.
     share = np.arange(5) / 5.0 * 11.0 / 18.0
-    places = np.interp(share, grade.below, grade.places)
+    places = np.interp(share, grade.element_fractions, grade.positions)
     assert nodes == pytest.approx([*places, *np.linspace(0.3, 0.97, 4), 1.0])
-    assert grade.ratio == pytest.approx(9.0)
+    assert grade.length_ratio == pytest.approx(9.0)
 
 
 def test_fourth_derivatives_by_nodes_of_a_quintic():
@@ -144,10 +144,12 @@ def test_fourth_derivatives_by_nodes_of_a_quintic():
     s = np.array([0.0, 0.1, 0.25, 0.3, 0.6, 1.0])
     r = np.stack([s, 2.0 * s**4], axis=1)[None]
     slopes = np.stack([np.ones_like(s), 8.0 * s**3], axis=1)[None]
-    f = density(r, slopes, np.diff(s), np.zeros(6, dtype=bool))
+    f = error_density(r, slopes, np.diff(s), np.zeros(6, dtype=bool))
     assert f == pytest.approx(np.full(5, 48.0**2), rel=1e-9)
     jump = np.zeros(6, dtype=bool)
     jump[2] = True
     r[0, 2:, 1] += 1e3 * (s[2:] - s[2]) ** 3
     slopes[0, 2:, 1] += 3e3 * (s[2:] - s[2]) ** 2
-    assert density(r, slopes, np.diff(s), jump) == pytest.approx(np.full(5, 48.0**2), rel=1e-6)
+    assert error_density(r, slopes, np.diff(s), jump) == pytest.approx(
+        np.full(5, 48.0**2), rel=1e-6
+    )

@@ -8,17 +8,17 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error import low_regularity
 from ancfsparse.plans.discretization_error.low_regularity import bound
-from ancfsparse.plans.discretization_error.richardson import LEAST_ORDER
-from ancfsparse.plans.discretization_error.turning_points import swings
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
+from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.selection import method_selection
-from ancfsparse.plans.trial_runs.solution_methods import Way
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 
 
 @pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
 def test_the_bound_of_a_regular_series_is_what_is_left(order):
     errors = 3.0 * 2.0 ** (-order * np.arange(4.0))
-    found, left = bound(-np.diff(errors))
-    assert found == pytest.approx(order)
+    error_model, left = bound(-np.diff(errors))
+    assert error_model == pytest.approx(order)
     assert left == pytest.approx(errors[-1])
 
 
@@ -26,8 +26,8 @@ def test_chance_and_high_orders_are_not_believed():
     assert bound([4.0, 2.0, 1e-6]) == (1.0, 1.0)  # the one before the last, halved
     assert bound([64.0, 8.0, 1.0]) == (1.0, 4.0)
     order, left = bound([1.0, 0.5, 2.0])  # none falls
-    assert order == LEAST_ORDER
-    assert left == pytest.approx(2.0 / (2.0**LEAST_ORDER - 1.0))
+    assert order == MIN_ORDER
+    assert left == pytest.approx(2.0 / (2.0**MIN_ORDER - 1.0))
     assert bound([0.0, 0.0, 0.0]) == (1.0, 0.0)
 
 
@@ -52,11 +52,11 @@ def test_peaks_after_a_pulse_have_plans_that_hold(ask, t_end, error):
     scene, beam = struck("auto", "auto")
     plan = ancf.plan(scene, t_end, ask(beam), error)
     assert plan.is_met
-    assert "bounds that four motions show" in str(plan)
-    found = ask(beam).value(plan.run())
+    assert "bounds from four motions" in str(plan)
+    error_model = ask(beam).value(plan.run())
     fine, its = struck("thin", 120)
     run = ancf.simulate(fine, t_end, t_end / 20000, integrator=ancf.GeneralizedAlpha(0.9))
-    assert abs(found - ask(its).value(run))[0, 0] <= plan.predictions[0].asked
+    assert abs(error_model - ask(its).value(run))[0, 0] <= plan.predictions[0].tolerance
 
 
 @pytest.mark.parametrize("error", [1e-9, 5e-324])
@@ -104,7 +104,7 @@ def test_a_reaction_of_a_straight_rod_has_a_plan():
 
 def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
     """The reaction of a rod of steel that gravity lets swing, and bends at once."""
-    monkeypatch.setattr(low_regularity, "WORTH", 1.0)
+    monkeypatch.setattr(low_regularity, "MAX_COST", 1.0)
 
     def dropped(damping):
         scene = ancf.Scene()
@@ -116,7 +116,7 @@ def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
     scene, reaction = dropped(0.0)
     with pytest.raises(ancf.PlanError, match="In the last motion it vibrates by up to") as caught:
         ancf.plan(scene, 0.2, reaction, "1 %")
-    assert "axial_damping and bending_damping of the material take" in str(caught.value)
+    assert "axial_damping and bending_damping of the material damp" in str(caught.value)
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
     scene, reaction = dropped(1e-3)
     assert ancf.plan(scene, 0.2, reaction, "1 %").is_met
@@ -124,14 +124,14 @@ def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
 
 def test_a_refusal_names_equilibria_that_cease_to_exist(monkeypatch):
     """Two beams that lean on each other, pushed through; no steps have a plan."""
-    whole = method_selection.elements
+    whole = method_selection.select_model
 
-    def hopeless(pilots, finer, steps):
-        if isinstance(pilots.integrator, Way):
-            return whole(pilots, finer, steps)
+    def hopeless(trials, finer, steps):
+        if isinstance(trials.integrator, SolutionMethod):
+            return whole(trials, finer, steps)
         raise ancf.PlanError("position", 1e-3, 2e-3, "m", 4, 1.5, ("It vibrates",))
 
-    monkeypatch.setattr(method_selection, "elements", hopeless)
+    monkeypatch.setattr(method_selection, "select_model", hopeless)
     scene = ancf.Scene((0.0, 0.0))
     made = ancf.Circle(0.02), ancf.Material(1e7, 1000.0)
     left = scene.add_beam("thin", (0, 0), (1, 0.1), "auto", *made)
@@ -142,16 +142,16 @@ def test_a_refusal_names_equilibria_that_cease_to_exist(monkeypatch):
     scene.point_force(left.end, ancf.Ramp((0.0, -3.0), 2.0))
     with pytest.raises(
         ancf.PlanError,
-        match=r"It vibrates\. Statics at all times would not do: .* an equilibrium ceases to exist",
+        match=r"It vibrates\. Statics at all times is not applicable: .* the equilibrium path ends",
     ):
         ancf.plan(scene, 2.0, ancf.position(left.end), "5 %")
 
 
 def test_swings_count_from_turn_to_turn():
     t = np.linspace(0.0, 1.0, 1001)
-    rows, sizes = swings(np.sin(2.0 * np.pi * 10.0 * t), 1.0)
+    rows, sizes = find_swings(np.sin(2.0 * np.pi * 10.0 * t), 1.0)
     assert len(rows) == 19
     assert np.allclose(np.diff(rows), 50, atol=1)
     assert np.allclose(sizes, 2.0, rtol=1e-2)
-    assert len(swings(0.4 * np.sin(2.0 * np.pi * 10.0 * t), 1.0)[0]) == 0
-    assert len(swings(t, 0.0)[0]) == 0
+    assert len(find_swings(0.4 * np.sin(2.0 * np.pi * 10.0 * t), 1.0)[0]) == 0
+    assert len(find_swings(t, 0.0)[0]) == 0

@@ -5,52 +5,55 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error import mesh_error
-from ancfsparse.plans.discretization_error.residual_correction import corrections, of_corrections
+from ancfsparse.plans.discretization_error.residual_correction import (
+    corrections,
+    estimate_from_corrections,
+)
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.functions import checked
-from ancfsparse.plans.quantities.tolerances import wanted
+from ancfsparse.plans.quantities.functions import check_quantities
+from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection import confirmation_run
-from ancfsparse.plans.trial_runs.trial_runs import Pilots
+from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from benchmarks.adjoints import estimates as adjoints
 from tests.plans.models.test_auto_meshes import hammock
 
 
 def changes(make, counts, *, quantity=ancf.plans.static_deflection):
     scene, node = make("auto")
-    asked = wanted(checked(quantity(node), scene), "1 %")
-    pilots = Pilots(scene, None, asked, ancf.GeneralizedAlpha(0.9))
+    asked = check_goals(check_quantities(quantity(node), scene), "1 %")
+    trials = TrialRuns(scene, None, asked, ancf.GeneralizedAlpha(0.9))
     name = scene.beams[0].name
-    return [corrections(pilots, pilots.run(Model(counts={name: n}), 1)) for n in counts]
+    return [corrections(trials, trials.run(Model(counts={name: n}), 1)) for n in counts]
 
 
 @pytest.mark.parametrize("count", [8, 12, 20])
-def test_one_pilot_shows_its_error(count):
+def test_one_trial_run_shows_its_error(count):
     ((change,),) = changes(adjoints.clamped, [count])
     true, by_adjoint, *_ = adjoints.compare_equilibrium(adjoints.clamped, count)
-    error = of_corrections([count], [change], 4, 0.0).at(count)
+    error = estimate_from_corrections([count], [change], 4, 0.0).at(count)
     assert 0.9 < error / true < 1.1
     # A residual weighted by the adjoint solution, which is not a part of the package.
     assert error == pytest.approx(by_adjoint, rel=0.1)
 
 
-def test_two_pilots_show_the_order():
+def test_two_trial_runs_show_the_order():
     counts = [16, 24]
     (one,), (other,) = changes(adjoints.clamped, counts)
-    found = of_corrections(counts, [one, other], 4, 0.0)
-    assert found.settled
-    assert found.order == pytest.approx(4.0, abs=0.2)
+    error_model = estimate_from_corrections(counts, [one, other], 4, 0.0)
+    assert error_model.is_asymptotic
+    assert error_model.order == pytest.approx(4.0, abs=0.2)
     # An error of order 2 where 4 is known: 3 C / 4 n^2 is the change.
-    slow = of_corrections([8, 16], [0.75 / 64.0, 0.75 / 256.0], 4, 0.0)
-    assert not slow.settled
+    slow = estimate_from_corrections([8, 16], [0.75 / 64.0, 0.75 / 256.0], 4, 0.0)
+    assert not slow.is_asymptotic
     assert slow.at(32) == pytest.approx(1.0 / 1024.0)
-    assert of_corrections([8, 16], [1e-3, 1e-9], 4, 1e-8).settled
+    assert estimate_from_corrections([8, 16], [1e-3, 1e-9], 4, 1e-8).is_asymptotic
 
 
 def test_corrections_that_do_not_show_the_error_are_not_believed():
     scene, net = hammock("thin", "auto")
-    asked = wanted(checked(ancf.static_deflection(net.node(5)), scene), "1 %")
-    pilots = Pilots(scene, None, asked, ancf.GeneralizedAlpha(0.9))
-    assert corrections(pilots, pilots.run(Model(counts={net.name: 2}), 1)) is None
+    asked = check_goals(check_quantities(ancf.static_deflection(net.node(5)), scene), "1 %")
+    trials = TrialRuns(scene, None, asked, ancf.GeneralizedAlpha(0.9))
+    assert corrections(trials, trials.run(Model(counts={net.name: 2}), 1)) is None
 
     # A rod that droops by its length: on eight elements forces are far from linear.
     rough, fine = changes(adjoints.droop, [8, 40])
@@ -58,7 +61,7 @@ def test_corrections_that_do_not_show_the_error_are_not_believed():
     assert fine is not None
 
 
-def test_plans_of_equilibria_need_one_pilot_and_predict_the_error(monkeypatch):
+def test_plans_of_equilibria_need_one_trial_run_and_predict_the_error(monkeypatch):
     scene, node = adjoints.clamped("auto")
     quantity = ancf.static_deflection(node)
     exact_scene, its = adjoints.clamped(256)
@@ -67,10 +70,10 @@ def test_plans_of_equilibria_need_one_pilot_and_predict_the_error(monkeypatch):
         plan = ancf.plan(scene, quantity=quantity, error=error)
         true = np.linalg.norm(plan.run().position(node)[-1] - exact)
         assert plan.cost["runs"] <= runs
-        assert true <= plan.predictions[0].asked
+        assert true <= plan.predictions[0].tolerance
         assert 0.9 < plan.error / true < 1.2
     plan = ancf.plan(scene, quantity=quantity, error="1 %")
     for room in (mesh_error, confirmation_run):
         monkeypatch.setattr(room, "corrected_estimates", lambda *args: None)
     other = ancf.plan(scene, quantity=quantity, error="1 %")
-    assert plan.cost["counted"] < 0.8 * other.cost["counted"]
+    assert plan.cost["operations"] < 0.8 * other.cost["operations"]

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from ancfsparse.plans.discretization_error.richardson import estimate, observed
+from ancfsparse.plans.discretization_error.richardson import estimate, observed_order
 
 
 def series(order, resolutions, factor=3.0):
@@ -17,17 +17,17 @@ def series(order, resolutions, factor=3.0):
 @pytest.mark.parametrize("resolutions", [(8, 16), (8, 16, 32), (8, 12, 18), (8, 11, 21)])
 def test_a_power_is_continued_exactly(order, resolutions):
     errors, apart = series(order, resolutions)
-    found = estimate(resolutions, apart, order)
-    assert found.error == pytest.approx(errors[-1], rel=1e-9)
-    assert found.at(100) == pytest.approx(3.0 * 100.0**-order, rel=1e-9)
-    assert found.needed(1e-6) == pytest.approx((3.0 / 1e-6) ** (1 / order), rel=1e-9)
-    assert found.settled == (len(resolutions) == 3)
+    error_model = estimate(resolutions, apart, order)
+    assert error_model.error == pytest.approx(errors[-1], rel=1e-9)
+    assert error_model.at(100) == pytest.approx(3.0 * 100.0**-order, rel=1e-9)
+    assert error_model.resolution_for(1e-6) == pytest.approx((3.0 / 1e-6) ** (1 / order), rel=1e-9)
+    assert error_model.is_asymptotic == (len(resolutions) == 3)
 
 
 def test_the_observed_order_is_that_of_a_power():
     for order in (0.7, 2.0, 3.5):
         _, apart = series(order, (5, 9, 30))
-        assert observed((5, 9, 30), *apart) == pytest.approx(order, rel=1e-9)
+        assert observed_order((5, 9, 30), *apart) == pytest.approx(order, rel=1e-9)
 
 
 def test_a_lower_observed_order_is_believed_and_a_higher_one_is_not():
@@ -35,23 +35,23 @@ def test_a_lower_observed_order_is_believed_and_a_higher_one_is_not():
     pessimistic = estimate((8, 16, 32), slow, 2)
     assert pessimistic.order == pytest.approx(1.0)
     assert pessimistic.error == pytest.approx(3.0 / 32, rel=1e-9)
-    assert not pessimistic.settled
+    assert not pessimistic.is_asymptotic
     errors, fast = series(5, (8, 16, 32))
     cautious = estimate((8, 16, 32), fast, 2)
     assert cautious.order == 2
     assert cautious.error > errors[-1]
-    assert not cautious.settled
+    assert not cautious.is_asymptotic
 
 
 def test_what_diverges_is_not_settled_and_its_error_is_not_small():
-    found = estimate((8, 16, 32), (1.0, 2.0), 2)
-    assert not found.settled
-    assert found.error > 2.0
-    assert observed((8, 16, 32), 1.0, 2.0) == -math.inf
+    error_model = estimate((8, 16, 32), (1.0, 2.0), 2)
+    assert not error_model.is_asymptotic
+    assert error_model.error > 2.0
+    assert observed_order((8, 16, 32), 1.0, 2.0) == -math.inf
 
 
 def test_rounding_is_no_order():
-    found = estimate((8, 16, 32), (2e-16, 3e-16), 2, noise=1e-15)
-    assert found.settled
-    assert found.error < 1e-15
-    assert estimate((8, 16), (0.0,), 2).needed(1e-3) == 0.0
+    error_model = estimate((8, 16, 32), (2e-16, 3e-16), 2, noise=1e-15)
+    assert error_model.is_asymptotic
+    assert error_model.error < 1e-15
+    assert estimate((8, 16), (0.0,), 2).resolution_for(1e-3) == 0.0

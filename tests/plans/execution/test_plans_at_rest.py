@@ -8,16 +8,16 @@ from ancfsparse.problems import cantilever, elastica
 
 
 @pytest.mark.parametrize("error", ["3 %", "0.1 %"])
-def test_the_elastica_is_found_as_well_as_asked(error):
+def test_the_elastica_is_found_to_its_error(error):
     problem = elastica(3.0, "thin", "auto")
     plan = ancf.plan(problem.scene, quantity=ancf.static_deflection(problem.rod.end), error=error)
     run = plan.run(verify=True)
     fine = elastica(3.0, "thin", 64)
     exact = ancf.solve_static(fine.scene).displacement(fine.rod.end)
     off = np.linalg.norm(run.position(problem.rod.end)[0] - problem.rod.end.position - exact)
-    assert off <= plan.predictions[0].asked
+    assert off <= plan.predictions[0].tolerance
     assert plan.is_met
-    assert run.measured[0] <= plan.predictions[0].asked
+    assert run.measured[0] <= plan.predictions[0].tolerance
     assert plan.dt is None
     assert "statics" in str(plan)
 
@@ -26,12 +26,12 @@ def test_frequencies_of_a_cantilever_are_eulers():
     problem = cantilever("thin", "auto", load=0.0)
     rod = problem.rod
     plan = ancf.plan(problem.scene, quantity=[ancf.frequency(1), ancf.frequency(2)], error="0.1 %")
-    found = [each.wanted.quantity.value(plan.run())[0, 0] for each in plan.predictions]
+    error_model = [each.goal.quantity.value(plan.run())[0, 0] for each in plan.predictions]
     given = rod.stiffnesses()
     speed = np.sqrt(given["bending_stiffness"] / given["mass_per_length"]) / rod.length**2
     euler = np.array([1.8751040687, 4.6940911330]) ** 2 * speed / (2 * np.pi)
-    assert found == pytest.approx(euler, rel=2e-3)
-    assert max(each.error / each.asked for each in plan.predictions) < 1.0
+    assert error_model == pytest.approx(euler, rel=2e-3)
+    assert max(each.error / each.tolerance for each in plan.predictions) < 1.0
 
 
 @pytest.mark.parametrize("t_end", [1.0, 100.0])
@@ -54,13 +54,13 @@ def test_a_hanging_cable_is_moved_from_its_equilibrium(t_end):
     # The first state is at rest: without the start it falls.
     assert np.abs(run.v[0]).max() == 0.0
     # A finer mesh and shorter steps, from an equilibrium that was found for it.
-    other, beside = hung(24)
+    other, refine_other_elements = hung(24)
     rest = ancf.solve_static(other)
     steps = 2000
     fine = ancf.simulate(other, t_end, t_end / steps, start=rest, save_every=steps // 100)
     mine = run.position(middle)[:: (len(run.t) - 1) // 100]
-    off = np.linalg.norm(mine - fine.position(beside.at(0.5)), axis=1).max()
-    assert off <= run.plan.predictions[0].asked
+    off = np.linalg.norm(mine - fine.position(refine_other_elements.at(0.5)), axis=1).max()
+    assert off <= run.plan.predictions[0].tolerance
 
 
 def test_bad_input_gets_a_sentence():
@@ -69,13 +69,13 @@ def test_bad_input_gets_a_sentence():
     moving, thrown = cantilever("thin", 4)
     moving = moving.replaced(thrown, velocity=lambda x: x**2 @ [[0, 1], [0, 0]])
     for make, words in (
-        (lambda: ancf.plan(scene, 1.0, rest, 1e-3), "leave t_end out"),
-        (lambda: ancf.plan(scene, quantity=rest, error=1e-3, dt=1.0), "leave dt out"),
+        (lambda: ancf.plan(scene, 1.0, rest, 1e-3), "omit t_end"),
+        (lambda: ancf.plan(scene, quantity=rest, error=1e-3, dt=1.0), "omit dt"),
         (lambda: ancf.plan(scene, quantity=motion, error=1e-3), "needs a time at the end"),
         (lambda: ancf.plan(scene, 1.0, [rest, motion], 1e-3), "a plan for each kind"),
         (
             lambda: ancf.plan(scene, quantity=rest, error=1e-3, start="equilibrium"),
-            "leave start out",
+            "omit start",
         ),
         (lambda: ancf.plan(scene, 1.0, motion, 1e-3, start="rest"), "start of a plan 'rest'"),
         (lambda: ancf.simulate(moving, 1.0, 0.1, start="equilibrium"), "begins at rest, but"),
@@ -84,7 +84,7 @@ def test_bad_input_gets_a_sentence():
         (lambda: ancf.plan(scene, quantity=rest), "needs an error"),
         (lambda: ancf.frequency(0), "at least 1"),
         (lambda: ancf.static_deflection("tip"), "needs a point"),
-        (lambda: ancf.simulate(scene, 1.0, quantity=rest, error=1e-3), "leave t_end out"),
+        (lambda: ancf.simulate(scene, 1.0, quantity=rest, error=1e-3), "omit t_end"),
     ):
         with pytest.raises(ancf.InputError, match=words):
             make()

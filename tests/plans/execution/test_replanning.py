@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.execution.validity_range import Span, span_of
+from ancfsparse.plans.execution.validity_range import ValidityRange, validity_range
 from ancfsparse.plans.trial_runs.solution_methods import Statics
 from ancfsparse.problems import pendulum
 
@@ -14,17 +14,17 @@ from ancfsparse.problems import pendulum
 def planned(error=1e-2):
     scene, rod = pendulum("thin", "auto")
     plan = ancf.plan(scene, 1.0, ancf.position(rod.end), error)
-    return replace(plan, answer=None), rod
+    return replace(plan, result=None), rod
 
 
 def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
     scene, rod = pendulum("thin", "auto")
     plan = ancf.plan(scene, 2.0, ancf.position(rod.end), 1e-2, integrator=ancf.Newmark())
     model = plan.model.with_counts({rod.name: 24})
-    long = replace(plan, model=model, steps=50, answer=None, span=None)
+    long = replace(plan, model=model, steps=50, result=None, validity_range=None)
     with pytest.raises(ancf.EnergyIncreaseError) as failure:
         ancf.simulate(long.build(), 2.0, 0.04, integrator=ancf.Newmark(), solver=plan.solver)
-    with pytest.warns(ancf.PlanChangedWarning, match="failed, so it goes on with half the step"):
+    with pytest.warns(ancf.PlanChangedWarning, match="the run continues with half the step"):
         run = long.run()
     assert run.plan.steps > 50
     assert np.allclose(np.diff(run.t), 0.04)
@@ -36,7 +36,7 @@ def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
     truth = ancf.simulate(plan.build(), 2.0, 0.04, accuracy=1e-4).position(rod.end)
     assert np.linalg.norm(run.position(rod.end) - truth, axis=1).max() < 0.5
     # A file has one run: it is made again from its start.
-    with pytest.warns(ancf.PlanChangedWarning, match="goes on"):
+    with pytest.warns(ancf.PlanChangedWarning, match="continues"):
         again = long.run(save_every=1)
     assert again.t[1] < 0.04
 
@@ -44,12 +44,12 @@ def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
 def test_a_run_with_larger_strains_is_refined_until_two_agree():
     plan, rod = planned()
     run = plan.run()
-    known = span_of(run, plan.steps)
-    assert known.left_by(known) == ""
-    assert replace(plan, span=known).run().plan.steps == plan.steps
-    small = replace(plan, span=replace(known, strain=known.strain / 10))
+    known = validity_range(run, plan.steps)
+    assert known.exceeded_by(known) == ""
+    assert replace(plan, validity_range=known).run().plan.steps == plan.steps
+    small = replace(plan, validity_range=replace(known, strain=known.strain / 10))
     with pytest.warns(
-        ancf.PlanChangedWarning, match="strains come to .* refined until two runs agree"
+        ancf.PlanChangedWarning, match="strains reach .* refined until two runs agree"
     ):
         finer = small.run()
     assert finer.plan.steps >= 2 * plan.steps
@@ -57,11 +57,11 @@ def test_a_run_with_larger_strains_is_refined_until_two_agree():
     truth = ancf.simulate(exact, 1.0, finer.t[1], accuracy=1e-5).position(its.end)
     assert np.linalg.norm(finer.position(rod.end) - truth, axis=1).max() <= 1e-2
     # With other arguments the run cannot be made again, but states that it left its range.
-    with pytest.warns(ancf.PlanChangedWarning, match="not known to be what was predicted"):
+    with pytest.warns(ancf.PlanChangedWarning, match="its error may exceed the prediction"):
         assert small.run(save_every=1).plan.steps == plan.steps
 
 
-def test_a_load_that_pilots_have_missed_is_found():
+def test_a_load_that_trial_runs_have_missed_is_found():
     """A push of 2 ms between the steps of pilots."""
     scene = ancf.Scene((0.0, 0.0))
     rod = scene.add_beam(
@@ -72,11 +72,12 @@ def test_a_load_that_pilots_have_missed_is_found():
         rod.end, lambda t: (0.0, -0.1 * np.sin(3 * t) - 2.0 * (abs(t - 0.5031) < 1e-3))
     )
     plan = ancf.plan(scene, 1.0, ancf.position(rod.end), "3 %", dt=5e-4)
-    coarse = span_of(plan.run(), 50)
-    with pytest.warns(ancf.PlanChangedWarning, match="a load comes to"):
-        replace(plan, answer=None, span=replace(coarse, strain=1.0)).run()
-    assert Span(1.0, 1.0, (1.0, 2.0)).left_by(Span(1.0, 1.0, (1.0, 4.0))).startswith("a load comes")
-    assert "turns in a step" in Span(1.0, 0.1, ()).left_by(Span(1.0, 0.2, ()))
+    coarse = validity_range(plan.run(), 50)
+    with pytest.warns(ancf.PlanChangedWarning, match="a load reaches"):
+        replace(plan, result=None, validity_range=replace(coarse, strain=1.0)).run()
+    known = ValidityRange(1.0, 0.1, (1.0, 2.0))
+    assert known.exceeded_by(replace(known, loads=(1.0, 4.0))).startswith("a load reaches")
+    assert "rotations in a step" in known.exceeded_by(replace(known, turn=0.2))
 
 
 def arch(n="auto"):
@@ -100,10 +101,10 @@ def test_equilibria_that_cease_to_exist_are_marched():
     scene, top = arch()
     plan = ancf.plan(scene, 2.0, ancf.position(top), "5 %")
     assert plan.integrator == ancf.GeneralizedAlpha(0.9)
-    assert "statics at all times would not do: neglected inertia has no bound" in str(plan)
-    wrong = replace(plan, integrator=Statics(), answer=None, steps=16)
+    assert "statics at all times is not applicable: neglected inertia has no bound" in str(plan)
+    wrong = replace(plan, integrator=Statics(), result=None, steps=16)
     with pytest.warns(
-        ancf.PlanChangedWarning, match="ceased to exist; it is planned again, by steps"
+        ancf.PlanChangedWarning, match="ceased to exist; it is planned again with time integration"
     ):
         again = wrong.run()
     assert again.plan.choice == plan.choice
@@ -119,24 +120,24 @@ def swinging(n="auto", wall=2.3):
     return scene, rod
 
 
-def test_contact_that_pilots_have_not_met_is_found():
+def test_contact_that_trial_runs_have_not_met_is_found():
     scene, rod = swinging()
     plan = ancf.plan(scene, 1.2, ancf.position(rod.end), "5 %")
-    missed = span_of(ancf.simulate(swinging(8, 1e-3)[0], 1.2, 2e-3), 600)
-    assert missed.touches[0][1] == 0.0
+    missed = validity_range(ancf.simulate(swinging(8, 1e-3)[0], 1.2, 2e-3), 600)
+    assert missed.forces[0][1] == 0.0
     blind = replace(missed, strain=1.0, turn=1.0)
-    rough = replace(plan, model=plan.model.with_counts({rod.name: 6}), steps=400, answer=None)
-    met = span_of(rough.run(), 400)
-    assert replace(blind, touches=met.touches).left_by(met) == ""
+    rough = replace(plan, model=plan.model.with_counts({rod.name: 6}), steps=400, result=None)
+    met = validity_range(rough.run(), 400)
+    assert replace(blind, forces=met.forces).exceeded_by(met) == ""
     with pytest.warns(
-        ancf.PlanChangedWarning, match=r"the force of the spring .* comes to .* and to 0 in"
+        ancf.PlanChangedWarning, match=r"the force of the spring .* reaches .*, compared with 0 in"
     ):
-        run = replace(rough, span=blind).run()
+        run = replace(rough, validity_range=blind).run()
     exact, its = swinging(24)
     motion = ancf.simulate(exact, 1.2, run.t[1] / 4, save_every=4)
     off = np.linalg.norm(run.position(rod.end) - motion.position(its.end), axis=1).max()
-    assert off <= plan.predictions[0].asked
+    assert off <= plan.predictions[0].tolerance
     free = ancf.simulate(swinging(24, 1e-3)[0], 1.2, run.t[1])
     without = np.linalg.norm(free.position(free.system.scene.beams[0].end)
                              - motion.position(its.end), axis=1).max()  # fmt: skip
-    assert without > 5.0 * plan.predictions[0].asked
+    assert without > 5.0 * plan.predictions[0].tolerance

@@ -5,7 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.model_error.neglected_energies import neglected_effects
-from ancfsparse.plans.trial_runs.trial_runs import at_rest
+from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
 
 STEEL = ancf.Material(youngs_modulus=2e11, density=7800.0, poisson_ratio=0.3)
 SHEARED = {"curvature": "section", "section_strain": "nodal"}
@@ -33,8 +33,8 @@ def converged(element, dim, length, ends, number, section=None, **options):
 
 
 def effects_on(scene, number):
-    quantity = ancf.frequency(number).on(scene)
-    return neglected_effects(scene, at_rest(ancf.solve_static(scene)), quantity)
+    quantity = ancf.frequency(number).in_scene(scene)
+    return neglected_effects(scene, as_trajectory(ancf.solve_static(scene)), quantity)
 
 
 @pytest.mark.parametrize("number", [1, 3])
@@ -46,20 +46,20 @@ def test_shear_and_rotary_inertia_of_cables(dim, ends, length, number):
     cable = ancf.modes(scene, number).frequencies[-1]
     spin = int(dim == 3 and ends == ("pin", "pin"))  # a beam also turns about its own axis
     true = cable - converged("thick", dim, length, ends, number + spin, **SHEARED)
-    found = effects_on(scene, number)
-    assert sum(found.values()) == pytest.approx(true, rel=0.2)
-    assert found.get("torsion", 0.0) == pytest.approx(0.0, abs=1e-9 * cable)
+    error_model = effects_on(scene, number)
+    assert sum(error_model.values()) == pytest.approx(true, rel=0.2)
+    assert error_model.get("torsion", 0.0) == pytest.approx(0.0, abs=1e-9 * cable)
 
 
-def test_a_pinned_cable_beside_timoshenko():
+def test_a_pinned_cable_compared_with_timoshenko():
     """First order of his theory: f lower by (n pi r / L)^2 / 2 (1 + E / k G), r^2 = I / A."""
     scene, rod = beam_of("thin", 2, 1.0, ("pin", "pin"), 16)
     given = rod.stiffnesses()
     slender = (np.pi**2 / 2.0) * 0.02**2 / 12.0
     stiff = given["bending_stiffness"] / (0.02**2 / 12.0) / given["shear_stiffness_y"]
-    found, frequency = effects_on(scene, 1), ancf.modes(scene, 1).frequencies[0]
-    assert found["rotary inertia"] == pytest.approx(slender * frequency, rel=0.01)
-    assert found["shear"] == pytest.approx(slender * stiff * frequency, rel=0.03)
+    error_model, frequency = effects_on(scene, 1), ancf.modes(scene, 1).frequencies[0]
+    assert error_model["rotary inertia"] == pytest.approx(slender * frequency, rel=0.01)
+    assert error_model["shear"] == pytest.approx(slender * stiff * frequency, rel=0.03)
 
 
 def test_places_that_change():
@@ -75,8 +75,10 @@ def test_places_that_change():
 def test_cables_do_not_show_vibrations_of_twist():
     scene, _ = beam_of("thin", 3, 0.2, ("pin", "pin"), 24)
     assert "torsion" not in {k for k, x in effects_on(scene, 1).items() if x > 1e-9}
-    found = effects_on(scene, 3)  # 3977 Hz, and the first of twist 8100 Hz, clamped-free 4050 Hz
-    assert found["torsion"] == pytest.approx(ancf.modes(scene, 3).frequencies[-1])
+    error_model = effects_on(
+        scene, 3
+    )  # 3977 Hz, and the first of twist 8100 Hz, clamped-free 4050 Hz
+    assert error_model["torsion"] == pytest.approx(ancf.modes(scene, 3).frequencies[-1])
 
 
 @pytest.mark.parametrize("number", [1, 3])
@@ -94,18 +96,18 @@ def test_a_slender_beam_is_given_cables_and_a_short_one_is_not():
         plan = ancf.plan(scene, quantity=ancf.frequency(1), error="1 %")
         run = plan.run()
         assert run.system.scene.beams[0].element == element
-        found = plan.predictions[0].wanted.quantity.value(run)[0, 0]
+        error_model = plan.predictions[0].goal.quantity.value(run)[0, 0]
         rich, _ = beam_of("thick", 2, length, ("clamp", "clamp"), 100, **SHEARED)
-        assert found == pytest.approx(ancf.modes(rich, 1).frequencies[0], rel=0.01)
+        assert error_model == pytest.approx(ancf.modes(rich, 1).frequencies[0], rel=0.01)
 
 
 def test_vibrations_out_of_the_plane_count():
     """The second frequency of a bar with sides 1 and 2 is that of bending the other way."""
     scene, _ = beam_of("auto", 3, 1.0, ("clamp", "clamp"), "auto", ancf.Rectangle(0.02, 0.04))
     plan = ancf.plan(scene, quantity=ancf.frequency(2), error="1 %")
-    found = plan.predictions[0].wanted.quantity.value(plan.run())[0, 0]
+    error_model = plan.predictions[0].goal.quantity.value(plan.run())[0, 0]
     rich, _ = beam_of(
         "thick", 3, 1.0, ("clamp", "clamp"), 60, ancf.Rectangle(0.02, 0.04), **SHEARED
     )
-    assert found == pytest.approx(ancf.modes(rich, 2).frequencies[1], rel=0.01)
+    assert error_model == pytest.approx(ancf.modes(rich, 2).frequencies[1], rel=0.01)
     assert ancf.modes(rich, 2).frequencies[1] < 2.1 * ancf.modes(rich, 2).frequencies[0]

@@ -5,8 +5,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.model_error.neglected_energies import neglected_effects
-from ancfsparse.plans.model_error.quasi_static_error import late
-from ancfsparse.plans.trial_runs.trial_runs import at_rest
+from ancfsparse.plans.model_error.quasi_static_error import inertia_error
+from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
 from tests.grids import level_grid
 
 FACTOR = 2.0
@@ -36,15 +36,15 @@ def test_shear(height):
         bent("thick", 16, curvature="section", section_strain="nodal"),
     ]
     y = [ancf.solve_static(each, t=1.0).position(point)[1] for each, point in rich]
-    found = neglected_effects(scene, run, ancf.position(end))
-    close(found["shear"], abs(y[1] - y[0]))
-    assert found["shear"] / 1e-3 == pytest.approx(0.78 * height**2, rel=0.03)
+    error_model = neglected_effects(scene, run, ancf.position(end))
+    close(error_model["shear"], abs(y[1] - y[0]))
+    assert error_model["shear"] / 1e-3 == pytest.approx(0.78 * height**2, rel=0.03)
 
     def march(changed):
         return ancf.quasi_static(changed, 1.0, 0.25)
 
     measured = neglected_effects(scene, run, ancf.position(end), march)
-    assert measured["shear"] == pytest.approx(found["shear"], rel=0.02)
+    assert measured["shear"] == pytest.approx(error_model["shear"], rel=0.02)
 
 
 @pytest.mark.parametrize("height", [0.05, 0.2])
@@ -73,8 +73,8 @@ def test_rotary_inertia(height):
     _, one, plain = released("thin", 24)
     _, other, rich = released("thick", 24, curvature="section", section_strain="nodal")
     truth = np.abs(rich.position(other) - plain.position(one)).max()
-    found = neglected_effects(scene, run, ancf.position(middle))
-    close(found["rotary inertia"], truth)
+    error_model = neglected_effects(scene, run, ancf.position(middle))
+    close(error_model["rotary inertia"], truth)
 
 
 @pytest.mark.parametrize("pull", [100.0, 1000.0])
@@ -100,7 +100,7 @@ def test_bending_of_strings(pull):
 
 def test_bending_of_strings_in_a_net():
     """Every line of a net counts, and a net under more tension bends relatively less."""
-    found = []
+    error_model = []
     for stretch in (1e-3, 1e-2):
         scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
         nodes, edges, number = level_grid(7)
@@ -113,13 +113,13 @@ def test_bending_of_strings_in_a_net():
         begin = ancf.solve_static(scene)
         run = ancf.quasi_static(scene, 1.0, 0.5, start=begin)
         middle = net.node(24)
-        found.append(
+        error_model.append(
             neglected_effects(scene, run, ancf.position(middle))["bending"]
             / np.abs(run.position(middle)[-1, 2])
         )
     # EI pi^2 / N L^2 of one line, and 12 in place of pi^2 for an even load.
     bending, area = np.pi * 0.01**4 / 64.0, np.pi * 0.01**2 / 4.0
-    for share, stretch in zip(found, (1e-3, 1e-2), strict=True):
+    for share, stretch in zip(error_model, (1e-3, 1e-2), strict=True):
         close(share, np.pi**2 * bending / (area * stretch))
 
 
@@ -140,9 +140,9 @@ def test_stretch(youngs):
     (scene, end), (rich, other) = pendulum(), pendulum(strain="biot")
     run = march(scene)
     truth = np.abs(run.position(end) - march(rich).position(other)).max()
-    found = neglected_effects(scene, run, ancf.position(end), march)
-    close(found["stretch"], truth)
-    assert found["shear"] < found["stretch"]
+    error_model = neglected_effects(scene, run, ancf.position(end), march)
+    close(error_model["stretch"], truth)
+    assert error_model["shear"] < error_model["stretch"]
 
 
 @pytest.mark.parametrize("element", ["thin", "string"])
@@ -166,10 +166,12 @@ def test_stretch_of_taut_lines(pull, element):
     scene, middle, rest = sagging(element, 16)
 
     def march(changed):
-        return at_rest(ancf.solve_static(changed))
+        return as_trajectory(ancf.solve_static(changed))
 
-    found = neglected_effects(scene, at_rest(rest), ancf.static_deflection(middle), march)
-    assert found["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
+    error_model = neglected_effects(
+        scene, as_trajectory(rest), ancf.static_deflection(middle), march
+    )
+    assert error_model["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
 
 
 @pytest.mark.parametrize("slow", [8.0, 40.0])
@@ -184,7 +186,7 @@ def test_inertia_of_a_quasi_static_run(slow):
     run = ancf.quasi_static(scene, t_end, t_end / 200)
     motion = ancf.simulate(scene, t_end, t_end / 10000, save_every=50)
     truth = np.abs(run.position(beam.end) - motion.position(beam.end)).max()
-    close(late(run, ancf.position(beam.end)), truth)
+    close(inertia_error(run, ancf.position(beam.end)), truth)
 
 
 def test_inertia_of_a_load_that_sets_in_with_a_rate():
@@ -196,7 +198,7 @@ def test_inertia_of_a_load_that_sets_in_with_a_rate():
     run = ancf.quasi_static(scene, 4.0, 0.1)
     motion = ancf.simulate(scene, 4.0, 2e-3, save_every=50)
     truth = np.abs(run.position(beam.end) - motion.position(beam.end)).max()
-    close(late(run, ancf.position(beam.end)), truth)
+    close(inertia_error(run, ancf.position(beam.end)), truth)
 
 
 @pytest.mark.parametrize("twist", [0.1, 1.0])
@@ -229,7 +231,7 @@ def test_torsion_between_two_clamps_that_are_turned_against_each_other():
 
     The angle is the solid angle that the tangent goes round on the sphere.
     """
-    from ancfsparse.plans.model_error.section_energies import carried_angle
+    from ancfsparse.plans.model_error.section_energies import transported_angle
 
     scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
     beam = scene.add_beam(
@@ -237,14 +239,14 @@ def test_torsion_between_two_clamps_that_are_turned_against_each_other():
     )
     angle = np.linspace(0.0, 2.0 * np.pi, 2001)
     flat = np.stack([np.cos(0.3 * np.sin(angle)), np.sin(0.3 * np.sin(angle)), 0 * angle], axis=1)
-    np.testing.assert_allclose(carried_angle(flat[None], beam), 0.0, atol=1e-12)
+    np.testing.assert_allclose(transported_angle(flat[None], beam), 0.0, atol=1e-12)
     # A circle on the sphere through e_x, with the half angle 0.3 about a tilted axis.
     axis = np.array([np.cos(0.3), np.sin(0.3), 0.0])
     other = np.array([-np.sin(0.3), np.cos(0.3), 0.0])
     around = np.cos(angle)[:, None] * -other + np.sin(angle)[:, None] * np.array([0.0, 0.0, 1.0])
     cone = np.cos(0.3) * axis + np.sin(0.3) * around
     solid = 2.0 * np.pi * (1.0 - np.cos(0.3))
-    assert abs(carried_angle(cone[None], beam)[0]) == pytest.approx(solid, rel=1e-5)
+    assert abs(transported_angle(cone[None], beam)[0]) == pytest.approx(solid, rel=1e-5)
 
 
 def test_what_a_model_has_is_left_out_and_nothing_where_nothing_acts():
@@ -258,6 +260,6 @@ def test_what_a_model_has_is_left_out_and_nothing_where_nothing_acts():
     beam = still.add_beam("thin", (0, 0), (1, 0), 4, *made)
     still.clamp(beam.start)
     run = ancf.quasi_static(still, 1.0, 0.5)
-    found = neglected_effects(still, run, ancf.position(beam.end))
-    assert set(found) == {"shear", "stretch"}
-    assert not any(found.values())
+    error_model = neglected_effects(still, run, ancf.position(beam.end))
+    assert set(error_model) == {"shear", "stretch"}
+    assert not any(error_model.values())

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.model_error.quasi_static_error import hurried, late
+from ancfsparse.plans.model_error.quasi_static_error import inertia_error, is_dynamic
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.tolerances import wanted
-from ancfsparse.plans.selection.method_selection import _seeing
-from ancfsparse.plans.trial_runs.solution_methods import Statics, _changing
-from ancfsparse.plans.trial_runs.trial_runs import Pilots
+from ancfsparse.plans.quantities.tolerances import check_goals
+from ancfsparse.plans.selection.method_selection import _resolve_vibrations
+from ancfsparse.plans.trial_runs.solution_methods import Statics, _time_dependent_loads
+from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from ancfsparse.system import System
 
 SOFT = ancf.Material(1e8, 1000)
@@ -51,10 +51,10 @@ def test_a_cable_that_is_pulled_slowly_is_solved_as_statics(time, error):
     scene, point = pulled(time)
     plan = ancf.plan(scene, time, ancf.position(point), error)
     assert plan.integrator == Statics()
-    assert "loads and drives are slow" in str(plan)
+    assert "the motion is computed as a sequence of equilibria" in str(plan)
     assert "statics at all times" in plan.choice
     run = plan.run(verify=True)
-    asked = plan.predictions[0].asked
+    asked = plan.predictions[0].tolerance
     achieved = np.linalg.norm(run.position(point) - truth(pulled, time, run.t), axis=1).max()
     assert achieved <= asked
     assert plan.is_met
@@ -66,7 +66,7 @@ def test_what_is_not_slow_enough_is_marched():
     scene, point = bent(3.0)
     plan = ancf.plan(scene, 3.0, ancf.position(point), "3 %")
     assert plan.integrator == ancf.GeneralizedAlpha(0.9)
-    assert "statics at all times would miss the error by" in str(plan)
+    assert "statics at all times would exceed the tolerance by a factor of" in str(plan)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3])
@@ -76,27 +76,27 @@ def test_what_equilibria_leave_out(time, damping):
     run = ancf.quasi_static(scene, time, time / 64)
     motion = ancf.simulate(scene, time, time / 6400, integrator=ancf.Newmark(), save_every=100)
     off = np.linalg.norm(run.position(point) - motion.position(point), axis=1).max()
-    found = late(run, ancf.position(point))
-    assert off <= found <= 12.0 * off
+    error_model = inertia_error(run, ancf.position(point))
+    assert off <= error_model <= 12.0 * off
 
 
 def test_the_lowest_frequency_is_bounded_where_loads_displace_little(monkeypatch):
     """What the bound refuses is what the frequency itself refuses."""
     called = []
-    whole = hurried
+    whole = is_dynamic
 
     def looked(*arguments):
         called.append(whole(*arguments))
         return called[-1]
 
-    monkeypatch.setattr("ancfsparse.plans.trial_runs.solution_methods.hurried", looked)
+    monkeypatch.setattr("ancfsparse.plans.trial_runs.solution_methods.is_dynamic", looked)
     for t_end in (40.0, 4.0, 2.0, 1.0, 0.5):
         scene, point = bent(t_end, "thin", 4)
-        changes = _changing(System(scene), t_end)
+        changes = _time_dependent_loads(System(scene), t_end)
         before = len(called)
-        asked = wanted([ancf.position(point)], "1 %")
-        found = Statics.fit(System(scene), t_end, asked) is not None
-        assert found is not whole(scene, t_end, changes, 0.01)
+        asked = check_goals([ancf.position(point)], "1 %")
+        error_model = Statics.fit(System(scene), t_end, asked) is not None
+        assert error_model is not whole(scene, t_end, changes, 0.01)
         assert t_end > 1.0 or len(called) == before
     assert called
 
@@ -106,7 +106,7 @@ def test_what_statics_does_not_have_is_marched():
     scene, point = bent(40.0)
 
     def fits(made, quantity):
-        return Statics.fit(System(made), 40.0, wanted([quantity], "1 %")) is not None
+        return Statics.fit(System(made), 40.0, check_goals([quantity], "1 %")) is not None
 
     made = bent(40.0, "thin", 4)[0]
     assert fits(made, ancf.position(point))
@@ -124,23 +124,25 @@ def test_what_statics_does_not_have_is_marched():
     assert kept.integrator == ancf.HHT()
     scene, point = pulled(20.0)
     plan = ancf.plan(scene, 20.0, ancf.position(point), "5 %")
-    with pytest.raises(ancf.InputError, match="save_every belongs to motions that are marched"):
+    with pytest.raises(ancf.InputError, match="save_every applies to time integration only"):
         plan.run(save_every=2)
 
 
 def test_steps_see_the_vibrations_that_equilibria_miss():
     """Steps of 0.6 s jump to the equilibrium about which the cable vibrates by 3 mm in 0.35 s."""
     scene, point = pulled(60.0, "thin")
-    pilots = Pilots(scene, 60.0, wanted([ancf.position(point)], "3 %"), ancf.GeneralizedAlpha(0.9))
-    equilibria = replace(pilots.with_integrator(Statics()), base=16)
-    assert _seeing(pilots, equilibria).base == pilots.base  # nothing is known
+    trials = TrialRuns(
+        scene, 60.0, check_goals([ancf.position(point)], "3 %"), ancf.GeneralizedAlpha(0.9)
+    )
+    equilibria = replace(trials.with_integrator(Statics()), base=16)
+    assert _resolve_vibrations(trials, equilibria).base == trials.base  # nothing is known
     fine = Model(counts={"beam 0": 8})
     equilibria.run(fine, 16)
-    seen = _seeing(pilots, equilibria).base
+    seen = _resolve_vibrations(trials, equilibria).base
     assert seen >= 8 * 60.0 / 0.36
     assert seen <= 2 * 8 * 60.0 / 0.34
-    rough = replace(pilots, wanted=wanted([ancf.position(point)], "30 %"))
-    assert _seeing(rough, equilibria).base == pilots.base
+    rough = replace(trials, goals=check_goals([ancf.position(point)], "30 %"))
+    assert _resolve_vibrations(rough, equilibria).base == trials.base
     # So long steps miss it, and agree on that.
     made = [ancf.simulate(pulled(60.0, "thin", n)[0], 6.0, dt, integrator=own)
             for n, dt, own in ((4, 0.6, ancf.GeneralizedAlpha(1.0)),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.model import Model, built, coarsest, spread
+from ancfsparse.plans.models.model import Model, build_model, coarse_count, element_counts
 from ancfsparse.plans.selection.element_hierarchy import CABLE
 from ancfsparse.system import System
 
@@ -35,7 +35,7 @@ def test_points_of_an_open_mesh_are_the_same_on_every_mesh():
     scene.point_force(net.at(1, 0.25), (0.0, -0.1))
     for count in (1, 3, 4):
         model = Model({net.name: CABLE}, {net.name: count})
-        its = built(scene, model)
+        its = build_model(scene, model)
         assert its.body(net.name).n_elements == 2 * count
         assert its.loads[-1].node.position == pytest.approx([1.25, 0.0], abs=1e-12)
         system = System(its)
@@ -46,7 +46,7 @@ def test_points_of_an_open_mesh_are_the_same_on_every_mesh():
 
 @pytest.mark.parametrize(("element", "error"), [("string", "2 %"), ("thin", "0.3 %"),
                                                 ("auto", "1 %")])  # fmt: skip
-def test_the_equilibrium_of_a_net_is_found_as_well_as_asked(element, error):
+def test_the_equilibrium_of_a_net_is_found_to_its_error(element, error):
     scene, net = hammock(element, "auto")
     middle = net.node(5)
     plan = ancf.plan(scene, quantity=ancf.static_deflection(middle), error=error)
@@ -57,10 +57,10 @@ def test_the_equilibrium_of_a_net_is_found_as_well_as_asked(element, error):
     exact = ancf.solve_static(fine).position(its.node(5))
     off = plan.run(verify=True).position(middle)[-1] - exact
     # What elements neglect comes on top, and is the same in both.
-    assert np.linalg.norm(off) <= plan.predictions[0].asked
+    assert np.linalg.norm(off) <= plan.predictions[0].tolerance
 
 
-def test_the_fall_of_a_net_is_found_as_well_as_asked():
+def test_the_fall_of_a_net_is_found_to_its_error():
     scene, net = hammock("thin", "auto")
     middle = net.node(5)
     run = ancf.simulate(scene, 0.2, quantity=ancf.position(middle), error="2 %")
@@ -68,19 +68,19 @@ def test_the_fall_of_a_net_is_found_as_well_as_asked():
     fine, its = hammock("thin", 2 * plan.model.counts[net.name])
     exact = ancf.simulate(fine, 0.2, plan.dt / 4, save_every=4, integrator=plan.integrator)
     off = run.position(middle) - exact.position(its.node(5))[:: plan.save_every]
-    assert np.linalg.norm(off, axis=1).max() <= plan.predictions[0].asked
+    assert np.linalg.norm(off, axis=1).max() <= plan.predictions[0].tolerance
 
 
 def test_coarse_meshes_have_few_elements_across_a_net():
     scene, net = hammock("auto", "auto", cells=10)
-    assert coarsest(scene, 8.0) == 1.0
-    assert spread(scene, 1.0) == {net.name: 1}
+    assert coarse_count(scene, 8.0) == 1.0
+    assert element_counts(scene, 1.0) == {net.name: 1}
     one, edge = hammock("auto", "auto", cells=1)
-    assert spread(one, coarsest(one, 8.0)) == {edge.name: 6}  # across the diagonal
+    assert element_counts(one, coarse_count(one, 8.0)) == {edge.name: 6}  # across the diagonal
     # Beside a beam, elements of edges are as long as its own.
     rod = scene.add_beam("thin", (0, 0, 1), (4, 0, 1), "auto", SECTION, RUBBER)
-    assert coarsest(scene, 8.0) == 8.0
-    assert spread(scene, 80.0) == {net.name: 2, rod.name: 80}
+    assert coarse_count(scene, 8.0) == 8.0
+    assert element_counts(scene, 80.0) == {net.name: 2, rod.name: 80}
 
 
 def test_open_meshes_are_stated_and_kept(tmp_path):

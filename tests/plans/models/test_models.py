@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.model import Model, Rung, built, counterpart, spread
+from ancfsparse.plans.models.model import (
+    ElementChoice,
+    Model,
+    build_model,
+    element_counts,
+    find_counterpart,
+)
 
 BAR = ancf.Rectangle(0.01, 0.01)
 RUBBER = ancf.Material(1e8, 4000)
@@ -20,8 +26,8 @@ def open_scene(element="thin", n_elements="auto", dim=2):
 @pytest.mark.parametrize("s", [0.0, 0.5, 0.74, 2.0 / 3.0, 1.999, 2.0])
 def test_a_handle_by_arc_length_is_the_same_point_on_every_mesh(count, s):
     scene, rod = open_scene()
-    new = built(scene, Model(counts={rod.name: count}))
-    point = counterpart(new, rod.at(s))
+    new = build_model(scene, Model(counts={rod.name: count}))
+    point = find_counterpart(new, rod.at(s))
     assert point.beam.n_elements == count
     assert point.s == pytest.approx(s, abs=1e-12)
 
@@ -31,7 +37,7 @@ def test_places_of_joints_are_nodes_of_every_mesh(count):
     scene, rod = open_scene()
     scene.pin(rod.at(0.74))
     scene.point_force(rod.at(2.0 / 3.0), (0.0, -1.0))
-    new = built(scene, Model(counts={rod.name: count}))
+    new = build_model(scene, Model(counts={rod.name: count}))
     assert new.joints[0].nodes[0].is_node
     assert new.joints[0].nodes[0].s == pytest.approx(0.74, abs=1e-12)
     assert new.loads[0].node.s == pytest.approx(2.0 / 3.0, abs=1e-12)
@@ -41,7 +47,7 @@ def test_places_of_joints_are_nodes_of_every_mesh(count):
 def test_results_take_the_handles_of_the_scene_that_was_planned():
     scene, rod = open_scene()
     scene.pin(rod.start)
-    new = built(scene, Model(counts={rod.name: 6}))
+    new = build_model(scene, Model(counts={rod.name: 6}))
     run = ancf.simulate(new, 0.02, 1e-3)
     own = new.bodies[0]
     assert np.array_equal(run.position(rod.end), run.position(own.end))
@@ -54,15 +60,15 @@ def test_results_take_the_handles_of_the_scene_that_was_planned():
 
 def test_elements_and_options_are_put_into_the_records():
     scene, rod = open_scene("auto", 5, 3)
-    thick = Rung("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
-    beam = built(scene, Model(rungs={rod.name: thick})).bodies[0]
+    thick = ElementChoice("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
+    beam = build_model(scene, Model(elements={rod.name: thick})).bodies[0]
     assert (beam.element, beam.n_elements) == ("thick", 5)
     assert beam.options["curvature"] == "section"
 
 
 def test_a_scene_without_open_beams_is_itself():
     scene, _ = open_scene(n_elements=4)
-    assert built(scene, Model()) is scene
+    assert build_model(scene, Model()) is scene
 
 
 def test_an_open_scene_is_a_scene(tmp_path):
@@ -84,23 +90,23 @@ def test_elements_of_one_length_are_spread_over_beams():
     scene, rod = open_scene()
     short = scene.add_beam("thin", (0, 0), (0, 0.5), "auto", BAR, RUBBER)
     given = scene.add_beam("thin", (1, 0), (1, 0.5), 3, BAR, RUBBER)
-    assert spread(scene, 8.0) == {rod.name: 8, short.name: 2}
-    assert given.name not in spread(scene, 8.0)
-    assert spread(scene, 1.0) == {rod.name: 1, short.name: 1}
+    assert element_counts(scene, 8.0) == {rod.name: 8, short.name: 2}
+    assert given.name not in element_counts(scene, 8.0)
+    assert element_counts(scene, 1.0) == {rod.name: 1, short.name: 1}
 
 
-@pytest.mark.parametrize("finest", [4.5, 5.0, 7.5, 13.5])
-def test_equal_lengths_get_equal_numbers_of_elements(finest):
+@pytest.mark.parametrize("n_longest", [4.5, 5.0, 7.5, 13.5])
+def test_equal_lengths_get_equal_numbers_of_elements(n_longest):
     scene = ancf.Scene()
     ends = [(0.1 * k, 0.1 * (k + 1)) for k in range(8)]
     beams = [scene.add_beam("thin", (a, 0), (b, 0), "auto", BAR, RUBBER) for a, b in ends]
     assert len({beam.length for beam in beams}) > 1  # they differ by rounding
-    (count,) = set(spread(scene, finest).values())
-    assert abs(count - finest) <= 0.5
+    (count,) = set(element_counts(scene, n_longest).values())
+    assert abs(count - n_longest) <= 0.5
     long = scene.add_beam("thin", (0, 1), (0.2, 1), "auto", BAR, RUBBER)
-    counts = spread(scene, finest)
+    counts = element_counts(scene, n_longest)
     whole = counts.pop(long.name)
-    assert abs(whole - finest) <= 0.5
+    assert abs(whole - n_longest) <= 0.5
     assert len(set(counts.values())) == 1
 
 
@@ -108,7 +114,7 @@ def test_equal_parts_of_a_beam_get_equal_numbers_of_elements():
     scene, rod = open_scene()
     for share in (0.1, 0.3, 0.5, 0.7, 0.9):
         scene.point_force(rod.at(2.0 * share), (0.0, -1.0))
-    (body,) = built(scene, Model(counts={rod.name: 25})).bodies
+    (body,) = build_model(scene, Model(counts={rod.name: 25})).bodies
     assert body.n_elements == 4 * 5 + 2 * 3
     assert np.allclose(np.diff(body.arcs)[3:-3], 0.08, rtol=1e-12)
 

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.planar_reduction import planar
+from ancfsparse.plans.models.planar_reduction import reduce_to_plane
 
 SECTION = ancf.Rectangle(0.01, 0.01)
 STIFF = ancf.Material(youngs_modulus=1e10, density=1000.0)
 SOFT = ancf.Material(youngs_modulus=1e8, density=4000.0)
 
 
-def in_space(found, solved, point):
+def in_space(error_model, solved, point):
     """Return positions of a point of the scene in space from a solution of the planar scene."""
-    return found.plane.place(solved.position(found.counterpart(point)))
+    return error_model.plane.place(solved.position(error_model.counterpart(point)))
 
 
 def turned(seed):
@@ -73,15 +73,15 @@ def mechanism(turn, element="thin", off=0.0, at=(0.3, -0.2, 0.7)):
 @pytest.mark.parametrize("seed", ["flat", "vertical", 7])
 def test_the_motion_is_the_same(seed, element):
     scene, points = mechanism(turned(seed), element)
-    found = planar(scene)
-    assert found.scene.dim == 2
+    error_model = reduce_to_plane(scene)
+    assert error_model.scene.dim == 2
     given = {"solver": ancf.Newton(), "tolerance": 1e-8}
     space = ancf.simulate(scene, 0.3, dt=1e-3, **given)
-    plane = ancf.simulate(found.scene, 0.3, dt=1e-3, **given)
+    plane = ancf.simulate(error_model.scene, 0.3, dt=1e-3, **given)
     assert plane.q.shape[1] < space.q.shape[1]
     for point in points:
         moved = np.ptp(space.position(point), axis=0).max()
-        off = np.abs(space.position(point) - in_space(found, plane, point)).max()
+        off = np.abs(space.position(point) - in_space(error_model, plane, point)).max()
         assert moved > 0.01
         assert off < 1e-9 * 2.0
 
@@ -106,13 +106,13 @@ def test_strings_nets_drives_and_rods_in_a_tilted_plane():
     scene.drive(line.end, ancf.Ramp(turn @ (0.1, 0.1, 0.0), 0.2, smooth=True) + line.end.position)
     scene.rod(net.node(1), turn @ (-0.5, -0.4, 0.0))
     scene.distance(net.node(1), net.node(3))
-    found = planar(scene)
-    assert found.scene == planar(scene).scene
+    error_model = reduce_to_plane(scene)
+    assert error_model.scene == reduce_to_plane(scene).scene
     given = {"solver": ancf.Newton(), "tolerance": 1e-8, "integrator": ancf.GeneralizedAlpha(0.5)}
     space = ancf.simulate(scene, 0.2, dt=1e-3, **given)
-    plane = ancf.simulate(found.scene, 0.2, dt=1e-3, **given)
+    plane = ancf.simulate(error_model.scene, 0.2, dt=1e-3, **given)
     for point in (net.node(5), line.at(0.7), line.end):
-        off = np.abs(space.position(point) - in_space(found, plane, point)).max()
+        off = np.abs(space.position(point) - in_space(error_model, plane, point)).max()
         assert off < 1e-9 * 2.0
 
 
@@ -122,10 +122,10 @@ def test_a_flat_section_is_turned_with_the_plane():
     section = ancf.Rectangle(width=0.02, height=0.005)
     beam = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 8, section, STIFF)
     scene.clamp(beam.start)
-    found = planar(scene)
-    assert found.scene.bodies[0].section == ancf.Rectangle(width=0.005, height=0.02)
+    error_model = reduce_to_plane(scene)
+    assert error_model.scene.bodies[0].section == ancf.Rectangle(width=0.005, height=0.02)
     sag = ancf.solve_static(scene).position(beam.end)
-    flat = in_space(found, ancf.solve_static(found.scene), beam.end)
+    flat = in_space(error_model, ancf.solve_static(error_model.scene), beam.end)
     np.testing.assert_allclose(flat, sag, atol=1e-9)
 
 
@@ -140,25 +140,25 @@ def test_a_hinge_about_the_normal_is_a_shared_position():
         return scene, two.end
 
     scene, end = scene_with((0, 1, 0))
-    found = planar(scene)
+    error_model = reduce_to_plane(scene)
     given = {"solver": ancf.Newton(), "tolerance": 1e-8}
-    runs = [ancf.simulate(each, 0.2, dt=1e-3, **given) for each in (scene, found.scene)]
-    off = np.abs(runs[0].position(end) - in_space(found, runs[1], end))
+    runs = [ancf.simulate(each, 0.2, dt=1e-3, **given) for each in (scene, error_model.scene)]
+    off = np.abs(runs[0].position(end) - in_space(error_model, runs[1], end))
     assert off.max() < 2e-9
-    assert planar(scene_with((0, 0, 1))[0]) is None
+    assert reduce_to_plane(scene_with((0, 0, 1))[0]) is None
 
 
 @pytest.mark.parametrize("seed", ["flat", "vertical", 7])
 def test_a_load_that_leaves_the_plane_by_1e_12_is_noticed(seed):
-    assert planar(mechanism(turned(seed), off=1e-12)[0]) is None
-    assert planar(mechanism(turned(seed), off=1e-16)[0]) is not None
+    assert reduce_to_plane(mechanism(turned(seed), off=1e-12)[0]) is None
+    assert reduce_to_plane(mechanism(turned(seed), off=1e-16)[0]) is not None
 
 
 def test_far_from_the_origin_of_space_positions_are_rounded_and_still_planar():
     scene, points = mechanism(turned(5), at=(30.0, -20.0, 10.0))
-    found = planar(scene)
-    assert np.abs(found.scene.bodies[0].positions).max() < 3.0
-    place = found.plane.place(found.counterpart(points[0]).position)
+    error_model = reduce_to_plane(scene)
+    assert np.abs(error_model.scene.bodies[0].positions).max() < 3.0
+    place = error_model.plane.place(error_model.counterpart(points[0]).position)
     np.testing.assert_allclose(place, points[0].position, atol=1e-12)
 
 
@@ -191,37 +191,37 @@ def spoiled(change):
     ],
 )
 def test_what_leaves_the_plane_is_not_planar(change):
-    assert planar(spoiled(lambda scene, beam: None)) is not None
-    assert planar(spoiled(change)) is None
+    assert reduce_to_plane(spoiled(lambda scene, beam: None)) is not None
+    assert reduce_to_plane(spoiled(change)) is None
 
 
 def test_a_function_that_leaves_the_plane_later_stops_the_run():
     scene = spoiled(
         lambda scene, beam: scene.point_force(beam.end, lambda t: (1.0, max(0.0, t - 0.1), 0.0))
     )
-    found = planar(scene)
+    error_model = reduce_to_plane(scene)
     with pytest.raises(ancf.LoadError, match="leaves the plane of the scene: solve the scene in"):
-        ancf.simulate(found.scene, 0.2, dt=1e-2)
+        ancf.simulate(error_model.scene, 0.2, dt=1e-2)
 
 
 def test_gravity_across_the_plane_of_a_motion_leaves_it():
     scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
     beam = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, SECTION, SOFT, velocity=(0, 1, 0))
-    assert planar(scene) is None
+    assert reduce_to_plane(scene) is None
     assert beam.name == "beam 0"
 
 
 def test_planar_scenes_and_empty_ones_are_not_rebuilt():
-    assert planar(ancf.Scene(gravity=(0.0, -9.81))) is None
-    assert planar(ancf.Scene(gravity=(0.0, 0.0, -9.81))) is None
+    assert reduce_to_plane(ancf.Scene(gravity=(0.0, -9.81))) is None
+    assert reduce_to_plane(ancf.Scene(gravity=(0.0, 0.0, -9.81))) is None
 
 
 def test_a_line_along_gravity_has_a_plane():
     scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))
     cord = scene.add_beam("thin", (0, 0, 0), (0, 0, -1), 4, SECTION, SOFT)
     scene.pin(cord.start)
-    found = planar(scene)
-    rest = in_space(found, ancf.simulate(found.scene, 0.01, dt=1e-3), cord.end)
+    error_model = reduce_to_plane(scene)
+    rest = in_space(error_model, ancf.simulate(error_model.scene, 0.01, dt=1e-3), cord.end)
     np.testing.assert_allclose(rest[0], (0, 0, -1), atol=1e-15)
 
 
@@ -231,12 +231,12 @@ def test_gravity_across_the_plane_of_a_net_leaves_it():
     for x in range(3):
         ends = (x, 0.0, 0.0), (x, 1.0, 0.0)
         scene.add_beam("thin", *ends, 4000, SECTION, SOFT)
-    assert planar(scene) is None
+    assert reduce_to_plane(scene) is None
     resting = scene.replaced(gravity=(0.0, -9.81, 0.0))
-    assert planar(resting) is not None
+    assert reduce_to_plane(resting) is not None
 
 
-def test_points_beside_axes_are_planned_in_space():
+def test_points_off_the_axis_are_planned_in_space():
     square = ancf.Rectangle(0.05, 0.05)
     scene = ancf.Scene((0.0, -9.81, 0.0))
     arm = scene.add_beam(

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.prolongation import prolonged
+from ancfsparse.plans.models.prolongation import prolongate
 from ancfsparse.plans.trial_runs import trial_runs
-from ancfsparse.plans.trial_runs.trial_runs import at_rest
+from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
 from ancfsparse.system import System
 
 PLACES = np.linspace(0.0, 1.0, 41)
@@ -24,7 +24,7 @@ def cantilever(element, n, nodes=None, dim=2, **options):
     return scene, rod
 
 
-def found(scene, start=None):
+def error_model(scene, start=None):
     return ancf.solve_static(scene, start=start)
 
 
@@ -33,9 +33,9 @@ def found(scene, start=None):
 @pytest.mark.parametrize("nodes", [None, (0.0, 0.1, 0.125, 0.3, 0.5, 0.6, 1.0)])
 def test_a_finer_mesh_begins_in_the_same_shape(element, dim, nodes):
     coarse, rod = cantilever(element, 4, dim=dim)
-    run = at_rest(found(coarse))
+    run = as_trajectory(error_model(coarse))
     fine, its = cantilever(element, 12 if nodes is None else None, nodes, dim)
-    state = prolonged(run, fine)
+    state = prolongate(run, fine)
     at = System(fine, state)
     for s in PLACES:
         places, weights = at.point(its.at(s))
@@ -45,7 +45,7 @@ def test_a_finer_mesh_begins_in_the_same_shape(element, dim, nodes):
         places, weights = at.point(its.node(node))
         s = its.node(node).s
         assert at.q0[places] @ weights == pytest.approx(run.position(rod.at(s))[0], abs=1e-12)
-    warm, cold = found(fine, state), found(fine)
+    warm, cold = error_model(fine, state), error_model(fine)
     assert warm.position(its.end) == pytest.approx(cold.position(its.end), abs=1e-9)
     # Between the nodes of thick beams sections are not at right angles, as they nearly should be.
     more = 1 if element == "thick" else 0
@@ -67,15 +67,15 @@ def test_strings_meshes_and_rods_are_carried_over_or_begun_again():
         return scene, rope
 
     coarse, rope = net("string", 4, 0)
-    run = at_rest(found(coarse))
+    run = as_trajectory(error_model(coarse))
     fine, its = net("string", 8, 0)
-    state = prolonged(run, fine)
+    state = prolongate(run, fine)
     at = System(fine, state)
     for s in PLACES * rope.length:
         places, weights = at.point(its.at(s))
         assert at.q0[places] @ weights == pytest.approx(run.position(rope.at(s))[0], abs=1e-12)
-    assert prolonged(run, net("thin", 8, 0)[0]) is None
-    assert prolonged(run, net("string", 8, 1)[0]) is None
+    assert prolongate(run, net("thin", 8, 0)[0]) is None
+    assert prolongate(run, net("string", 8, 1)[0]) is None
 
 
 def test_the_response_of_a_line_in_tension_is_measured():
@@ -98,8 +98,8 @@ def test_plans_of_equilibria_take_less_work_for_the_same_choice(monkeypatch):
         return ancf.plan(scene, quantity=ancf.static_deflection(rod.end), error="0.01 %")
 
     warm = planned()
-    monkeypatch.setattr(trial_runs, "prolonged", lambda run, scene: None)
+    monkeypatch.setattr(trial_runs, "prolongate", lambda run, scene: None)
     cold = planned()
     assert warm.choice == cold.choice
     assert warm.error == pytest.approx(cold.error, rel=1e-3)
-    assert warm.cost["counted"] < 0.75 * cold.cost["counted"]
+    assert warm.cost["operations"] < 0.75 * cold.cost["operations"]

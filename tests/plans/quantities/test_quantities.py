@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.quantities.functions import checked
-from ancfsparse.plans.quantities.tolerances import wanted
-from ancfsparse.plans.trial_runs.trial_runs import at_rest
+from ancfsparse.plans.quantities.functions import check_quantities
+from ancfsparse.plans.quantities.tolerances import check_goals
+from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
 from ancfsparse.problems import pendulum
 
 
@@ -58,10 +58,10 @@ def test_times_are_chosen(motion):
 def test_relative_errors_refer_to_the_size(motion):
     scene, rod, run = motion
     quantity = ancf.position(rod.end)
-    (each,) = wanted(checked(quantity, scene), "1 %")
+    (each,) = check_goals(check_quantities(quantity, scene), "1 %")
     moved = np.linalg.norm(run.position(rod.end) - run.position(rod.end)[0], axis=1).max()
     assert each.tolerance(quantity.history(run)) == pytest.approx(0.01 * moved)
-    (absolute,) = wanted((quantity,), 2e-3)
+    (absolute,) = check_goals((quantity,), 2e-3)
     assert absolute.tolerance(quantity.history(run)) == 2e-3
 
 
@@ -73,15 +73,15 @@ def test_bad_input_gets_a_sentence(motion):
         (lambda: ancf.position(rod.end, at="middle"), "unknown at of a quantity"),
         (lambda: ancf.section_force(rod.end, "P"), "unknown part of a section force"),
         (lambda: ancf.energy("heat"), "unknown part of the energy"),
-        (lambda: checked(ancf.position(other.end), scene), "of another scene"),
-        (lambda: checked(ancf.reaction(rod.end), scene), "no joint holds that point"),
-        (lambda: checked("position", scene), "quantity must be"),
-        (lambda: checked([], scene), "quantity is empty"),
-        (lambda: wanted((ancf.position(rod.end),), "1"), "relative error must be a string"),
-        (lambda: wanted((ancf.position(rod.end),), "x %"), "relative error must be a string"),
-        (lambda: wanted((ancf.position(rod.end),), -1.0), "must be positive"),
-        (lambda: wanted((ancf.position(rod.end),), None), "needs an error"),
-        (lambda: wanted((ancf.position(rod.end),), [1.0, 2.0]), "2 entries for 1"),
+        (lambda: check_quantities(ancf.position(other.end), scene), "belongs to another scene"),
+        (lambda: check_quantities(ancf.reaction(rod.end), scene), "no joint holds that point"),
+        (lambda: check_quantities("position", scene), "quantity must be"),
+        (lambda: check_quantities([], scene), "quantity is empty"),
+        (lambda: check_goals((ancf.position(rod.end),), "1"), "relative error must be a string"),
+        (lambda: check_goals((ancf.position(rod.end),), "x %"), "relative error must be a string"),
+        (lambda: check_goals((ancf.position(rod.end),), -1.0), "must be positive"),
+        (lambda: check_goals((ancf.position(rod.end),), None), "needs an error"),
+        (lambda: check_goals((ancf.position(rod.end),), [1.0, 2.0]), "2 entries for 1"),
     ):
         with pytest.raises(ancf.InputError, match=words):
             make()
@@ -106,7 +106,7 @@ def test_forces_in_sections_converge_as_plans_take_them_to(element, options, own
     def along(n):
         scene, rod = loaded(element, n, **options)
         scene.point_force(rod.end, (1.0, 0.5))
-        run = at_rest(ancf.solve_static(scene))
+        run = as_trajectory(ancf.solve_static(scene))
         forces = (ancf.section_force(rod.at(s), part) for s in np.linspace(0.03, 0.97, 48))
         return np.array([each.history(run)[0, 0] for each in forces])
 

@@ -3,9 +3,9 @@
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.model import Model, built
+from ancfsparse.plans.models.model import Model, build_model
 from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED, STRING, candidates
-from ancfsparse.plans.selection.element_per_beam import refusing
+from ancfsparse.plans.selection.element_per_beam import beams_rejecting
 
 RUBBER, SOFT = ancf.Material(1e7, 1000, 0.3), ancf.Material(1e9, 1000)
 
@@ -37,31 +37,33 @@ def test_a_line_on_a_stiff_arm_is_a_string():
     scene, arm, line = line_on_an_arm()
     point = line.at(0.5)
     plan = ancf.plan(scene, 0.3, ancf.position(point), "25 %", dt=1.5e-3)
-    assert plan.model.rungs == {arm.name: CABLE, line.name: STRING}
-    assert f"strings are enough for {line.name}" in str(plan)
+    assert plan.model.elements == {arm.name: CABLE, line.name: STRING}
+    assert f"string elements suffice for {line.name}" in str(plan)
     run = plan.run(verify=True)
-    fine = built(scene, Model({arm.name: SHEARED, line.name: CABLE}, {arm.name: 12, line.name: 24}))
+    fine = build_model(
+        scene, Model({arm.name: SHEARED, line.name: CABLE}, {arm.name: 12, line.name: 24})
+    )
     motion = ancf.simulate(fine, 0.3, run.t[1] / 32, save_every=32)
     off = np.linalg.norm(run.position(point) - motion.position(point), axis=1).max()
-    assert off <= plan.predictions[0].asked
-    assert run.measured[0] <= plan.predictions[0].asked
+    assert off <= plan.predictions[0].tolerance
+    assert run.measured[0] <= plan.predictions[0].tolerance
 
 
 def test_only_the_beam_that_shears_is_thick():
     scene, stub, strip = stub_and_strip()
     plan = ancf.plan(scene, quantity=ancf.static_deflection(stub.end), error="1 %")
-    assert plan.model.rungs == {stub.name: SHEARED, strip.name: CABLE}
-    assert f"{strip.name} may stay" in str(plan)
+    assert plan.model.elements == {stub.name: SHEARED, strip.name: CABLE}
+    assert f"{strip.name} may remain" in str(plan)
     names = stub.name, strip.name
-    fine = built(scene, Model(dict.fromkeys(names, SHEARED), dict.fromkeys(names, 48)))
+    fine = build_model(scene, Model(dict.fromkeys(names, SHEARED), dict.fromkeys(names, 48)))
     exact = ancf.solve_static(fine).displacement(stub.end)
-    found = plan.run().position(stub.end)[-1] - stub.end.position
-    assert np.linalg.norm(found - exact) <= plan.predictions[0].asked
+    error_model = plan.run().position(stub.end)[-1] - stub.end.position
+    assert np.linalg.norm(error_model - exact) <= plan.predictions[0].tolerance
     rough = ancf.plan(scene, quantity=ancf.static_deflection(stub.end), error="30 %")
-    assert rough.model.rungs == {stub.name: CABLE, strip.name: CABLE}
+    assert rough.model.elements == {stub.name: CABLE, strip.name: CABLE}
 
 
-def test_only_the_beam_that_refuses_a_cable_is_thick():
+def test_only_the_beam_that_rejects_a_cable_is_thick():
     """One of two beams in space has a flat section."""
     scene = ancf.Scene((0.0, 0.0, 0.0))
     flat = scene.add_beam(
@@ -73,11 +75,11 @@ def test_only_the_beam_that_refuses_a_cable_is_thick():
     scene.pin(cord.end)
     scene.point_force(flat.end, (0.0, -0.5, 0.3))
     assert candidates(scene)[0][0] != CABLE
-    assert refusing(scene, CABLE, SHEARED) == [flat.name]
+    assert beams_rejecting(scene, CABLE, SHEARED) == [flat.name]
     plan = ancf.plan(scene, quantity=ancf.static_deflection(flat.end), error="3 %")
-    assert plan.model.rungs == {flat.name: SHEARED, cord.name: CABLE}
+    assert plan.model.elements == {flat.name: SHEARED, cord.name: CABLE}
     names = flat.name, cord.name
-    fine = built(scene, Model(dict.fromkeys(names, SHEARED), dict.fromkeys(names, 40)))
+    fine = build_model(scene, Model(dict.fromkeys(names, SHEARED), dict.fromkeys(names, 40)))
     exact = ancf.solve_static(fine).displacement(flat.end)
-    found = plan.run().position(flat.end)[-1] - flat.end.position
-    assert np.linalg.norm(found - exact) <= plan.predictions[0].asked
+    error_model = plan.run().position(flat.end)[-1] - flat.end.position
+    assert np.linalg.norm(error_model - exact) <= plan.predictions[0].tolerance
