@@ -18,7 +18,7 @@ def plan(
         str | None,
         typer.Option(help="Largest error: a number [m] or a share such as '1 %'."),
     ] = None,
-    run: Annotated[bool, typer.Option(help="Run it, and one rung up.")] = True,
+    run: Annotated[bool, typer.Option(help="Run it, and once more with a finer model.")] = True,
     beside: Annotated[
         bool, typer.Option(help="Compare the pendulum with the paper's own way, refined.")
     ] = False,

@@ -67,7 +67,7 @@ def plan_scene(name: str, error: str | None, march: bool) -> Planned:
         As `ancfsparse.plan` takes it, a number [m] or a share such as ``"1 %"``; None takes the
         one of the scene.
     march : bool
-        Whether to run it, and one rung up.
+        Whether to run it, and once more with a finer model.
     """
     scene, point, t_end, usual = UNDECIDED[check_choice("scene", name, UNDECIDED)]()
     ask = static_deflection if t_end is None else position
@@ -95,7 +95,7 @@ class Contest:
     element : str
         The element, of the paper and of the plan.
     error : float
-        What was asked for [m].
+        Tolerance [m].
     planned, paper : tuple of (float, float)
         Seconds of the processor, set-up included, and achieved error [s], [m].
     planning : float
