@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene import Scene
-from ancfsparse.system.assembly.sparsity_pattern import build
+from ancfsparse.system.assembly.sparsity_pattern import build_pattern
 from ancfsparse.system.contributions.selection import contributions_of
 from ancfsparse.system.coordinates.discretization import Discretization
-from ancfsparse.system.coordinates.state import Layout, State, meanings
+from ancfsparse.system.coordinates.state import Layout, State, describe_coordinates
 
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import Assembly
@@ -46,7 +46,7 @@ class System(Discretization):
         super().__init__(scene, start)
         self.contributions = contributions_of(self)
         cliques = [table for each in self.contributions for table in each.cliques()]
-        self.pattern = build(self.n_free + self.n_multipliers, cliques)
+        self.pattern = build_pattern(self.n_free + self.n_multipliers, cliques)
         del cliques
         for each in self.contributions:
             self.parts.append(each.compile(self.pattern))
@@ -65,11 +65,11 @@ class System(Discretization):
         """
         return System, (self.scene, self.state(self.t0, self.q0, self.v0))
 
-    def recall(self, memory: Vector) -> None:
+    def restore_memory(self, memory: Vector) -> None:
         """Give contributions the memory of an earlier motion, which is that of the start now."""
         self.assembly.memory = self._memory = memory
 
-    def forget(self) -> None:
+    def reset_memory(self) -> None:
         """Give contributions the memory of the start back after a motion of this system."""
         if len(self._memory):
             self.assembly.memory = self._memory
@@ -77,7 +77,7 @@ class System(Discretization):
     @cached_property
     def layout(self) -> Layout:
         """What the coordinates are."""
-        return Layout(meanings(self.description), self.places, self.q_ref)
+        return Layout(describe_coordinates(self.description), self.places, self.q_ref)
 
     def state(
         self,
@@ -127,30 +127,32 @@ class System(Discretization):
         """
         kinetic = np.array([0.5 * row @ self.assembly.inertia(row) for row in v])
         times = np.full(len(q), self.t0) if t is None else t
-        elastic = self._elastic(q, self._tuning(times))
+        elastic = self._elastic(q, self._energy_amplitudes(times))
         other = sum((each.potential(q) for each in self.contributions), np.zeros(len(q)))
         return kinetic, elastic - other, other - q @ self.gravity_load
 
     @property
-    def winds(self) -> bool:
+    def has_parametric_work(self) -> bool:
         """Whether lengths or strains without force change with time."""
         return self.assembly.tunes and self.loads.n_amplitudes > 0
 
-    def winding(self, q: Vector, t: Vector) -> Vector:
+    def parametric_work(self, q: Vector, t: Vector) -> Vector:
         """Return the work of what changes them between consecutive states, (k - 1,) [J].
 
         It is the change of the energy at the same place, the mean of both places: the trapezoidal
         rule where the energy is quadratic in what changes.
         """
-        given = self._tuning(t)
+        given = self._energy_amplitudes(t)
         before, after = q[:-1], q[1:]
         work = self._elastic(before, given[1:]) - self._elastic(before, given[:-1])
         work += self._elastic(after, given[1:]) - self._elastic(after, given[:-1])
         return 0.5 * work
 
-    def _tuning(self, times: Vector) -> Vector:
+    def _energy_amplitudes(self, times: Vector) -> Vector:
         """Return amplitudes for the energies at some times, (k, n_amplitudes)."""
-        return self.loads.amplitudes(times) if self.winds else np.zeros((len(times), 0))
+        return (
+            self.loads.amplitudes(times) if self.has_parametric_work else np.zeros((len(times), 0))
+        )
 
     def _elastic(self, q: Vector, amplitudes: Vector) -> Vector:
         rows = zip(q, amplitudes, strict=True)
@@ -201,9 +203,9 @@ class System(Discretization):
         return out + sum(each.dissipation(q, v, lam) for each in self.contributions)
 
     @property
-    def reacts(self) -> bool:
+    def depends_on_reactions(self) -> bool:
         """Whether friction depends on the forces of joints."""
-        return any(each.reacts for each in self.contributions)
+        return any(each.depends_on_reactions for each in self.contributions)
 
     def energy_scale(self, q: Vector) -> float:
         """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""

@@ -16,7 +16,7 @@ from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
-from ancfsparse.system.coordinates.prescribed_motion import Prescribed
+from ancfsparse.system.coordinates.prescribed_motion import PrescribedMotions
 
 _new_capsule = ct.pythonapi.PyCapsule_New
 _new_capsule.restype = ct.py_object
@@ -68,7 +68,7 @@ class Point:
         ``e = ((x^2 + y^2) / L^2 - 1) / 2``.
     """
 
-    damped = reacts = False
+    damped = depends_on_reactions = False
 
     def __init__(self, q, v, mass=1.0, gravity=9.81, radius=None, stiffness=0.0, length=1.0):
         self.mass, self.radius, self.stiffness, self.length = mass, radius, stiffness, length
@@ -96,7 +96,7 @@ class Point:
         self.mass_diagonal = np.full(2, mass)
         self.pattern = SimpleNamespace(indptr=self.indptr, indices=self._row.astype(np.int32))
         self.assembly = self
-        self.prescribed = Prescribed([], [])
+        self.prescribed = PrescribedMotions([], [])
         self.inputs = lambda times: (np.zeros((len(times), 0)), None)
         self.loads = SimpleNamespace(
             n_amplitudes=0, amplitudes=lambda times: np.zeros((len(times), 0))

@@ -53,7 +53,7 @@ class ReversedBeam:
         places, weights = self.point(self.rod.end)
         return q[:, places] @ weights
 
-    winds = False
+    has_parametric_work = False
 
     def energies(self, q, v, t=None):
         kinetic = 0.5 * (self._tip(v) ** 2).sum(axis=1)

@@ -10,7 +10,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS
 from ancfsparse.problems import elastica, pendulum
 from ancfsparse.system import System
-from ancfsparse.system.recovery.element_end_forces import end_forces
+from ancfsparse.system.recovery.element_end_forces import element_end_forces
 
 EVERY = [
     (element, dim, dict(zip(options, values, strict=True)))
@@ -150,7 +150,7 @@ def test_forces_of_single_elements_add_up_to_those_of_the_system(case):
     v = generator.normal(size=q.shape)
     places = system.elements(rod)
     kind, states = system.kind_of(rod), (q[:, places], v[:, places], np.zeros(2))
-    each = end_forces(rod, kind, np.arange(11), *states)
+    each = element_end_forces(rod, kind, np.arange(11), *states)
     for k in range(2):
         summed = np.zeros(system.n_all)
         np.add.at(summed, places, each[k])

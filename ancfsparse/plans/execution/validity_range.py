@@ -99,7 +99,7 @@ def _unilateral_forces(run: Trajectory) -> tuple[tuple[str, float], ...]:
     return tuple(
         (name, float(np.abs(values).max()))
         for each in system.contributions
-        for name, values in each.touches(q, v, amplitudes)
+        for name, values in each.unilateral_forces(q, v, amplitudes)
     )
 
 

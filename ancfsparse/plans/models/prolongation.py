@@ -9,8 +9,8 @@ from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Body, Scene
 from ancfsparse.system import State
-from ancfsparse.system.coordinates.numbering import reference
-from ancfsparse.system.coordinates.state import Layout, meanings
+from ancfsparse.system.coordinates.numbering import reference_coordinates
+from ancfsparse.system.coordinates.state import Layout, describe_coordinates
 
 Array = NDArray[np.float64]
 
@@ -42,8 +42,8 @@ def prolongate(run: Trajectory, scene: Scene) -> State | None:
         q.append(rows.ravel())
         indices.append(np.arange(n, n + rows.size, dtype=np.int32).reshape(rows.shape))
         n += rows.size
-    q_ref = np.concatenate([reference(body).ravel() for body in scene.bodies])
-    layout = Layout(meanings(scene.digest()), indices, q_ref)
+    q_ref = np.concatenate([reference_coordinates(body).ravel() for body in scene.bodies])
+    layout = Layout(describe_coordinates(scene.digest()), indices, q_ref)
     rest = np.zeros(n)
     return State(layout, float(run.t[-1]), np.concatenate(q), rest, rest, np.zeros(0))
 

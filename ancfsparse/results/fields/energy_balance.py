@@ -111,9 +111,9 @@ def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> E
                 )
         lost = system.dissipation(q_part, v_part, lam[i : i + step])
         parts.append((*system.energies(q_part, v_part, t_part), power, driving, lost))
-        if system.winds:
+        if system.has_parametric_work:
             rows = slice(max(i - 1, 0), i + step)
-            parametric_works.append(system.winding(q[rows], t[rows]))
+            parametric_works.append(system.parametric_work(q[rows], t[rows]))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))
     kinetic, elastic, potential, power, driving, lost = columns
     work = _integrate(t, power)

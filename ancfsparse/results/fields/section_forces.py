@@ -19,7 +19,7 @@ from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.scene import ElasticBody, Mesh, Point
 from ancfsparse.scene.bodies.beam import NODE_SNAP
-from ancfsparse.system.recovery.element_end_forces import end_forces
+from ancfsparse.system.recovery.element_end_forces import element_end_forces
 from ancfsparse.system.system import System
 from ancfsparse.system_memory import check_memory
 
@@ -112,7 +112,9 @@ def section_force(
 
     def evaluate(points: Points, rates: Array, rows: slice) -> tuple[Array, Array, Array]:
         ends, times = points.ends, np.asarray(t[rows])
-        each = end_forces(body, kind, elements, ends[:, first], rates[:, first], times)[:, at]
+        each = element_end_forces(body, kind, elements, ends[:, first], rates[:, first], times)[
+            :, at
+        ]
         force = spread(kind, each, "r")[:, :, 1]
         moment = np.cross(spread(kind, ends, "r")[:, :, 1] - points.r, force)
         for name in kind.vectors[1:]:
@@ -197,8 +199,8 @@ def _locate_points(
         raise InputError(f"a beam or a mesh of the run is needed, got {format_value(body)}")
     listed: Any = [s] if isinstance(s, Point) else s
     if isinstance(listed, Sequence) and any(isinstance(each, Point) for each in listed):
-        listed = [system.own(each) if isinstance(each, Point) else each for each in listed]
-    own: Any = system.own(body)
+        listed = [system.resolve(each) if isinstance(each, Point) else each for each in listed]
+    own: Any = system.resolve(body)
     if not own.n_elements:
         raise InputError(
             f"{body.name} is a rigid rod in this run, which has no strains and no section "

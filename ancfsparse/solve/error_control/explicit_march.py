@@ -171,7 +171,7 @@ class ExplicitMarch:
         h = self.step(integrator, finer)
         states = SampledStates.empty(self._t, system.n_all, system.n_multipliers)
         self.places.begin()
-        system.forget()
+        system.reset_memory()
         q, v, now = system.q0, system.v0, system.t0
         for (begin, end), last in zip(
             self._spans, [*self._discontinuities.after, self._t[-1]], strict=True

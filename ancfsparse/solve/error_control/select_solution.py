@@ -264,7 +264,9 @@ def _ways(
 
 def _explicit(system: System) -> list[Explicit]:
     """Return the explicit integrators that take a scene, by ascending order."""
-    if system.reacts or any(each.is_sliding for _, _, each in system.constraints.measures):
+    if system.depends_on_reactions or any(
+        each.is_sliding for _, _, each in system.constraints.measures
+    ):
         return []
     if not system.n_multipliers and not system.damped:
         return [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]

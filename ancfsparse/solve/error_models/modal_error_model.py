@@ -77,7 +77,7 @@ class ModalSpectrum:
             End of the motion [s].
         """
         n = system.n_free
-        is_known = all(term.foreseeable for term in system.contributions)
+        is_known = all(term.is_explicit_in_time for term in system.contributions)
         # The mass matrix of a flat rigid body alone is singular.
         rigid = any(system.constraints.mass)
         if not 0 < n <= MAX_COORDINATES or system.prescribed or not is_known or rigid:

@@ -53,7 +53,7 @@ def initial_acceleration(system: System, seed: Seed, v: Vector) -> tuple[Vector,
             now = system.prescribed.at(system.t0)
             rate += prescribed_rate_terms(system, now.a, now.s_second)
         a, lam = solve_constrained(system, seed, force, rate)
-        if system.reacts:
+        if system.depends_on_reactions:
             a, lam = _with_friction(system, seed, v, force, rate, lam)
         if system.prescribed.n:
             a[-system.prescribed.n :] = now.a

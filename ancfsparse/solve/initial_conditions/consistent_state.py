@@ -22,8 +22,8 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
 )
 from ancfsparse.solve.initial_conditions.restart import continues_run
 from ancfsparse.system import System
-from ancfsparse.system.coordinates.numbering import ROUNDING, speeds
-from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.coordinates.numbering import velocity_scales
+from ancfsparse.system.coordinates.state import ROUNDING, State
 
 Vector = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
     phi_q = system.constraints.jacobian(system.q0)
     position_tolerance, velocity_tolerance = ROUNDING, ROUNDING
     position_sizes = system.constraints.sizes(system.q0)
-    velocity_sizes = np.abs(phi_q) @ speeds(system.scene, system.places, system.v0)
+    velocity_sizes = np.abs(phi_q) @ velocity_scales(system.scene, system.places, system.v0)
     if state is not None:
         position_tolerance = RESTART_POSITION_TOLERANCE
         velocity_tolerance = RESTART_VELOCITY_TOLERANCE

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.solve import initial_conditions
 from ancfsparse.system import System
-from ancfsparse.system.coordinates.numbering import ROUNDING, speeds
-from ancfsparse.system.coordinates.state import State
+from ancfsparse.system.coordinates.numbering import velocity_scales
+from ancfsparse.system.coordinates.state import ROUNDING, State
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ImplicitLoop
@@ -73,7 +73,7 @@ def start_prescribed_motions(
         )
     times = np.linspace(system.t0, t_end, N_SAMPLES)
     fastest = prescribed.fastest(times)
-    allowed_v = MAX_VELOCITY_JUMP * fastest + ROUNDING * speeds(
+    allowed_v = MAX_VELOCITY_JUMP * fastest + ROUNDING * velocity_scales(
         system.scene, system.places, system.v0
     )
     allowed_v = allowed_v[first:] + prescribed.speed_errors(system.t0)

@@ -89,7 +89,7 @@ def restore_contributions(state: State | None, system: System) -> bool:
         return False
     if difference(state.memory["scene"], system.scene.digest()) is not None:
         return False
-    system.recall(np.asarray(state.memory["contributions"], dtype=float))
+    system.restore_memory(np.asarray(state.memory["contributions"], dtype=float))
     return True
 
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.system.rigid_motion.rigid_parts import Part
+from ancfsparse.system.rigid_motion.rigid_parts import RigidPart
 
 Vector = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ MIN_PIVOT_RATIO = (
 )
 
 
-def name_motions(dim: int, parts: list[Part], free: Vector) -> list[str]:
+def name_motions(dim: int, parts: list[RigidPart], free: Vector) -> list[str]:
     """Name free motions after reduction to row echelon form.
 
     Rotations are pivots before translations, because a rotation about a distant point is a rotation
@@ -71,7 +71,9 @@ def _reduce_to_echelon(
     return rows, pivots
 
 
-def _name_motion(dim: int, parts: list[Part], first: NDArray[np.int64], row: Vector, k: int) -> str:
+def _name_motion(
+    dim: int, parts: list[RigidPart], first: NDArray[np.int64], row: Vector, k: int
+) -> str:
     """Name a motion by the displacement of its k-th part."""
     part = parts[k]
     shift, turn = part.motion(row[first[k] : first[k + 1]], dim)
@@ -83,7 +85,7 @@ def _name_motion(dim: int, parts: list[Part], first: NDArray[np.int64], row: Vec
     return f"{_describe_motion(dim, part, shift, turn)} of {' and '.join(names)}"
 
 
-def _describe_motion(dim: int, part: Part, shift: Vector, turn: Vector) -> str:
+def _describe_motion(dim: int, part: RigidPart, shift: Vector, turn: Vector) -> str:
     angle = float(np.linalg.norm(turn))
     if angle * part.size <= ROUNDING_RATIO * float(np.linalg.norm(shift)):
         return f"translation along {_format_direction(shift, dim)}"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.solve.linearization.matrices import free_submatrix, symmetric_from_lower
 from ancfsparse.system import System
-from ancfsparse.system.assembly.column_colouring import colours
+from ancfsparse.system.assembly.column_colouring import colour_columns
 from ancfsparse.system.assembly.sparsity_pattern import Unknowns
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class NonconservativeTangent:
         )
         tables = [table for term, _ in nonconservative for table in term.cliques()]
         self._entries = _entries(tables, n)
-        self._group = colours(self._entries)
+        self._group = colour_columns(self._entries)
         self._column = np.repeat(np.arange(n), np.diff(self._entries.indptr))
         self._steps = DIFFERENCE_RATIO * _sizes(system)
 

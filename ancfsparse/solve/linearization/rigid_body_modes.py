@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.linearization.describe_motions import name_motions
-from ancfsparse.system.rigid_motion.rigid_parts import Part, parts_of
+from ancfsparse.system.rigid_motion.rigid_parts import RigidPart, find_rigid_parts
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Conditions:
     Attributes
     ----------
     matrix : (n_conditions, n_modes) sparse
-        Each row in metres, or without a unit, for the modes of all parts (see `Part`).
+        Each row in metres, or without a unit, for the modes of all parts (see `RigidPart`).
     units : (n_conditions, n_parts) sparse
         Size of a row for a motion of one part alone, without cancellation.
     first : (n_parts + 1,) int
@@ -65,7 +65,7 @@ def free_motions(system: System) -> list[str]:
         Such as ``"rotation about z through (0, 0) m of beam 0"``, at most `MAX_FREE_MOTIONS`; empty
         if the joints restrain all motions.
     """
-    parts = parts_of(system)
+    parts = find_rigid_parts(system)
     conditions = _assemble_conditions(system, parts)
     span = float(np.max(np.abs(system.q_ref)))
     rounding = np.array([RESTRAINT_TOLERANCE + 16.0 * EPSILON * span / part.size for part in parts])
@@ -106,7 +106,7 @@ def describe_free_motions(free: list[str], why: str = "") -> SingularSceneError:
     )
 
 
-def _assemble_conditions(system: System, parts: list[Part]) -> Conditions:
+def _assemble_conditions(system: System, parts: list[RigidPart]) -> Conditions:
     """Assemble the conditions on the modes of all parts."""
     import scipy.sparse as sp
 
@@ -116,7 +116,7 @@ def _assemble_conditions(system: System, parts: list[Part]) -> Conditions:
     uses = np.zeros(system.n_all, dtype=np.int32)
     for part in parts:
         np.add.at(uses, part.places.ravel(), 1)
-    terms = [term.holds(system.q_ref) for term in system.contributions]
+    terms = [term.resisted_motions(system.q_ref) for term in system.contributions]
     rows = [system.constraints.jacobian(system.q_ref), *(x for x in terms if x is not None)]
     phi_q = sp.csr_array(sp.vstack(rows))
     is_used = uses > 1
@@ -145,7 +145,7 @@ def _assemble_conditions(system: System, parts: list[Part]) -> Conditions:
 
 
 def _displacements(
-    system: System, part: Part, is_used: NDArray[np.bool_]
+    system: System, part: RigidPart, is_used: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int32], Vector, Vector]:
     """Return the used coordinates of a part, their displacements in its modes, and their units."""
     dim = system.dim

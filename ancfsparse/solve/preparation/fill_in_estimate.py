@@ -6,7 +6,7 @@ import numpy as np
 
 from ancfsparse.scene import Scene
 from ancfsparse.seeds import fill_of
-from ancfsparse.system.assembly.sparsity_pattern import build
+from ancfsparse.system.assembly.sparsity_pattern import build_pattern
 
 
 def count_factor_entries(scene: Scene) -> float:
@@ -42,6 +42,6 @@ def count_factor_entries(scene: Scene) -> float:
         coordinates += scene.dim * body.n_nodes + (width - scene.dim) * len(body.row_nodes)
         meeting = [node + body.row_nodes[body.ends], row + body.ends]
         cliques.append(unknown[np.concatenate(meeting, axis=1)])
-    pattern = build(n_unknowns, cliques)
+    pattern = build_pattern(n_unknowns, cliques)
     entries = fill_of(pattern.indptr, pattern.indices) + n_unknowns
     return float(entries * (coordinates / n_unknowns) ** 2)

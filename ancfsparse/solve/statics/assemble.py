@@ -109,7 +109,7 @@ class _AssemblyEquations:
             system.n_all,
             system.loads.n_amplitudes,
             system.pattern.indptr,
-            [part for term, part in pairs if not term.pushes],
+            [part for term, part in pairs if not term.is_load],
         )
         diagonal = self.assembly.material(0.0, 1.0, system.q_ref)[system.pattern.indptr[:n]]
         size = float(np.max(np.abs(diagonal) / self.mass))

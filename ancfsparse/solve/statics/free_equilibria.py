@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ancfsparse.solve.linearization.rigid_body_modes import describe_free_motions
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, relax
-from ancfsparse.system.rigid_motion.rigid_parts import parts_of
+from ancfsparse.system.rigid_motion.rigid_parts import find_rigid_parts
 
 Vector = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) ->
     for column in np.concatenate(system.vectors("r")).T:
         x = np.zeros(system.n_all)
         x[column] = 1.0
-        terms = [term.holds(state.q) for term in system.contributions]
+        terms = [term.resisted_motions(state.q) for term in system.contributions]
         rows = [system.constraints.jacobian(state.q), *(row for row in terms if row is not None)]
         if x[system.n_free :].any() or any((row @ x).any() for row in rows):
             continue
@@ -84,7 +84,7 @@ def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) ->
 def _scene_size(equations: EquilibriumEquations, q: Vector) -> float:
     """Return the size of the scene [m]."""
     positions = np.concatenate([q[indices] for indices in equations.system.vectors("r")])
-    sizes = [part.size for part in parts_of(equations.system)]
+    sizes = [part.size for part in find_rigid_parts(equations.system)]
     return max(float(np.ptp(positions, axis=0).max()), *sizes)
 
 

@@ -57,7 +57,7 @@ def check_explicit_scene(system: System, integrator: Explicit) -> None:
             integrator=integrator,
             implicit=SUGGESTED_INTEGRATOR,
         )
-    if system.reacts:
+    if system.depends_on_reactions:
         raise InputError(
             "{integrator!r} cannot follow friction by the forces of joints: take an implicit "
             "integrator such as {implicit}, or friction of a given size",

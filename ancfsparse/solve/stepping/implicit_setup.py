@@ -27,7 +27,7 @@ from ancfsparse.solve.preparation.threads import divide_among_threads
 from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
-from ancfsparse.system.rigid_motion.corotated_frames import frame_of
+from ancfsparse.system.rigid_motion.corotated_frames import make_corotated_frame
 
 if TYPE_CHECKING:
     from ancfsparse.abi.nodal_frames import Frame
@@ -97,7 +97,7 @@ def prepare_implicit(
     scale = integrator.scale * dt**2
     regularize(system, scale)
     if not restore_contributions(state, system):
-        system.forget()
+        system.reset_memory()
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = ConvergenceCriterion(system, integrator, tolerance)
     march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
@@ -110,7 +110,7 @@ def prepare_implicit(
     march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
     is_paper = tolerance == "paper" and method.is_dense
-    frame = None if method.frame == "fixed" else frame_of(system)
+    frame = None if method.frame == "fixed" else make_corotated_frame(system)
     inverse = make_inverse(
         method, seed, None if is_paper else weights, criterion.norm, criterion.smallest_change(dt)
     )

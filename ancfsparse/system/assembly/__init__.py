@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.system.assembly.thread_partition import share
+    from ancfsparse.system.assembly.thread_partition import partition_elements
 
-__all__ = ["share"]
+__all__ = ["partition_elements"]
 
-__getattr__ = on_demand(__name__, {"share": "thread_partition"})
+__getattr__ = on_demand(__name__, {"partition_elements": "thread_partition"})

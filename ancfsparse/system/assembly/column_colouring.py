@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
 
-def colours(entries: sp.csc_array) -> NDArray[np.int64]:
+def colour_columns(entries: sp.csc_array) -> NDArray[np.int64]:
     """Give columns the same number only if they have no row in common; empty ones -1."""
     n = entries.shape[1]
     starts, rows = entries.indptr, entries.indices

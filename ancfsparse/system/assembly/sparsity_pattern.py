@@ -59,7 +59,7 @@ class Pattern:
         return slots
 
 
-def build(n: int, cliques: Sequence[Unknowns]) -> Pattern:
+def build_pattern(n: int, cliques: Sequence[Unknowns]) -> Pattern:
     """Collect the pattern of unknowns that meet in groups; the diagonal is always part of it.
 
     Parameters

@@ -12,10 +12,10 @@ from ancfsparse.kernels.layout import Layout
 Integers = NDArray[np.int32]
 
 # Share of the work in blocks that cannot be given to one thread, from which nothing is divided.
-MOST_COMMON = 0.2
+MAX_COMMON_WORK = 0.2
 
 
-def share(
+def partition_elements(
     layouts: Sequence[Layout], n_free: int, n_all: int, threads: int
 ) -> tuple[Integers, Integers] | None:
     """Deal the blocks of elements out to threads that write to no place in common.
@@ -58,7 +58,7 @@ def share(
             common = by_others[table[mine]].any(axis=1)
             of_block[mine[common]] = threads
             taken[table[mine[~common]]] = True
-    if work[part == threads].sum() > MOST_COMMON * work.sum():
+    if work[part == threads].sum() > MAX_COMMON_WORK * work.sum():
         return None
     runs, owners = [], []
     for group, owner in enumerate(np.split(part, ends)):

@@ -32,18 +32,18 @@ class Contribution(ABC):
     ----------
     conservative : bool
         Whether its forces at rest have a potential, so that its stiffness is symmetric.
-    foreseeable : bool
+    is_explicit_in_time : bool
         Whether a change of its forces with time is known from the reference shape.
-    pushes : bool
+    is_load : bool
         Whether it is a load or a spring, which counts for nothing where a scene is assembled.
-    reacts : bool
+    depends_on_reactions : bool
         Whether its forces depend on multipliers otherwise than by the equations of these.
     """
 
     conservative = True
-    foreseeable = True
-    pushes = False
-    reacts = False
+    is_explicit_in_time = True
+    is_load = False
+    depends_on_reactions = False
 
     def cliques(self) -> list[Unknowns]:
         """Return which unknowns meet in its part of the matrix: all those of a row of a table."""
@@ -77,7 +77,9 @@ class Contribution(ABC):
         """
         return 0.0
 
-    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
         """Return what begins to push somewhere on the way: its name with its unit, and (k,) values.
 
         Stops, ropes and functions of the motion, of which a motion that does not reach them shows
@@ -89,7 +91,7 @@ class Contribution(ABC):
         """Return the power that its forces by multipliers take, (k,) [W], lam (k, m)."""
         return 0.0
 
-    def holds(self, q: Vector) -> Any:
+    def resisted_motions(self, q: Vector) -> Any:
         """Return the motions that it resists in static scenes, as rows of a sparse (k, n_all).
 
         Each is the gradient of a length [1].  None where it holds nothing, and for elements, which
@@ -102,7 +104,7 @@ class Contribution(ABC):
         return False
 
 
-def unknowns(places: Places, n_free: int) -> Places:
+def matrix_unknowns(places: Places, n_free: int) -> Places:
     """Turn places in q, in place, into numbers of unknowns in the matrix; -1 for the fixed ones."""
     places[places >= n_free] = -1
     return places

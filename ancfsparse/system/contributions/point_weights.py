@@ -10,7 +10,7 @@ import numpy as np
 
 from ancfsparse.scene import Point
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Places, Vector, unknowns
+from ancfsparse.system.contributions.interface import Places, Vector, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
@@ -56,7 +56,7 @@ class Points:
         """Return the unknowns of each sum, coordinate by coordinate, (1, dim p); or of all."""
         starts = self.start[[0, -1]] if together else self.start
         return [
-            unknowns(np.array(self.place[:, begin:end].T.reshape(1, -1)), n_free)
+            matrix_unknowns(np.array(self.place[:, begin:end].T.reshape(1, -1)), n_free)
             for begin, end in pairwise(starts)
         ]
 

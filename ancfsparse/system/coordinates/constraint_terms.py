@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 
 
-OF_TERMS = ("i", "j", "coefficient", "about")
-OF_ROWS = ("offset", "offset_size", "mass", "labels", "source")
+TERM_FIELDS = ("i", "j", "coefficient", "about")
+EQUATION_FIELDS = ("offset", "offset_size", "mass", "labels", "source")
 
 
 @dataclass
@@ -105,7 +105,7 @@ class Constraints:
         """Return the same equations in another order."""
         new = np.empty(len(order), dtype=int)
         new[order] = np.arange(len(order))
-        of_rows = {name: [getattr(self, name)[k] for k in order] for name in OF_ROWS}
+        of_rows = {name: [getattr(self, name)[k] for k in order] for name in EQUATION_FIELDS}
         measures = [(int(new[row]), factor, each) for row, factor, each in self.measures]
         rows = [int(new[row]) for row in self.row]
         return replace(self, row=rows, measures=measures, **of_rows)
@@ -114,8 +114,8 @@ class Constraints:
         """Return some of the equations, in ascending order."""
         new = {row: k for k, row in enumerate(rows)}
         terms = [k for k, row in enumerate(self.row) if row in new]
-        of_terms = {name: [getattr(self, name)[k] for k in terms] for name in OF_TERMS}
-        of_rows = {name: [getattr(self, name)[k] for k in rows] for name in OF_ROWS}
+        of_terms = {name: [getattr(self, name)[k] for k in terms] for name in TERM_FIELDS}
+        of_rows = {name: [getattr(self, name)[k] for k in rows] for name in EQUATION_FIELDS}
         row = [new[self.row[k]] for k in terms]
         measures = [(new[k], factor, each) for k, factor, each in self.measures if k in new]
         return Constraints(**of_terms | of_rows | {"row": row}, measures=measures)

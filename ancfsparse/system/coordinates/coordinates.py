@@ -13,14 +13,14 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Point, check_point
 from ancfsparse.scene.bodies.auto_element import decided
-from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
+from ancfsparse.system.coordinates.nodal_vectors import weigh_ends, weigh_offsets
 from ancfsparse.system.coordinates.numbering import Places
 
 Vector = NDArray[np.float64]
 Handle = TypeVar("Handle", Body, Point)
 
 # Of a node, whose vectors are coordinates.
-NONE = np.ones(1)
+UNIT_WEIGHT = np.ones(1)
 
 
 class Coordinates:
@@ -57,7 +57,7 @@ class Coordinates:
         """Places of the positions of all rows, (n,), those that rows share several times."""
         return np.concatenate([places.ravel() for places in self.vectors("r")])
 
-    def own(self, handle: Handle) -> Handle:
+    def resolve(self, handle: Handle) -> Handle:
         """Return a handle of the scene that was solved, for one of the scene a plan was made for.
 
         The element or mesh of a beam was open there; its points are found by arc length.
@@ -65,12 +65,12 @@ class Coordinates:
         body = handle.beam if isinstance(handle, Point) else handle
         if not body.automatic or id(body) in self._index:
             return handle
-        return decided(self.bodies[self._of(body)], handle)
+        return decided(self.bodies[self._index_of(body)], handle)
 
     def rows(self, node: Point) -> Places:
         """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
-        node = self.own(node)
-        return self.places[self._of(node.beam)][node.beam.rows_of(node.index)]
+        node = self.resolve(node)
+        return self.places[self._index_of(node.beam)][node.beam.rows_of(node.index)]
 
     def place(self, node: Point) -> Places:
         """Return the places of a node's coordinates, shape (n_c,).
@@ -90,14 +90,14 @@ class Coordinates:
 
     def elements(self, beam: Body) -> Places:
         """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
-        beam = self.own(beam)
-        return self.places[self._of(beam)][beam.ends].reshape(beam.n_elements, -1)
+        beam = self.resolve(beam)
+        return self.places[self._index_of(beam)][beam.ends].reshape(beam.n_elements, -1)
 
     def point(self, node: Point) -> tuple[Places, Vector]:
         """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
-        node = self.own(check_point("a position", node))
+        node = self.resolve(check_point("a position", node))
         if not node.xi:
-            return self._interpolate(node, "r", NONE)
+            return self._interpolate(node, "r", UNIT_WEIGHT)
         straight = self.kind_of(node.beam).is_string
         return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
@@ -109,7 +109,7 @@ class Coordinates:
         InputError
             At a node of a string, where it jumps.
         """
-        node = self.own(check_point("a slope", node))
+        node = self.resolve(check_point("a slope", node))
         straight = self.kind_of(node.beam).is_string
         if straight and node.is_node:
             raise InputError(
@@ -117,7 +117,7 @@ class Coordinates:
                 "point inside an element"
             )
         if not node.xi:
-            return self._interpolate(node, "r_x", NONE)
+            return self._interpolate(node, "r_x", UNIT_WEIGHT)
         return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
 
     def frame(self, node: Point) -> Places:
@@ -136,12 +136,12 @@ class Coordinates:
         kind = self.kind_of(node.beam)
         offsets = node.offsets if vector == "r" else ()
         if offsets and not node.xi:
-            return weighed(kind, self.rows(node)[0], offsets)
+            return weigh_offsets(kind, self.rows(node)[0], offsets)
         if not node.xi:
             places = self.rows(node)[0] if vector == "r" else self.place(node)
-            return places[kind.columns(vector)][:, None], NONE
-        ends = self.places[self._of(node.beam)][node.beam.ends[node.index]]
-        return inside(kind, ends, replace(node, offsets=offsets), weights)
+            return places[kind.columns(vector)][:, None], UNIT_WEIGHT
+        ends = self.places[self._index_of(node.beam)][node.beam.ends[node.index]]
+        return weigh_ends(kind, ends, replace(node, offsets=offsets), weights)
 
     @staticmethod
     def _length(point: Point) -> float:
@@ -164,9 +164,9 @@ class Coordinates:
 
     def kind_of(self, beam: Body) -> ElementKind:
         """Return the element that a beam of the scene is made of."""
-        return self.kinds[self._of(beam)]
+        return self.kinds[self._index_of(beam)]
 
-    def _of(self, beam: Body) -> int:
+    def _index_of(self, beam: Body) -> int:
         try:
             return self._index[id(beam)]
         except KeyError:

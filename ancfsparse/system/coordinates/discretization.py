@@ -9,9 +9,9 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene import Joint, Scene, check_scene
 from ancfsparse.scene.bodies.auto_element import check_decided
 from ancfsparse.system.coordinates.coordinates import Coordinates
-from ancfsparse.system.coordinates.numbering import number
+from ancfsparse.system.coordinates.numbering import number_coordinates
 from ancfsparse.system.coordinates.state import State, check_state
-from ancfsparse.system.loads.applied_loads import loads_of
+from ancfsparse.system.loads.applied_loads import collect_loads
 
 Vector = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ class Discretization(Coordinates):
         self.kinds = [body.kind for body in self.bodies]
         if start is not None:
             check_state(scene, start)
-        numbering = number(scene, self.kinds, start)
+        numbering = number_coordinates(scene, self.kinds, start)
         self.n_free, self.n_all = numbering.n_free, numbering.n_all
         if self.n_free == 0:
             raise InputError("the joints hold every coordinate of the scene: nothing can move")
@@ -79,7 +79,7 @@ class Discretization(Coordinates):
         self._index = {id(body): k for k, body in enumerate(self.bodies)}
         self.constraints, self.prescribed = numbering.constraints, numbering.prescribed
         self.n_multipliers = len(self.constraints.offset)
-        self.loads = loads_of(scene, self)
+        self.loads = collect_loads(scene, self)
         self.parts: list[object] = []
 
     def rows_of(self, joint: Joint) -> list[int]:

@@ -13,7 +13,7 @@ from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Body, Point, Scene
 from ancfsparse.scene.bodies.body import LINEAR, RheonomicTerm
 from ancfsparse.system.coordinates.constraint_terms import Constraints
-from ancfsparse.system.coordinates.nodal_vectors import inside, weighed
+from ancfsparse.system.coordinates.nodal_vectors import weigh_ends, weigh_offsets
 
 if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Places = NDArray[np.int32]
 
 # Share of the gradient of an equation by free coordinates that is rounding.
-IDLE = 1e-9
+ROUNDING = 1e-9
 
 
 class Lowering:
@@ -67,7 +67,7 @@ class Lowering:
         self._index: dict[int, int] = {}
         for body, kind in zip(scene.bodies, kinds, strict=True):
             self._index[id(body)] = len(self.raw)
-            self.raw.append(_counted(body, len(kind.node_coordinates), self.n_raw))
+            self.raw.append(_count_coordinates(body, len(kind.node_coordinates), self.n_raw))
             self.n_raw = int(self.raw[-1][-1, -1]) + 1
         self._fixed: list[Places] = []
         self.on_lines: list[Places] = []
@@ -106,9 +106,9 @@ class Lowering:
         """Return coordinates (dim, p) and weights (p,) of a point."""
         kind = self.kind(node)
         if not node.xi:
-            return weighed(kind, self.rows(node)[0], node.offsets)
+            return weigh_offsets(kind, self.rows(node)[0], node.offsets)
         length = node.beam.lengths[node.index]
-        return inside(
+        return weigh_ends(
             kind, self.ends(node), node, position_weights(node.xi, length, kind.is_string)
         )
 
@@ -193,7 +193,7 @@ class Lowering:
         held[owners] = True
         free = ~(held if owner is None else held[owner])
         gradients = np.abs(self._equations.jacobian(q))
-        idle = gradients[:, free].sum(axis=1) <= IDLE * gradients.sum(axis=1)
+        idle = gradients[:, free].sum(axis=1) <= ROUNDING * gradients.sum(axis=1)
         return bool(idle[np.array(self._equations.mass) == 0.0].any())
 
     def driven(self, owner: Places | None) -> Places:
@@ -221,10 +221,10 @@ class Lowering:
         out.i = [int(final[i]) for i in out.i]
         out.j = [LINEAR if j == LINEAR else int(final[j]) for j in out.j]
         out.measures = [(row, c, each.placed(final)) for row, c, each in out.measures]
-        return _without_repeats(out, still)
+        return _without_redundant(out, still)
 
 
-def _counted(body: Body, n_c: int, start: int) -> Places:
+def _count_coordinates(body: Body, n_c: int, start: int) -> Places:
     """Count the coordinates of a body from `start`, (n_rows, n_c), node by node."""
     node, dim = body.row_nodes, body.dim
     rows = np.arange(len(node), dtype=np.int32)
@@ -240,7 +240,7 @@ def _counted(body: Body, n_c: int, start: int) -> Places:
     return numbers
 
 
-def _without_repeats(equations: Constraints, still: range) -> Constraints:
+def _without_redundant(equations: Constraints, still: range) -> Constraints:
     """Leave out equations with a mass that are about held coordinates alone, or repeat others."""
     if not any(equations.mass):
         return equations

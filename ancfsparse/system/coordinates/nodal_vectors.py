@@ -11,7 +11,7 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point
 
 # Numbers of a vector: components in space; in the plane, and for single ones, some remain free.
-WIDTH = 3
+MAX_COMPONENTS = 3
 
 
 def vectors_of(
@@ -43,10 +43,10 @@ def vectors_of(
     tables, nodes = list[NDArray[np.int32]](), list[NDArray[np.int32]]()
     for table, kind, position in zip(places, kinds, positions, strict=True):
         for name in kind.vectors[1:]:
-            tables.append(_padded(table[:, kind.columns(name)]))
+            tables.append(_pad(table[:, kind.columns(name)]))
             nodes.append(number[position[:, 0]])
     _, first_of = np.unique(heads, return_index=True)
-    tables.append(_padded(np.concatenate(positions)[first_of]))
+    tables.append(_pad(np.concatenate(positions)[first_of]))
     nodes.append(number[heads[first_of]])
     vectors, node = np.concatenate(tables), np.concatenate(nodes)
     vectors[vectors >= n_free] = -1
@@ -54,7 +54,7 @@ def vectors_of(
     return vectors[some], node[some]
 
 
-def weighed(
+def weigh_offsets(
     kind: ElementKind, row: NDArray[np.int32], offsets: Sequence[float]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Return places (dim, p) and weights (p,) of a point of a rigid body or beside a node.
@@ -73,7 +73,7 @@ def weighed(
     return places, np.array([1.0, *offsets])
 
 
-def inside(
+def weigh_ends(
     kind: ElementKind, ends: NDArray[np.int32], point: Point, weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
     """Return places (dim, p) and weights (p,) of a point inside an element.
@@ -96,7 +96,7 @@ def inside(
     return np.stack(each, axis=1), weights
 
 
-def _padded(table: NDArray[np.int32]) -> NDArray[np.int32]:
-    out = np.full((len(table), WIDTH), -1, dtype=np.int32)
+def _pad(table: NDArray[np.int32]) -> NDArray[np.int32]:
+    out = np.full((len(table), MAX_COMPONENTS), -1, dtype=np.int32)
     out[:, : table.shape[1]] = table
     return out

@@ -14,11 +14,8 @@ from ancfsparse.scene import Body, Point, Scene
 from ancfsparse.scene.kinematics.rigid_motion import RigidMotion
 from ancfsparse.system.coordinates.constraint_terms import Constraints
 from ancfsparse.system.coordinates.joint_lowering import Lowering
-from ancfsparse.system.coordinates.prescribed_motion import Prescribed
-from ancfsparse.system.coordinates.state import SAME, State, carried_over
-
-# Share of the largest velocity by which two that must agree may differ: what is left of rounding.
-ROUNDING = 1e-9
+from ancfsparse.system.coordinates.prescribed_motion import PrescribedMotions
+from ancfsparse.system.coordinates.state import ROUNDING, State, transfer_state
 
 # Vectors of a row, in the order of `Body.vectors`.
 AXES = ("r_x", "r_y", "r_z")
@@ -51,13 +48,15 @@ class Numbering:
     n_all: int
     places: list[Places]
     constraints: Constraints
-    prescribed: Prescribed
+    prescribed: PrescribedMotions
     q_ref: NDArray[np.float64]
     q: NDArray[np.float64]
     v: NDArray[np.float64]
 
 
-def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = None) -> Numbering:
+def number_coordinates(
+    scene: Scene, kinds: Sequence[ElementKind], start: State | None = None
+) -> Numbering:
     """Give every coordinate of a scene its place.
 
     Joints lower themselves to coordinates that are fixed or shared, and to equations for what
@@ -83,11 +82,11 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
         lowered = Lowering(scene, kinds, lines=False)
         owner = lowered.owner()
     held, driven = lowered.held(owner), lowered.driven(owner)
-    if lowered.turned and _clash(owner, held, driven):
+    if lowered.turned and _has_conflict(owner, held, driven):
         lowered = Lowering(scene, kinds, turns=False, lines=lowered.lines)
         owner = lowered.owner()
         held, driven = lowered.held(owner), lowered.driven(owner)
-    final, n_free, n_all = _ordered(owner, held, driven)
+    final, n_free, n_all = _assign_indices(owner, held, driven)
     n_still = n_all - len(driven)
     constraints = lowered.constraints(final, range(n_free, n_all))
     places, raw = [], lowered.raw
@@ -96,29 +95,29 @@ def number(scene: Scene, kinds: Sequence[ElementKind], start: State | None = Non
     del final, owner, held
     q_ref, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.bodies, places, strict=True):
-        q_ref[where] = reference(beam)
+        q_ref[where] = reference_coordinates(beam)
     q = q_ref
     if start is not None:
-        q, v = carried_over(scene, start, places, q_ref)
-        _hold_in_place(scene, places, q, q_ref, slice(n_free, n_still))
-        _hold_still(scene, places, v, slice(n_free, n_still))
+        q, v = transfer_state(scene, start, places, q_ref)
+        _fix_positions(scene, places, q, q_ref, slice(n_free, n_still))
+        _fix_velocities(scene, places, v, slice(n_free, n_still))
     elif any(beam.velocity is not None for beam in scene.bodies):
         v[:] = np.nan  # not known yet
         for beam, where in zip(scene.bodies, places, strict=True):
-            _set_moving(beam, where, v)
-        _hold_still(scene, places, v, slice(n_free, n_still))
-    prescribed = Prescribed(lowered.courses, lowered.rheonomic)
+            _set_velocities(beam, where, v)
+        _fix_velocities(scene, places, v, slice(n_free, n_still))
+    prescribed = PrescribedMotions(lowered.courses, lowered.rheonomic)
     return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
 
 
 def _raw_reference(scene: Scene, lowered: Lowering) -> NDArray[np.float64]:
     q = np.empty(lowered.n_raw)
     for body, raw in zip(scene.bodies, lowered.raw, strict=True):
-        q[raw] = reference(body)
+        q[raw] = reference_coordinates(body)
     return q
 
 
-def _clash(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
+def _has_conflict(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
     """Whether joints hold or prescribe a coordinate twice, or leave none free."""
     free = ~held
     free[driven] = False
@@ -127,7 +126,7 @@ def _clash(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> boo
     return bool(held[driven].any()) or len(np.unique(driven)) < len(driven) or not free.any()
 
 
-def _ordered(
+def _assign_indices(
     owner: Places | None, held: NDArray[np.bool_], driven: Places
 ) -> tuple[Places, int, int]:
     """Return the place of every raw number, and how many are free and there.
@@ -149,9 +148,9 @@ def _ordered(
     return final if owner is None else final[owner], n_free, n_still + len(driven)
 
 
-def _set_moving(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
+def _set_velocities(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
     """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
-    given = velocities(beam)
+    given = initial_velocities(beam)
     undefined = np.count_nonzero(~np.isfinite(given))
     if undefined:
         raise InputError(
@@ -178,7 +177,7 @@ def _point(body: Body, row: int) -> Point:
     return Point(body, int(body.row_nodes[row]))
 
 
-def _hold_in_place(
+def _fix_positions(
     scene: Scene,
     places: Sequence[Places],
     q: NDArray[np.float64],
@@ -187,8 +186,8 @@ def _hold_in_place(
 ) -> None:
     """Set held coordinates to where joints hold them, which is where they are but for rounding."""
     apart = np.abs(q[held] - q_ref[held])
-    if len(apart) and np.max(apart) > SAME * np.max(np.abs(q)):
-        point, is_place = _found(scene, places, held.start + int(np.argmax(apart)))
+    if len(apart) and np.max(apart) > ROUNDING * np.max(np.abs(q)):
+        point, is_place = _locate(scene, places, held.start + int(np.argmax(apart)))
         what, unit = ("position", " m") if is_place else ("slope", "")
         raise InputError(
             f"start has the {what} of {point!r} {np.max(apart):.3g}{unit} from where a joint of "
@@ -197,21 +196,21 @@ def _hold_in_place(
     q[held] = q_ref[held]
 
 
-def _found(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, bool]:
+def _locate(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, bool]:
     """Return a node that has a coordinate, and whether that is one of its position."""
     found = ((b, np.argwhere(w == place)) for b, w in zip(scene.bodies, places, strict=True))
     body, (row, column) = next((body, at[0]) for body, at in found if len(at))
     return _point(body, row), body.kind.vector_of(column) == "r"
 
 
-def _hold_still(
+def _fix_velocities(
     scene: Scene, places: Sequence[Places], v: NDArray[np.float64], still: slice
 ) -> None:
     """Set the velocity of held coordinates to zero, which it must be but for rounding."""
     held = v[still]
-    moving = np.flatnonzero(np.abs(held) > ROUNDING * speeds(scene, places, v)[still])
+    moving = np.flatnonzero(np.abs(held) > ROUNDING * velocity_scales(scene, places, v)[still])
     if len(moving):
-        point, is_place = _found(scene, places, still.start + int(moving[0]))
+        point, is_place = _locate(scene, places, still.start + int(moving[0]))
         what, unit = ("position", "m/s") if is_place else ("slope", "1/s")
         raise InputError(
             f"the initial velocity moves {len(moving)} held coordinate"
@@ -221,7 +220,9 @@ def _hold_still(
     held[:] = 0.0
 
 
-def speeds(scene: Scene, places: Sequence[Places], v: NDArray[np.float64]) -> NDArray[np.float64]:
+def velocity_scales(
+    scene: Scene, places: Sequence[Places], v: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return how fast coordinates move in a scene, (n_all,) [m/s, 1/s]: what rounding is beside.
 
     The largest velocity of a node for all positions, or what an element makes of the slopes' rates,
@@ -242,7 +243,7 @@ def _largest(values: NDArray[np.float64]) -> float:
     return float(np.nanmax(np.abs(values), initial=0.0))
 
 
-def reference(body: Body) -> NDArray[np.float64]:
+def reference_coordinates(body: Body) -> NDArray[np.float64]:
     """Return the stress-free coordinates of all rows, (n_rows, n_c) [m, 1]."""
     nodes, kind = body.row_nodes, body.kind
     q = np.empty((len(nodes), len(kind.node_coordinates)))
@@ -256,7 +257,7 @@ def reference(body: Body) -> NDArray[np.float64]:
     return q
 
 
-def velocities(body: Body) -> NDArray[np.float64]:
+def initial_velocities(body: Body) -> NDArray[np.float64]:
     """Return initial velocities of all rows, (n_rows, n_c) [m/s, 1/s].
 
     Slopes move with the derivative of the velocity field along their vector.  Where it is no

@@ -21,12 +21,12 @@ Integers = NDArray[np.int_]
 
 # Points of a difference for the rates of a function that come without them, and the place of the
 # time itself among them.
-POINTS, MIDDLE = 6, 2
+STENCIL_POINTS, STENCIL_CENTRE = 6, 2
 # Share of the mean rate across these points below which the rounding inside a function may matter.
-BELIEVED = 1e-9
+RATE_ROUNDING = 1e-9
 
 
-class Motion(NamedTuple):
+class PrescribedValues(NamedTuple):
     """What is prescribed at a time.
 
     Attributes
@@ -45,7 +45,7 @@ class Motion(NamedTuple):
     s_second: Vector
 
 
-class Prescribed:
+class PrescribedMotions:
     """The motions that a scene prescribes.
 
     Parameters
@@ -68,8 +68,8 @@ class Prescribed:
     ) -> None:
         of_equations = {id(each.motion): each.motion for each in rheonomic}
         self.courses = [*courses, *of_equations.values()]
-        self._courses = [_Table(course) for course in courses]
-        tables = {key: _Table(course) for key, course in of_equations.items()}
+        self._courses = [_MotionTable(course) for course in courses]
+        tables = {key: _MotionTable(course) for key, course in of_equations.items()}
         self._rheonomic = [(tables[id(each.motion)], each) for each in rheonomic]
         self._tables = [*self._courses, *tables.values()]
         self.n = sum(table.width for table in self._courses)
@@ -92,7 +92,7 @@ class Prescribed:
     def resolve(self, step: float, begin: float, end: float) -> None:
         """Set the distance of the points of differences and the times they lie between [s]."""
         for table in self._tables:
-            table.step = min(step, (end - begin) / (POINTS - 1))
+            table.step = min(step, (end - begin) / (STENCIL_POINTS - 1))
             table.begin, table.end = begin, end
 
     def tabulate(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadError | None]:
@@ -117,7 +117,7 @@ class Prescribed:
         parts += [rheonomic[:, k] for k in range(3 if rates else 1)]
         return np.concatenate(parts, axis=1), failure
 
-    def at(self, time: float) -> Motion:
+    def at(self, time: float) -> PrescribedValues:
         """Return what is prescribed at a time [s].
 
         Raises
@@ -128,7 +128,7 @@ class Prescribed:
         courses, rheonomic, failure = self._evaluate(np.array([time]))
         if failure is not None:
             raise failure
-        return Motion(*courses[0], *rheonomic[0])
+        return PrescribedValues(*courses[0], *rheonomic[0])
 
     def rates(self, times: Vector) -> tuple[Vector, Vector]:
         """Return velocities (k, n) and rates of equations (k, n_equations) [m/s]."""
@@ -187,7 +187,7 @@ class Prescribed:
         return np.concatenate(courses, axis=2), rheonomic, failure
 
 
-class _Table:
+class _MotionTable:
     """A prescribed motion and its rates at many times."""
 
     def __init__(self, course: PrescribedMotion) -> None:
@@ -220,15 +220,15 @@ class _Table:
             return np.zeros(self.width)
         values, middle, _ = self._around(np.array([time]))
         centre = int(middle[0])
-        far = POINTS - 1 if centre < POINTS // 2 else 0
+        far = STENCIL_POINTS - 1 if centre < STENCIL_POINTS // 2 else 0
         fewer = np.delete(values[0], far, axis=0)
         rates = [
-            _weights(place, len(points))[0] @ (points - points[place])
+            _difference_weights(place, len(points))[0] @ (points - points[place])
             for points, place in ((values[0], centre), (fewer, centre - (far == 0)))
         ]
-        size = np.max(np.abs(values), initial=0.0) * np.sum(np.abs(_weights(centre)[0]))
+        size = np.max(np.abs(values), initial=0.0) * np.sum(np.abs(_difference_weights(centre)[0]))
         rounding = 2.0 * np.finfo(float).eps * size
-        across = BELIEVED * np.max(np.abs(values[0] - values[0, centre]), axis=0)
+        across = RATE_ROUNDING * np.max(np.abs(values[0] - values[0, centre]), axis=0)
         return np.asarray((10.0 * np.abs(rates[1] - rates[0]) + across + rounding) / self.step)
 
     def _by_differences(self, times: Vector) -> tuple[Vector, LoadError | None]:
@@ -238,7 +238,7 @@ class _Table:
             return np.stack([values, 0.0 * values, 0.0 * values], axis=1), failure
         values, middle, failure = self._around(times)
         rows = len(values)
-        weights = np.stack([_weights(k) for k in range(POINTS)])[middle]
+        weights = np.stack([_difference_weights(k) for k in range(STENCIL_POINTS)])[middle]
         centre = values[np.arange(rows), middle]
         apart = values - centre[:, None]  # so that weights are not rounded beside the whole
         rates = np.einsum("kop,kpw->kow", weights, apart)
@@ -249,18 +249,24 @@ class _Table:
         """Return values (j, POINTS, width) around times, and which of them are at the times."""
         before = np.floor((times - self.begin) / self.step + 1e-6)
         after = np.floor((self.end - times) / self.step + 1e-6)
-        low = np.clip(POINTS - 1 - after, 0, POINTS - 1)
-        middle = np.clip(np.minimum(np.maximum(MIDDLE, low), before), 0, POINTS - 1).astype(int)
-        points = times[:, None] + self.step * (np.arange(POINTS) - middle[:, None])
+        low = np.clip(STENCIL_POINTS - 1 - after, 0, STENCIL_POINTS - 1)
+        middle = np.clip(
+            np.minimum(np.maximum(STENCIL_CENTRE, low), before), 0, STENCIL_POINTS - 1
+        ).astype(int)
+        points = times[:, None] + self.step * (np.arange(STENCIL_POINTS) - middle[:, None])
         points = np.clip(points, self.begin, self.end)
         points[np.arange(len(times)), middle] = times
         values, failure = self._places.tabulate(points.ravel())
-        rows = len(values) // POINTS
-        return values[: rows * POINTS].reshape(rows, POINTS, self.width), middle[:rows], failure
+        rows = len(values) // STENCIL_POINTS
+        return (
+            values[: rows * STENCIL_POINTS].reshape(rows, STENCIL_POINTS, self.width),
+            middle[:rows],
+            failure,
+        )
 
 
 @cache
-def _weights(middle: int, n: int = POINTS) -> Vector:
+def _difference_weights(middle: int, n: int = STENCIL_POINTS) -> Vector:
     """Return weights of n equally spaced points for two derivatives at one of them, (2, n)."""
     powers = np.vander(np.arange(n) - float(middle), n, increasing=True)
     inverse = np.linalg.inv(powers)

@@ -16,9 +16,9 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
 # Share of the largest coordinate by which places that must agree may differ: rounding.
-SAME = 1e-9
+ROUNDING = 1e-9
 # Parts of a body that give its coordinates their meaning; its section and its material may change.
-MEANING = ("element", "mesh")
+COORDINATE_DESCRIPTIONS = ("element", "mesh")
 
 
 class Layout(NamedTuple):
@@ -45,11 +45,12 @@ class Layout(NamedTuple):
         )
 
 
-def meanings(description: Mapping[str, str]) -> tuple[str, ...]:
+def describe_coordinates(description: Mapping[str, str]) -> tuple[str, ...]:
     """Return what the coordinates of each body are, from `Scene.digest`."""
-    n = sum(name.startswith(f"{MEANING[0]} of ") for name in description)
+    n = sum(name.startswith(f"{COORDINATE_DESCRIPTIONS[0]} of ") for name in description)
     return tuple(
-        ", ".join(description[f"{name} of body {k}"] for name in MEANING) for k in range(n)
+        ", ".join(description[f"{name} of body {k}"] for name in COORDINATE_DESCRIPTIONS)
+        for k in range(n)
     )
 
 
@@ -131,7 +132,7 @@ def check_state(scene: Scene, state: State) -> None:
                 f"them number {wrong[0]}: take an earlier state, such as that of a run which ended "
                 "before"
             )
-    here, there = meanings(scene.digest()), state.layout.bodies
+    here, there = describe_coordinates(scene.digest()), state.layout.bodies
     if len(here) != len(there):
         raise InputError(
             f"start is a state of {len(there)} bodies, and this scene has {len(here)}: take a "
@@ -144,7 +145,7 @@ def check_state(scene: Scene, state: State) -> None:
             )
 
 
-def carried_over(
+def transfer_state(
     scene: Scene, state: State, places: Sequence[Places], q_ref: Vector
 ) -> tuple[Vector, Vector]:
     """Return coordinates and velocities of a state by the places of another numbering.
@@ -156,7 +157,7 @@ def carried_over(
     """
     q, v = np.full(len(q_ref), np.nan), np.zeros(len(q_ref))
     for body, new, old in zip(scene.bodies, places, state.layout.places, strict=True):
-        size = SAME * float(np.max(np.abs(q_ref[new])))
+        size = ROUNDING * float(np.max(np.abs(q_ref[new])))
         apart = np.abs(q_ref[new] - state.layout.q_ref[old])
         if np.max(apart) > size:
             raise InputError(
@@ -165,7 +166,7 @@ def carried_over(
             )
         known, given = q[new], state.q[old]
         apart = np.abs(known - given)  # NaN: not known yet
-        if np.nanmax(apart, initial=0.0) > SAME * np.max(np.abs(given)):
+        if np.nanmax(apart, initial=0.0) > ROUNDING * np.max(np.abs(given)):
             row, _ = np.unravel_index(int(np.nanargmax(apart)), apart.shape)
             raise InputError(
                 f"start has {_point(body, int(row))} {np.nanmax(apart):.3g} m from the point that "

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
+    from ancfsparse.system.loads.time_dependent_eigenstrain import TimeDependentEigenstrain
 
-__all__ = ["ChangingStrain"]
+__all__ = ["TimeDependentEigenstrain"]
 
-__getattr__ = on_demand(__name__, {"ChangingStrain": "time_dependent_eigenstrain"})
+__getattr__ = on_demand(__name__, {"TimeDependentEigenstrain": "time_dependent_eigenstrain"})

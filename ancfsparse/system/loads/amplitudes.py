@@ -16,7 +16,7 @@ Vector = NDArray[np.float64]
 
 # Fewer times are not worth an array of what is not a signal, and so many calls check one: the first
 # time, the last, and others spread between them.
-FEW, CHECKS = 32, 8
+MIN_ARRAY_TIMES, N_CHECKS = 32, 8
 # By how much of the largest value an array and a call may differ: both round, not always alike.
 ROUNDING = 1e-12
 
@@ -93,7 +93,7 @@ class FunctionAmplitude:
         """
         if not callable(self.load.value):
             return np.broadcast_to(self.load.at(0.0), (len(times), self.width)), None
-        if self._takes_arrays and len(times) >= (1 if self._always else FEW):
+        if self._takes_arrays and len(times) >= (1 if self._always else MIN_ARRAY_TIMES):
             table = self._at_once(times)
             if table is not None:
                 return table, None
@@ -113,7 +113,7 @@ class FunctionAmplitude:
             return None
         if table is None or self._always:
             return table
-        spread = np.arange(1, CHECKS - 1) * 0.6180339887498949 % 1.0  # the golden ratio
+        spread = np.arange(1, N_CHECKS - 1) * 0.6180339887498949 % 1.0  # the golden ratio
         at = np.array([0, *(len(times) * spread).astype(int), len(times) - 1])
         single, failure = self._call_by_call(times[at])
         if failure is not None:

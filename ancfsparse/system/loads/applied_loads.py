@@ -21,13 +21,13 @@ from ancfsparse.scene import (
     Scene,
 )
 from ancfsparse.system.loads.amplitudes import Amplitudes, FunctionAmplitude, TimeAmplitude
-from ancfsparse.system.loads.follower_loads import Follower, at_node, inside
+from ancfsparse.system.loads.follower_loads import Follower, follower_at_node, follower_inside
 
 Vector = NDArray[np.float64]
 
 # Gauss points of an element for loads that follow it or vary along it: exact for the cubic times a
 # shape of degree six.
-POINTS = 5
+GAUSS_POINTS = 5
 
 
 class Places(Protocol):
@@ -132,7 +132,7 @@ class Loads:
         return table
 
 
-def loads_of(scene: Scene, system: Places) -> Loads:
+def collect_loads(scene: Scene, system: Places) -> Loads:
     """Spread the loads of a scene over its coordinates.
 
     Parameters
@@ -149,7 +149,7 @@ def loads_of(scene: Scene, system: Places) -> Loads:
             width = 1 if scene.dim == 2 else 3
             out.moment_place.append(system.frame(load.node))
             out.moment_column.append(list(range(first, first + width)))
-            out.moment_axes.append(_axes(load, system) if load.follow else None)
+            out.moment_axes.append(_frame_indices(load, system) if load.follow else None)
             out.sources.append(FunctionAmplitude(load))
             continue
         if isinstance(load, ChangingGravity):
@@ -157,13 +157,13 @@ def loads_of(scene: Scene, system: Places) -> Loads:
             out.sources.append(FunctionAmplitude(load))
             continue
         if load.follow:
-            out.followers.append(_follower(load, system, first))
+            out.followers.append(_make_follower(load, system, first))
             out.sources.append(FunctionAmplitude(load))
             continue
         if isinstance(load, PointForce):
             places, weights = system.point(load.node)
         else:
-            places, weights = _distributed(load, system.elements(load.beam))
+            places, weights = _integrate_load(load, system.elements(load.beam))
         if not callable(load.value):
             np.add.at(out.constant, places, load.at(0.0)[:, None] * weights)
             continue
@@ -175,7 +175,7 @@ def loads_of(scene: Scene, system: Places) -> Loads:
     return out
 
 
-def _axes(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
+def _frame_indices(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
     """Return the places (3, 3) of r_x, r_y and r_z in space, about which a moment follows."""
     kind, row = load.node.beam.kind, system.place(load.node)
     if kind.dim == 2:
@@ -183,43 +183,43 @@ def _axes(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
     return np.stack([row[kind.columns(name)] for name in ("r_x", "r_y", "r_z")])
 
 
-def _follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
+def _make_follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
     """Return a following force at the points where it acts."""
     column = np.full(system.dim, -1)
     width = load.shape[0] if load.shape else 1
     column[:width] = np.arange(first, first + width)
     if isinstance(load, DistributedForce):
         beam, kind = load.beam, load.beam.kind
-        xi, shares = _gauss()
+        xi, shares = _gauss_rule()
         n, points = beam.n_elements, len(xi)
         ends = system.elements(beam).reshape(n, 2, -1).repeat(points, axis=0)
         lengths = beam.lengths.repeat(points)
-        place, weight = inside(kind, ends, np.tile(xi, n), lengths)
-        factor = (beam.lengths[:, None] * shares * load.factors(_arcs(beam, xi))).ravel()
+        place, weight = follower_inside(kind, ends, np.tile(xi, n), lengths)
+        factor = (beam.lengths[:, None] * shares * load.factors(_arc_coordinates(beam, xi))).ravel()
     else:
         node, kind, factor = load.node, load.node.beam.kind, np.ones(1)
         if not node.xi:
-            place, weight = at_node(kind, system.place(node), node.offsets)
+            place, weight = follower_at_node(kind, system.place(node), node.offsets)
         else:
             ends = system.elements(node.beam)[node.index].reshape(1, 2, -1)
             length = node.beam.lengths[[node.index]]
-            place, weight = inside(kind, ends, np.array([node.xi]), length, node.offsets)
+            place, weight = follower_inside(kind, ends, np.array([node.xi]), length, node.offsets)
     return Follower(place, weight, np.tile(column, (len(place), 1)), factor)
 
 
-def _gauss() -> tuple[Vector, Vector]:
+def _gauss_rule() -> tuple[Vector, Vector]:
     """Return points and weights for the integral from 0 to 1."""
-    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     return 0.5 * (1.0 + points), 0.5 * weights
 
 
-def _arcs(beam: ElasticBody, xi: Vector) -> Vector:
+def _arc_coordinates(beam: ElasticBody, xi: Vector) -> Vector:
     """Return the arc coordinates of points of every element, (n_e, k) [m]."""
     starts = np.concatenate([[0.0], np.cumsum(beam.lengths)[:-1]])
     return np.asarray(starts[:, None] + beam.lengths[:, None] * xi)
 
 
-def _distributed(
+def _integrate_load(
     load: DistributedForce, places: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], Vector]:
     """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
@@ -229,8 +229,8 @@ def _distributed(
     if load.along is None:
         weights = integral_weights(lengths, kind.is_string)
     else:
-        xi, shares = _gauss()
-        factors = lengths[:, None] * shares * load.factors(_arcs(load.beam, xi))
+        xi, shares = _gauss_rule()
+        factors = lengths[:, None] * shares * load.factors(_arc_coordinates(load.beam, xi))
         points = position_weights(xi, lengths[:, None], kind.is_string)
         weights = np.einsum("eg,egk->ek", factors, points)
     return np.stack(each, axis=1).transpose(2, 0, 1).reshape(load.beam.dim, -1), weights.ravel()

@@ -15,7 +15,7 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
 # Nodal vectors of an element that a point and the axes of its section depend on, in space.
-NODAL = ("r", "r_x", "r_y", "r_z")
+NODAL_VECTORS = ("r", "r_x", "r_y", "r_z")
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Follower:
     factor: Vector
 
     @staticmethod
-    def joined(parts: Sequence[Follower]) -> Follower:
+    def join(parts: Sequence[Follower]) -> Follower:
         """Join blocks, of which some have fewer vectors or axes."""
         width = max(each.place.shape[1] for each in parts)
         sums = max(each.weight.shape[1] for each in parts)
@@ -58,7 +58,9 @@ class Follower:
         )
 
 
-def at_node(kind: ElementKind, row: Places, offsets: Sequence[float] = ()) -> tuple[Places, Vector]:
+def follower_at_node(
+    kind: ElementKind, row: Places, offsets: Sequence[float] = ()
+) -> tuple[Places, Vector]:
     """Return places (1, width, dim) and weights (1, 1 + n_axes, width) at a node.
 
     Parameters
@@ -70,14 +72,14 @@ def at_node(kind: ElementKind, row: Places, offsets: Sequence[float] = ()) -> tu
     offsets : sequence of float, optional
         Of a point of a rigid body or beside the axis of a beam, its coordinates [m].
     """
-    names = _names(kind)
+    names = _vector_names(kind)
     place = np.stack([row[kind.columns(name)] for name in names])
-    weight = np.eye(len(names))[: 1 + _n_axes(kind)]
+    weight = np.eye(len(names))[: 1 + _count_axes(kind)]
     weight[0, 1 : 1 + len(offsets)] = offsets
     return place[None], weight[None]
 
 
-def inside(
+def follower_inside(
     kind: ElementKind, ends: Places, xi: Vector, lengths: Vector, offsets: Sequence[float] = ()
 ) -> tuple[Places, Vector]:
     """Return places (n, width, dim) and weights (n, 1 + n_axes, width) inside elements.
@@ -95,10 +97,10 @@ def inside(
     offsets : sequence of float, optional
         Coordinates of points beside the axis along r_x, r_y and r_z [m].
     """
-    names = _names(kind)
+    names = _vector_names(kind)
     k = len(names)
     place = np.stack([ends[:, end, kind.columns(name)] for end in (0, 1) for name in names], axis=1)
-    weight = np.zeros((len(ends), 1 + _n_axes(kind), 2 * k))
+    weight = np.zeros((len(ends), 1 + _count_axes(kind), 2 * k))
     axis = [end * k + column for end in (0, 1) for column in range(len(kind.axis))]
     weight[:, 0, axis] = position_weights(xi, lengths, kind.is_string)
     weight[:, 1, axis] = slope_weights(xi, lengths, kind.is_string)
@@ -109,11 +111,11 @@ def inside(
     return place, weight
 
 
-def _names(kind: ElementKind) -> list[str]:
+def _vector_names(kind: ElementKind) -> list[str]:
     """Return the vectors of a node; in the plane r_z is one number across it, and none of them."""
-    return [name for name in NODAL[: 1 + kind.dim] if name in kind.vectors]
+    return [name for name in NODAL_VECTORS[: 1 + kind.dim] if name in kind.vectors]
 
 
-def _n_axes(kind: ElementKind) -> int:
+def _count_axes(kind: ElementKind) -> int:
     """Return how many vectors give the axes of a section: in the plane one, and its normal."""
-    return 1 if kind.dim == 2 else max(1, sum(name in kind.vectors for name in NODAL[1:]))
+    return 1 if kind.dim == 2 else max(1, sum(name in kind.vectors for name in NODAL_VECTORS[1:]))

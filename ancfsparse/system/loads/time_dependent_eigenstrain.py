@@ -15,12 +15,12 @@ Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
 # Times that are evaluated together.
-AT_ONCE = 64
+TIMES_PER_BLOCK = 64
 # Turns of a section along an element [rad] and elongations [-] that show which parameters change.
-TRIALS = (1e-3, -1e-2)
+TRIAL_STRAINS = (1e-3, -1e-2)
 
 
-class ChangingStrain:
+class TimeDependentEigenstrain:
     """The parameters of the elements of a beam that change with its eigenstrain.
 
     Elements with equal parameters share their columns.
@@ -61,7 +61,7 @@ class ChangingStrain:
         self._eigen, self._lengths = body.eigen[element[first]], body.lengths[element[first]]
         self._reference = np.flatnonzero([name.startswith("reference") for name in kind.parameters])
         self._still = kind.prepare(self._base)
-        trials = [self._derived(trial * self._unit()) for trial in TRIALS]
+        trials = [self._derived(trial * self._unit()) for trial in TRIAL_STRAINS]
         changed = np.any([each != self._still for each in trials], axis=(0, 1))
         self._changed = np.flatnonzero(changed)
         self.width = len(first) * len(self._changed)
@@ -107,10 +107,10 @@ class ChangingStrain:
             )
             changes = changes[:at]
         table = np.empty((len(changes), self.width))
-        for i in range(0, len(changes), AT_ONCE):
-            part = np.repeat(changes[i : i + AT_ONCE], len(self._base), axis=0)
+        for i in range(0, len(changes), TIMES_PER_BLOCK):
+            part = np.repeat(changes[i : i + TIMES_PER_BLOCK], len(self._base), axis=0)
             derived = self._derived(part).reshape(-1, *self._still.shape) - self._still
-            table[i : i + AT_ONCE] = derived[:, :, self._changed].reshape(len(derived), -1)
+            table[i : i + TIMES_PER_BLOCK] = derived[:, :, self._changed].reshape(len(derived), -1)
         return table, failure
 
     def _unit(self) -> Vector:

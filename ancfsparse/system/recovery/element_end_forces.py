@@ -9,13 +9,13 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Beam, ElasticBody
-from ancfsparse.system.contributions.bodies.elements import base_parameters, of_reference
-from ancfsparse.system.coordinates.numbering import reference
+from ancfsparse.system.contributions.bodies.elements import base_parameters, reference_parameters
+from ancfsparse.system.coordinates.numbering import reference_coordinates
 
 Array = NDArray[np.float64]
 
 
-def end_forces(
+def element_end_forces(
     body: ElasticBody,
     kind: ElementKind,
     elements: NDArray[np.intp],
@@ -54,8 +54,8 @@ def end_forces(
     for name, common in kernels:
         base = np.tile(base_parameters(body, kind, common)[elements], (len(ends), 1))
         if isinstance(body, Beam) and body.strains_change:
-            free = body.free_of_stress_at(reference(body)[body.ends], elements, times)
-            base[:, of_reference(kind)] = free.reshape(len(base), -1)
+            free = body.free_of_stress_at(reference_coordinates(body)[body.ends], elements, times)
+            base[:, reference_parameters(kind)] = free.reshape(len(base), -1)
         layout = pack(kind, places, places, base)
         arrays = layout.gather, layout.scatter, layout.set_of, layout.parameters
         call(kind.kernels[name], *arrays, q, v, out, 1)

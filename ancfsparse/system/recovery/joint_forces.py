@@ -148,13 +148,13 @@ def joint_force(
     by_numbers = not system.rows_of(joint)
     record = JointRecorder(lowering, turns=by_numbers, lines=by_numbers)
     joint.lower(record)
-    q = _raw(lowering, system, states.q)
+    q = _raw_coordinates(lowering, system, states.q)
     a, _b = joint.sides
     if not record.numbers:
-        forces = _of_multipliers(record, q, states.lam[:, system.rows_of(joint)])
-        wrench = _wrench(a, q, forces, lowering)
+        forces = _forces_from_multipliers(record, q, states.lam[:, system.rows_of(joint)])
+        wrench = _resultant(a, q, forces, lowering)
     else:
-        wrench = _of_balance(system, joint, record, q, states)
+        wrench = _forces_from_residual(system, joint, record, q, states)
     return *wrench, _axes(lowering, joint, q)
 
 
@@ -173,7 +173,7 @@ def rope_tension(system: System, rope: Rope, states: StateHistory) -> Vector:
     raise InputError("the rope is not of the scene that moved: take one of its handles")
 
 
-def _raw(lowering: Lowering, system: System, q: Vector) -> Vector:
+def _raw_coordinates(lowering: Lowering, system: System, q: Vector) -> Vector:
     """Return states by the numbers of a lowering."""
     out = np.empty((len(q), lowering.n_raw))
     for raw, places in zip(lowering.raw, system.places, strict=True):
@@ -181,7 +181,7 @@ def _raw(lowering: Lowering, system: System, q: Vector) -> Vector:
     return out
 
 
-def _of_multipliers(record: JointRecorder, q: Vector, lam: Vector) -> Vector:
+def _forces_from_multipliers(record: JointRecorder, q: Vector, lam: Vector) -> Vector:
     """Return ``-phi_q^T lam`` of the equations of a joint, (k, n_raw)."""
     out = np.zeros_like(q)
     for (terms, about, measures), push in zip(record.equations, lam.T, strict=True):
@@ -196,11 +196,11 @@ def _of_multipliers(record: JointRecorder, q: Vector, lam: Vector) -> Vector:
     return out
 
 
-def _of_balance(
+def _forces_from_residual(
     system: System, joint: Joint, record: JointRecorder, q: Vector, states: StateHistory
 ) -> tuple[Vector, Vector]:
     """Return what is missing for the balance of a side without the joint."""
-    cut, lowering = _cut(system, joint), record.lowering
+    cut, lowering = _system_without(system, joint), record.lowering
     a, b = joint.sides
     if b is None and not record.shares and not record.equations:
         # It holds single coordinates against the ground: its forces act on these alone.
@@ -209,8 +209,10 @@ def _of_balance(
             free[raw] = places < cut.n_free
         if free[mine].all():
             forces = np.zeros_like(q)
-            forces[:, mine] = _raw(lowering, cut, _missing(system, cut, states))[:, mine]
-            return _wrench(a, q, forces, lowering)
+            forces[:, mine] = _raw_coordinates(lowering, cut, _missing_forces(system, cut, states))[
+                :, mine
+            ]
+            return _resultant(a, q, forces, lowering)
     side = next((n for n in (a, b) if n and np.all(cut.rows(n) < cut.n_free)), None)
     if side is None:
         raise SingularSceneError(
@@ -218,15 +220,15 @@ def _of_balance(
             "too, by numbering; join one of its points elsewhere than at the origin of a body, or "
             "make a pin by as_constraint=True"
         )
-    forces = _raw(lowering, cut, _missing(system, cut, states))
-    force, moment = _wrench(side, q, forces, lowering)
+    forces = _raw_coordinates(lowering, cut, _missing_forces(system, cut, states))
+    force, moment = _resultant(side, q, forces, lowering)
     if side is a:
         return force, moment
-    apart = _place(lowering, side, q) - _place(lowering, a, q)
+    apart = _position(lowering, side, q) - _position(lowering, a, q)
     return -force, -(moment + _cross(apart, force))
 
 
-def _cut(system: System, joint: Joint) -> System:
+def _system_without(system: System, joint: Joint) -> System:
     """Return the system without one joint."""
     scene = _scene_with(system, [each for each in system.joints if each is not joint])
     return type(system)(scene, system.state(system.t0, system.q0, system.v0))
@@ -240,7 +242,7 @@ def _scene_with(system: System, joints: Sequence[Joint]) -> Scene:
     return scene
 
 
-def _missing(system: System, cut: System, states: StateHistory) -> Vector:
+def _missing_forces(system: System, cut: System, states: StateHistory) -> Vector:
     """Return the forces that states of a system lack without a joint, (k, n_all of `cut`)."""
     q, v, a = (np.zeros((len(states.t), cut.n_all)) for _ in range(3))
     for there, here in zip(system.places, cut.places, strict=True):
@@ -258,10 +260,10 @@ def _missing(system: System, cut: System, states: StateHistory) -> Vector:
     return out
 
 
-def _wrench(node: Point, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
+def _resultant(node: Point, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
     """Add up generalized forces around a point to a force and a moment about it."""
     kind, rows = lowering.kind(node), lowering.ends(node)
-    where = _place(lowering, node, q)
+    where = _position(lowering, node, q)
     # The rows of one node share its position.
     positions = np.unique(rows[:, kind.columns("r")], axis=0)
     force = np.sum([forces[:, each] for each in positions], axis=0)
@@ -274,7 +276,7 @@ def _wrench(node: Point, q: Vector, forces: Vector, lowering: Lowering) -> tuple
     return force, moment
 
 
-def _place(lowering: Lowering, node: Point, q: Vector) -> Vector:
+def _position(lowering: Lowering, node: Point, q: Vector) -> Vector:
     places, weights = lowering.point(node)
     return np.asarray(q[:, places] @ weights)
 

@@ -34,7 +34,7 @@ def reaction(system: System, node: Point, states: StateHistory) -> Vector:
     InputError
         If no joint to the ground constrains the node, or it is not a node.
     """
-    node = system.own(check_point("a reaction", node))
+    node = system.resolve(check_point("a reaction", node))
     if node.xi:
         raise InputError(
             f"a reaction needs a node, but {node!r} lies inside element {node.index}: ask for "

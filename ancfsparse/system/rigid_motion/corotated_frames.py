@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Places = NDArray[np.int32]
 
 
-def frame_of(system: System) -> Frame:
+def make_corotated_frame(system: System) -> Frame:
     """Return the compiled rotations of a system's nodes, see ``ancf_frame`` in solver_abi.h.
 
     Positions and slopes turn with their own row; a position that several rows share, as at the
@@ -51,7 +51,7 @@ def frame_of(system: System) -> Frame:
                 rotations.append(rows)
         begin += len(places)
 
-    single, shared, start, rows_of = _by_position(positions)
+    single, shared, start, rows_of = _group_by_position(positions)
     vectors += [positions[single], positions[shared]]
     rotations += [single, n_rows + np.arange(len(shared), dtype=np.int32)]
     where, rotation_of = np.concatenate(vectors), np.concatenate(rotations)
@@ -76,7 +76,7 @@ def _in_linear_constraints(system: System) -> Places:
     return np.asarray(i[~curved[row]])
 
 
-def _by_position(positions: Places) -> tuple[Places, Places, Places, Places]:
+def _group_by_position(positions: Places) -> tuple[Places, Places, Places, Places]:
     """Group rows by the position they have.
 
     Parameters

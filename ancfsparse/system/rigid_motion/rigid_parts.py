@@ -17,13 +17,13 @@ Places = NDArray[np.int32]
 
 # A line that leaves its axis by less than this share of its length is straight: a cable does not
 # notice that it turns about itself.
-STRAIGHT = 1e-7
+STRAIGHTNESS = 1e-7
 # Nodes whose moments are added up at once.
-CHUNK = 65_536
+CHUNK_SIZE = 65_536
 
 
 @dataclass(frozen=True)
-class Part:
+class RigidPart:
     """A piece that is rigid if nothing strains: a beam, or a line of a mesh.
 
     It moves by translations of its size along the axes of space and by turns of one radian about
@@ -59,7 +59,7 @@ class Part:
         return moved, mode[dim:] @ self.axes
 
 
-def parts_of(system: System) -> list[Part]:
+def find_rigid_parts(system: System) -> list[RigidPart]:
     """Return the rigid parts of a scene: beams and the lines of meshes.
 
     Of meshes with very many lines they are what is connected (`Body.parts`).
@@ -68,7 +68,7 @@ def parts_of(system: System) -> list[Part]:
     return [part for body, places in pairs for part in _parts(system, body, places)]
 
 
-def _parts(system: System, body: Body, all_places: Places) -> Iterator[Part]:
+def _parts(system: System, body: Body, all_places: Places) -> Iterator[RigidPart]:
     order = np.argsort(body.parts, kind="stable")
     pieces = np.split(order, np.flatnonzero(np.diff(body.parts[order])) + 1)
     nodes, dim = body.row_nodes, system.dim
@@ -84,30 +84,37 @@ def _parts(system: System, body: Body, all_places: Places) -> Iterator[Part]:
         start[:dim] = body.positions[nodes[piece[0]]]
         size = float(lengths[body.parts[piece[0]]])
         places = all_places[piece]
-        yield Part(
-            name, body.kind, places, start, size, _turns(system, body.kind, places, start, size)
+        yield RigidPart(
+            name,
+            body.kind,
+            places,
+            start,
+            size,
+            _rotation_axes(system, body.kind, places, start, size),
         )
 
 
-def _turns(system: System, kind: ElementKind, places: Places, start: Vector, size: float) -> Vector:
+def _rotation_axes(
+    system: System, kind: ElementKind, places: Places, start: Vector, size: float
+) -> Vector:
     """Return the axes about which a part can turn so that something moves, (k, 3)."""
     if system.dim == 2:
         return np.array([[0.0, 0.0, 1.0]])
     # A turn w moves vectors x by w x x: the squares add up to w.(tr S - S).w, S = sum of x x^T.
     moments = np.zeros((3, 3))
-    for begin in range(0, len(places), CHUNK):
-        rows = system.q_ref[places[begin : begin + CHUNK]]
+    for begin in range(0, len(places), CHUNK_SIZE):
+        rows = system.q_ref[places[begin : begin + CHUNK_SIZE]]
         for name in kind.vectors:
             vectors = rows[:, kind.columns(name)]
             if name == "r":
                 vectors = (vectors - start) / size
             moments += vectors.T @ vectors
     squares, axes = np.linalg.eigh(np.trace(moments) * np.eye(3) - moments)
-    moving = axes[:, squares > STRAIGHT**2 * squares[-1]].T
-    return _along_coordinates(moving)
+    moving = axes[:, squares > STRAIGHTNESS**2 * squares[-1]].T
+    return _align_axes(moving)
 
 
-def _along_coordinates(axes: Vector) -> Vector:
+def _align_axes(axes: Vector) -> Vector:
     """Return an orthonormal basis of the same turns, along coordinate axes where it can be."""
     if len(axes) == 3:
         return np.eye(3)

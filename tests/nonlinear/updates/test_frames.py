@@ -9,7 +9,7 @@ from ancfsparse.problems import chain, net, pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
-from ancfsparse.system.rigid_motion.corotated_frames import frame_of
+from ancfsparse.system.rigid_motion.corotated_frames import make_corotated_frame
 
 STEEL = 2.1e11
 
@@ -33,7 +33,10 @@ def frozen(rotating, dt, youngs_modulus=1e8, t_end=0.5):
     system = System(pendulum("l2t2", youngs_modulus=youngs_modulus).scene)
     march, *_ = prepare_implicit(system, dt, ancf.Newmark(), ancf.Newton(), "paper", np.inf)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    inverse, frame = compiled_module("limited").Limited(seed, "broyden", 0), frame_of(system)
+    inverse, frame = (
+        compiled_module("limited").Limited(seed, "broyden", 0),
+        make_corotated_frame(system),
+    )
     iteration = compiled_module("iteration").Iteration(
         march, seed, compiled_module("corotated").Corotated(inverse, frame), frame,
         rotating=rotating, compares_frames=False, newton=False, learns=False, carry=False,

@@ -6,7 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
 from ancfsparse.system import System
-from ancfsparse.system.assembly.sparsity_pattern import build
+from ancfsparse.system.assembly.sparsity_pattern import build_pattern
 from tests.grids import grid
 from tests.matrices import full
 from tests.system.by_hand import ZOO, ByHand, state
@@ -180,7 +180,7 @@ def test_entries_of_fixed_coordinates_go_to_the_bin():
 
 def test_a_pattern_is_the_union_of_its_cliques(rng):
     cliques = [rng.integers(-1, 20, (5, 3)), rng.integers(-1, 20, (2, 4)), np.empty((0, 2), int)]
-    p = build(20, cliques)
+    p = build_pattern(20, cliques)
     expected = np.eye(20, dtype=bool)
     for row in (row[row >= 0] for table in cliques for row in table):
         expected[np.ix_(row, row)] = True

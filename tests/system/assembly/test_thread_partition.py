@@ -6,7 +6,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import chain, net
 from ancfsparse.system import System
-from ancfsparse.system.assembly.thread_partition import share
+from ancfsparse.system.assembly.thread_partition import partition_elements
 from tests.grids import level_grid
 
 
@@ -30,7 +30,7 @@ SCENES = {
 def test_parts_cover_all_and_share_nothing(name, threads):
     system = System(SCENES[name]())
     layouts = system.contributions[0].layouts
-    run_start, runs = share(layouts, system.n_free, system.n_all, threads)
+    run_start, runs = partition_elements(layouts, system.n_free, system.n_all, threads)
     seen = [np.zeros(len(layout.set_of), dtype=int) for layout in layouts]
     parts = [set() for _ in range(threads)]
     for part in range(threads + 1):
@@ -84,4 +84,4 @@ def test_what_meets_everywhere_is_not_divided():
     scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
     system = System(scene)
     layouts = system.contributions[0].layouts
-    assert share(layouts, system.n_free, system.n_all, 2) is None
+    assert partition_elements(layouts, system.n_free, system.n_all, 2) is None

@@ -14,7 +14,9 @@ def swung(attach):
     run = ancf.simulate(scene, 0.5, 5e-3)
     amplitudes = run.system.loads.amplitudes(run.t)
     found = [
-        pair for each in run.system.contributions for pair in each.touches(run.q, run.v, amplitudes)
+        pair
+        for each in run.system.contributions
+        for pair in each.unilateral_forces(run.q, run.v, amplitudes)
     ]
     return run, rod, made, found
 

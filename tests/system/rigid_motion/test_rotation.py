@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system import System
-from ancfsparse.system.rigid_motion.corotated_frames import frame_of
+from ancfsparse.system.rigid_motion.corotated_frames import make_corotated_frame
 from tests.matrices import full, stiffness
 
 KINDS = {
@@ -86,7 +86,7 @@ def test_in_the_plane_the_frame_finds_the_rotation(kind, rng):
     system = free_beam(kind)
     q = system.q0 + 0.05 * rng.normal(size=system.n_all)
     big = turned(system, global_rotation(2, rng))
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(q)
     frame.turn(big @ q)
     np.testing.assert_allclose(matrix_of(frame, system.n_free), big, rtol=0, atol=1e-14)
@@ -96,7 +96,7 @@ def test_in_space_a_beam_finds_the_rotation(rng):
     system = free_beam("thick, 3d, axis, nodal")
     q = system.q0 + 0.05 * rng.normal(size=system.n_all)
     big = turned(system, global_rotation(3, rng))
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(q)
     frame.turn(big @ q)
     np.testing.assert_allclose(matrix_of(frame, system.n_free), big, rtol=0, atol=1e-14)
@@ -106,7 +106,7 @@ def test_in_space_a_cable_takes_the_smallest_rotation(rng):
     system = free_beam("thin", 1)
     q = system.q0 + 0.2 * rng.normal(size=system.n_all)
     moved = q + 0.8 * rng.normal(size=system.n_all)
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(q)
     frame.turn(moved)
     expected = np.zeros((12, 12))
@@ -125,7 +125,7 @@ def test_half_a_turn_is_a_rotation_too(direction):
     slopes = system.places[0][:, 3:]
     q, back = system.q0.copy(), system.q0.copy()
     q[slopes], back[slopes] = direction, -np.array(direction)
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(q)
     frame.turn(back)
     r = matrix_of(frame, 12)[np.ix_(slopes[0], slopes[0])]
@@ -146,7 +146,7 @@ def test_a_crossing_turns_by_the_average_of_its_slopes():
     q = system.q0.copy()
     for row, turn in zip(rows, turns, strict=True):
         q[row[3:]] = turn @ q[row[3:]]
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(system.q0)
     frame.turn(q)
     found = matrix_of(frame, system.n_free)
@@ -168,7 +168,7 @@ def test_average_in_the_plane_where_beams_meet():
     ends = [system.place(a.end), system.place(b.start)]
     q[ends[0][2:]] = np.cos(0.2), np.sin(0.2)  # turned by 0.2, the other one by 0.6
     q[ends[1][2:]] = -np.sin(0.6), np.cos(0.6)
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(system.q0)
     frame.turn(q)
     shared = ends[0][:2]
@@ -186,7 +186,7 @@ def test_fixed_and_linearly_constrained_vectors_stay(rng):
     scene.pin(rod.end, as_constraint=True)
     scene.rod(rod.node(2), (0.0, 1.0))
     system = System(scene)
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(system.q0)
     frame.turn(turned(system, global_rotation(2, rng)) @ system.q0)
     n = system.n_free + system.n_multipliers
@@ -200,7 +200,7 @@ def test_fixed_and_linearly_constrained_vectors_stay(rng):
 
 def test_there_and_back(rng):
     system = free_beam("thin", 5)
-    frame = frame_of(system)
+    frame = make_corotated_frame(system)
     frame.hold(system.q0)
     x = rng.normal(size=system.n_free)
     np.testing.assert_array_equal(frame.forward(x), x)

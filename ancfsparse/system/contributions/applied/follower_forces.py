@@ -7,7 +7,12 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Vector,
+    matrix_unknowns,
+)
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.follower_loads import Follower
 
@@ -15,16 +20,16 @@ from ancfsparse.system.loads.follower_loads import Follower
 class Followers(Contribution):
     """The following forces of a scene."""
 
-    pushes = True
+    is_load = True
     conservative = False
 
     def __init__(self, system: Discretization) -> None:
         self._n_free, self._n_all = system.n_free, system.n_all
-        self._all = Follower.joined(system.loads.followers)
+        self._all = Follower.join(system.loads.followers)
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates that each force acts on or depends on."""
-        return [unknowns(self._places(), self._n_free)]
+        return [matrix_unknowns(self._places(), self._n_free)]
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled forces."""

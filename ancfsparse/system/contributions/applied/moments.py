@@ -7,14 +7,19 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector, unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    Vector,
+    matrix_unknowns,
+)
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
 class Moments(Contribution):
     """The moments of a scene."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, system: Discretization) -> None:
         self._n_free, self._n_all, self._dim = system.n_free, system.n_all, system.dim
@@ -29,7 +34,7 @@ class Moments(Contribution):
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates that each moment acts on."""
-        return [unknowns(self._places(), self._n_free)]
+        return [matrix_unknowns(self._places(), self._n_free)]
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled moments."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Loads(Contribution):
     """The forces of a scene that are functions of time."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, loads: Tables) -> None:
         self._place = np.array(loads.place, dtype=np.int32)

@@ -28,9 +28,9 @@ class CompiledForce(Compiled, Protocol):
 class UserForce(Contribution):
     """A force of a system that a function of the caller's gives."""
 
-    pushes = True
+    is_load = True
     conservative = False
-    foreseeable = False
+    is_explicit_in_time = False
 
     def __init__(self, system: Discretization, force: Force, clock: int) -> None:
         self._n_free, self._force, self._clock = system.n_free, force, clock
@@ -75,7 +75,9 @@ class UserForce(Contribution):
             ]
         )
 
-    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
         """Return its power: a C function gives no more."""
         return [(f"the power of {self._force.what} [W]", self.power(q, v, amplitudes))]
 

@@ -19,13 +19,13 @@ from ancfsparse.system.contributions.interface import (
     Contribution,
     Places,
     Vector,
-    unknowns,
+    matrix_unknowns,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
-from ancfsparse.system.coordinates.numbering import reference
+from ancfsparse.system.coordinates.numbering import reference_coordinates
 
 if TYPE_CHECKING:
-    from ancfsparse.system.loads.time_dependent_eigenstrain import ChangingStrain
+    from ancfsparse.system.loads.time_dependent_eigenstrain import TimeDependentEigenstrain
 
 
 class CompiledElements(Compiled, Protocol):
@@ -46,10 +46,10 @@ class Elements(Contribution):
         self._system = system
         self._compiled: CompiledElements
         # By the place of a body: its strains that change, and the first amplitude of these.
-        self._changing: dict[int, tuple[ChangingStrain, int]] = {}
+        self._changing: dict[int, tuple[TimeDependentEigenstrain, int]] = {}
         for k, body in enumerate(system.scene.beams):
             if isinstance(body, Beam) and body.strains_change:
-                self._changing[k] = _changing(system, body), system.loads.n_amplitudes
+                self._changing[k] = _make_eigenstrain(system, body), system.loads.n_amplitudes
                 system.loads.sources.append(self._changing[k][0])
 
     def cliques(self) -> list[Unknowns]:
@@ -70,7 +70,7 @@ class Elements(Contribution):
                     "layout": layout.compressed(),
                     "kernels": kind.kernels,
                     "tuned": self._tuned(k, layout, kind.lanes),
-                    **_damping(body, kind, self._system.elements(body)),
+                    **_damping_arrays(body, kind, self._system.elements(body)),
                 }
             )
         self._compiled = compiled_module("elements").Elements(groups, self._system.n_all)
@@ -83,7 +83,7 @@ class Elements(Contribution):
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Deal the elements out to threads, if not too many would meet at the borders."""
-        dealt = assembly.share(self.layouts, n_free, n_all, threads)
+        dealt = assembly.partition_elements(self.layouts, n_free, n_all, threads)
         if dealt is not None:
             self._compiled.divide(*dealt)
         return dealt is not None
@@ -97,7 +97,7 @@ class Elements(Contribution):
         return place, column + np.int32(first), layout.parameters.ravel()[place]
 
     def _unknowns(self, body: ElasticBody) -> Unknowns:
-        return unknowns(self._system.elements(body), self._system.n_free)
+        return matrix_unknowns(self._system.elements(body), self._system.n_free)
 
 
 def of(system: Discretization) -> list[Elements]:
@@ -105,14 +105,14 @@ def of(system: Discretization) -> list[Elements]:
     return [Elements(system)]
 
 
-def _changing(system: Discretization, body: Beam) -> ChangingStrain:
+def _make_eigenstrain(system: Discretization, body: Beam) -> TimeDependentEigenstrain:
     """Return what the changing eigenstrain of a beam does to its elements."""
     kind, common = system.kind_of(body), body.stiffnesses()
     base = base_parameters(body, kind, common)
-    return loads.ChangingStrain(body, kind, reference(body)[body.ends], base)
+    return loads.TimeDependentEigenstrain(body, kind, reference_coordinates(body)[body.ends], base)
 
 
-def _damping(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
+def _damping_arrays(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
     """Return what the assembly needs to damp a body, as few arrays as it can."""
     flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
     if not any(flags.values()):
@@ -131,11 +131,11 @@ def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, f
         if not name.startswith(REFERENCE):
             base[:, k] = body.lengths if name == "length" else common[name]
     if kind.is_curved:
-        ends = body.free_of_stress(reference(body)[body.ends])
-        base[:, of_reference(kind)] = ends.reshape(body.n_elements, -1)
+        ends = body.free_of_stress(reference_coordinates(body)[body.ends])
+        base[:, reference_parameters(kind)] = ends.reshape(body.n_elements, -1)
     return base
 
 
-def of_reference(kind: ElementKind) -> NDArray[np.intp]:
+def reference_parameters(kind: ElementKind) -> NDArray[np.intp]:
     """Return which base parameters are coordinates free of strain, in their order."""
     return np.flatnonzero([name.startswith(REFERENCE) for name in kind.parameters])

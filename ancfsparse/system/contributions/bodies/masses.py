@@ -10,7 +10,7 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.force_elements.masses import PointMass
 from ancfsparse.scene.kinematics.rigid_motion import second_moments
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
 Entries = dict[tuple[int, int], float]
@@ -26,7 +26,7 @@ class Masses(Contribution):
 
     def cliques(self) -> list[Unknowns]:
         """Return the two coordinates of each entry."""
-        return [unknowns(self._pairs.copy(), self._n_free)]
+        return [matrix_unknowns(self._pairs.copy(), self._n_free)]
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled masses."""
@@ -39,7 +39,7 @@ class Masses(Contribution):
         return made
 
 
-def add(entries: Entries, places: Any, values: Any) -> None:
+def add_lower_triangle(entries: Entries, places: Any, values: Any) -> None:
     """Add the lower triangle of a small matrix over places."""
     for a, i in enumerate(places.tolist()):
         for b, j in enumerate(places[: a + 1].tolist()):
@@ -58,7 +58,7 @@ def _add_inertia(entries: Entries, system: Discretization, mass: PointMass) -> N
         spread = np.eye(len(names)) * mass.inertia[0, 0] / len(names)
     vectors = np.array([places[kind.columns(name)] for name in names])
     for direction in vectors.T:
-        add(entries, direction, spread)
+        add_lower_triangle(entries, direction, spread)
 
 
 def of(system: Discretization) -> list[Masses]:
@@ -68,7 +68,7 @@ def of(system: Discretization) -> list[Masses]:
     for each in found:
         places, weights = system.point(each.node)
         for row in places:
-            add(entries, row, each.mass * np.outer(weights, weights))
+            add_lower_triangle(entries, row, each.mass * np.outer(weights, weights))
         if each.inertia.any():
             _add_inertia(entries, system, each)
     return [Masses(system.n_free, entries)] if found else []

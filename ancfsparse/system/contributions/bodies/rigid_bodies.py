@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancfsparse.system.contributions.bodies.masses import Entries, Masses, add
+from ancfsparse.system.contributions.bodies.masses import Entries, Masses, add_lower_triangle
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
@@ -15,5 +15,5 @@ def of(system: Discretization) -> list[Masses]:
         if body.masses is not None:
             vectors = [places[0, body.kind.columns(name)] for name in body.kind.vectors]
             for direction in np.array(vectors).T:
-                add(entries, direction, body.masses)
+                add_lower_triangle(entries, direction, body.masses)
     return [Masses(system.n_free, entries)]

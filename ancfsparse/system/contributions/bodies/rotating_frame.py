@@ -16,14 +16,14 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.masses import RotatingFrame
-from ancfsparse.system.assembly.column_colouring import colours
+from ancfsparse.system.assembly.column_colouring import colour_columns
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
     Places,
     Vector,
-    unknowns,
+    matrix_unknowns,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.amplitudes import ConstantAmplitude
@@ -32,17 +32,17 @@ if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import Assembly
 
 # Error of a mass matrix that is not the same along every axis, relative to its forces.
-SAME = 1e-9
+ISOTROPY_TOLERANCE = 1e-9
 
 
 class Rotation(Contribution):
     """The inertia forces of a rotating frame."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, system: Discretization, frame: RotatingFrame, amplitude: int) -> None:
         self._system, self._frame, self._amplitude = system, frame, amplitude
-        self._place, self._centre = _vectors(system, frame)
+        self._place, self._centre = _collect_vectors(system, frame)
         self._row, self._column = self._meetings()
         self._mass = np.zeros(0)
 
@@ -81,14 +81,16 @@ class Rotation(Contribution):
 
     def cliques(self) -> list[Unknowns]:
         """Return the two coordinates of each entry."""
-        return [unknowns(self._entries()[0], self._system.n_free)]
+        return [matrix_unknowns(self._entries()[0], self._system.n_free)]
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled forces."""
         system = self._system
         self._find_masses(pattern)
         pairs, values = self._entries()
-        slots = pattern.slots(unknowns(pairs.copy(), system.n_free))  # (i, i), (j, i), (j, j)
+        slots = pattern.slots(
+            matrix_unknowns(pairs.copy(), system.n_free)
+        )  # (i, i), (j, i), (j, j)
         slot = np.where(pairs[:, 0] == pairs[:, 1], slots[:, 0], slots[:, 1])
         start = np.zeros(len(self._place) + 1, dtype=np.int32)
         np.cumsum(np.bincount(self._row, minlength=len(self._place)), out=start[1:])
@@ -114,7 +116,7 @@ class Rotation(Contribution):
             system.n_free, system.n_all, system.loads.n_amplitudes, pattern.indptr, system.parts
         )
         meet = sp.csc_array((np.ones(len(self._row)), (self._row, self._column)), shape=(n, n))
-        group = colours(meet)
+        group = colour_columns(meet)
         self._mass = np.zeros(len(self._row))
         for each in range(int(group.max()) + 1):
             unit = np.zeros(system.n_all)
@@ -125,7 +127,7 @@ class Rotation(Contribution):
         trial = np.random.default_rng(0).standard_normal(system.n_all)
         force = np.asarray(masses.inertia(trial))[self._place]
         off = np.abs(force - self._matrix @ trial[self._place]).max(axis=1)
-        if np.any(off > SAME * (abs(self._matrix) @ np.ones(n))):
+        if np.any(off > ISOTROPY_TOLERANCE * (abs(self._matrix) @ np.ones(n))):
             raise InputError(
                 "the masses of the scene are not the same along every axis of space, as a rotating "
                 "frame needs: describe the scene in space"
@@ -164,7 +166,7 @@ class Rotation(Contribution):
         )
 
 
-def _vectors(system: Discretization, frame: RotatingFrame) -> tuple[Places, Vector]:
+def _collect_vectors(system: Discretization, frame: RotatingFrame) -> tuple[Places, Vector]:
     """Return the places (n, dim) of every vector once, and what each is relative to [m]."""
     places, positions = [], []
     for body, kind, table in zip(system.bodies, system.kinds, system.places, strict=True):

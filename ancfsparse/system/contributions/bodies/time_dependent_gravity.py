@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class ChangingGravities(Contribution):
     """Uniform accelerations of all masses that the contributions before it have."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, system: Discretization) -> None:
         self._system = system

@@ -16,9 +16,9 @@ from ancfsparse.system.contributions.interface import (
     Contribution,
     Places,
     Vector,
-    unknowns,
+    matrix_unknowns,
 )
-from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flat
+from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flatten
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 
@@ -43,7 +43,7 @@ class Force(NamedTuple):
 class JointSprings(Contribution):
     """What acts along the freedoms of the joints of a system."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, system: Discretization, springs: list[JointSpring]) -> None:
         self._n_free, self._springs = system.n_free, springs
@@ -52,12 +52,14 @@ class JointSprings(Contribution):
         for raw, places in zip(lowering.raw, system.places, strict=True):
             final[raw] = places
         self._measures = [joint_coordinate(lowering, s.joint, s.of).placed(final) for s in springs]
-        self._forces = [_force(system, s if s.law == RUBBING else None) for s in springs]
-        self.reacts = any(s.law == RUBBING for s in springs)
+        self._forces = [
+            _joint_force_terms(system, s if s.law == RUBBING else None) for s in springs
+        ]
+        self.depends_on_reactions = any(s.law == RUBBING for s in springs)
 
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of each measure, (1, m)."""
-        return [unknowns(each.place.copy(), self._n_free)[None] for each in self._measures]
+        return [matrix_unknowns(each.place.copy(), self._n_free)[None] for each in self._measures]
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled springs."""
@@ -67,9 +69,9 @@ class JointSprings(Contribution):
             for name in ("low", "high", "stiffness", "damping", "slip")
         }
         made: Compiled = compiled_module("joint_springs").JointSprings(
-            flat(self._measures)
+            flatten(self._measures)
             | columns
-            | _flat(self._forces)
+            | _flatten_forces(self._forces)
             | {
                 "law": np.array([each.law for each in self._springs], dtype=np.int32),
                 "slot": np.concatenate(slots),
@@ -78,7 +80,9 @@ class JointSprings(Contribution):
         )
         return made
 
-    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
         """Return by how much stops are passed."""
         out = []
         for spring, along in zip(self._springs, self._measures, strict=True):
@@ -102,7 +106,7 @@ class JointSprings(Contribution):
                 power += most * rate**2 / np.hypot(rate, spring.slip)
         return power
 
-    def holds(self, q: Vector) -> Any:
+    def resisted_motions(self, q: Vector) -> Any:
         """Return the gradient of the measure of each spring, which resists its change."""
         import scipy.sparse as sp
 
@@ -115,7 +119,7 @@ class JointSprings(Contribution):
         return sp.csr_array((values, places), shape=(len(found), len(q)))
 
 
-def _force(system: Discretization, spring: JointSpring | None) -> Force:
+def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Force:
     """Return the force on the first side of a joint that rubs, no terms of others."""
     rows, factors = [], []
     if spring is not None:
@@ -141,7 +145,7 @@ def _force(system: Discretization, spring: JointSpring | None) -> Force:
     return Force(columns_of[0], columns_of[1], columns_of[2], *(x.copy() for x in reals.T))
 
 
-def _flat(forces: list[Force]) -> dict[str, Any]:
+def _flatten_forces(forces: list[Force]) -> dict[str, Any]:
     start = np.cumsum([0, *(len(each.row) for each in forces)], dtype=np.int32)
     tables = {
         f"force_{name}": np.concatenate([getattr(each, name) for each in forces])

@@ -17,9 +17,9 @@ from ancfsparse.system.contributions.interface import (
     Contribution,
     Places,
     Vector,
-    unknowns,
+    matrix_unknowns,
 )
-from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flat
+from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flatten
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
@@ -28,7 +28,7 @@ from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 class Ropes(Contribution):
     """The elastic ropes of a system."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, system: Discretization, ropes: list[Rope]) -> None:
         self._n_free, self._ropes = system.n_free, ropes
@@ -56,7 +56,9 @@ class Ropes(Contribution):
     def cliques(self) -> list[Unknowns]:
         """Return the coordinates of each rope, (1, m), then those of each part of each."""
         parts = [part.place for parts in self._parts for part in parts]
-        return [unknowns(each.copy(), self._n_free)[None] for each in (*self._places, *parts)]
+        return [
+            matrix_unknowns(each.copy(), self._n_free)[None] for each in (*self._places, *parts)
+        ]
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled ropes."""
@@ -74,7 +76,7 @@ class Ropes(Contribution):
             "width": "slack",
         }
         made: Compiled = compiled_module("ropes").Ropes(
-            flat(parts)
+            flatten(parts)
             | {
                 name: np.array([getattr(each, field) for each in self._ropes], dtype=float)
                 for name, field in columns.items()
@@ -82,14 +84,14 @@ class Ropes(Contribution):
             | {
                 "fixed": self._fixed,
                 "column": self._column,
-                "first": _starts(self._parts),
-                "begin": _starts(self._places),
+                "first": _offsets(self._parts),
+                "begin": _offsets(self._places),
                 "places": np.concatenate(self._places),
                 "own": np.concatenate(own).astype(np.int32),
                 "slot": np.concatenate(slots[:n]),
-                "first_slot": _starts(slots[:n]),
+                "first_slot": _offsets(slots[:n]),
                 "slot_of_part": np.concatenate(slots[n:]),
-                "first_of_part": _starts(slots[n:]),
+                "first_of_part": _offsets(slots[n:]),
             }
         )
         return made
@@ -104,7 +106,9 @@ class Ropes(Contribution):
         change = amplitudes[:, self._column[k]] if self._column[k] >= 0 else 0.0
         return rope.tension(path, rate, rope.length + change)
 
-    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
         """Return their tensions."""
         return [
             (f"the tension of {each.what} [N]", self.tension(each, q, v, amplitudes))
@@ -115,7 +119,7 @@ class Ropes(Contribution):
         """Whether a rope is among these."""
         return rope in self._ropes
 
-    def holds(self, q: Vector) -> Any:
+    def resisted_motions(self, q: Vector) -> Any:
         """Return the gradient of each path; where it is taut, also the way across each part."""
         import scipy.sparse as sp
 
@@ -133,7 +137,7 @@ class Ropes(Contribution):
         return table[np.diff(table.indptr) > 0]
 
 
-def _starts(parts: list[Any]) -> Places:
+def _offsets(parts: list[Any]) -> Places:
     return np.cumsum([0, *(len(each) for each in parts)], dtype=np.int32)
 
 

@@ -27,7 +27,7 @@ class CompiledSprings(Compiled, Protocol):
 class Springs(Contribution):
     """The springs of a system: the vector from end to end of each is a sum of coordinates."""
 
-    pushes = True
+    is_load = True
 
     def __init__(self, system: Discretization, springs: list[Spring]) -> None:
         self._n_free, self._springs = system.n_free, springs
@@ -58,7 +58,9 @@ class Springs(Contribution):
         )
         return self._compiled
 
-    def touches(self, q: Vector, v: Vector, amplitudes: Vector) -> list[tuple[str, Vector]]:
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
         """Return the forces of springs with force laws."""
         points, out = self._points, []
         for k, spring in enumerate(self._springs):
@@ -70,7 +72,7 @@ class Springs(Contribution):
                 out.append((f"the force of {spring.what} [N]", np.array(pulls)))
         return out
 
-    def holds(self, q: Vector) -> Any:
+    def resisted_motions(self, q: Vector) -> Any:
         """Return the direction of each spring, or all where it is tight or has no length."""
         import scipy.sparse as sp
 

@@ -14,7 +14,7 @@ from ancfsparse.system.contributions.interface import (
     Contribution,
     Places,
     Vector,
-    unknowns,
+    matrix_unknowns,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -36,7 +36,7 @@ class Constraints(Contribution):
         """
         c = self._constraints
         row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
-        coordinates = (unknowns(x, self._n_free) for x in (i, j))
+        coordinates = (matrix_unknowns(x, self._n_free) for x in (i, j))
         terms = np.stack([self._n_free + row, *coordinates], axis=1)
         return [terms, *self._with_mass()]
 
@@ -56,7 +56,9 @@ class Constraints(Contribution):
         return made
 
     def _with_mass(self) -> list[Unknowns]:
-        return [unknowns(places[None].copy(), self._n_free) for _, places, _, _ in self._massive]
+        return [
+            matrix_unknowns(places[None].copy(), self._n_free) for _, places, _, _ in self._massive
+        ]
 
     def _masses(self, pattern: Pattern) -> dict[str, Places | Vector]:
         """Return the equations with a mass: their terms, the gradients, and where squares go."""

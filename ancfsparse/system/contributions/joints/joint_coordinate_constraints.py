@@ -10,10 +10,10 @@ import numpy as np
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, JointCoordinate
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
-TURN = 2.0 * np.pi
+FULL_TURN = 2.0 * np.pi
 
 
 class Couplings(Contribution):
@@ -29,7 +29,7 @@ class Couplings(Contribution):
         """Return the equation and the coordinates of each measure, (1, 1 + m)."""
         tables = []
         for row, _, measure in self._terms:
-            coordinates = unknowns(measure.place.copy(), self._n_free)
+            coordinates = matrix_unknowns(measure.place.copy(), self._n_free)
             tables.append(np.concatenate([[self._n_free + row], coordinates])[None])
         return tables
 
@@ -37,10 +37,10 @@ class Couplings(Contribution):
         """Return the compiled measures."""
         # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j), ...
         pairs = [pattern.slots(each).ravel() for each in self.cliques()]
-        lines = [np.split(each, _begins(each)[1:]) for each in pairs]
+        lines = [np.split(each, _row_starts(each)[1:]) for each in pairs]
         rows, factors, measures = zip(*self._terms, strict=True)
         slots = [np.concatenate([line[1:] for line in each[1:]]) for each in lines]
-        arrays = flat(measures) | {
+        arrays = flatten(measures) | {
             "row": np.array(rows, dtype=np.int32),
             "factor": np.array(factors, dtype=float),
             "slot": np.concatenate(slots).astype(np.int32),
@@ -63,11 +63,11 @@ class Couplings(Contribution):
             for k, (row, factor, measure) in enumerate(self._terms):
                 if row >= first and measure.kind == ANGLE:
                     goal = values[0, 3 * system.prescribed.n + row - first] / factor
-                    start[k] += TURN * round((goal - start[k]) / TURN)
+                    start[k] += FULL_TURN * round((goal - start[k]) / FULL_TURN)
         return np.array(start)
 
 
-def flat(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
+def flatten(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
     """Return measures as the arrays of measures.pxi."""
     return {
         "kind": np.array([each.kind for each in measures], dtype=np.int32),
@@ -78,7 +78,7 @@ def flat(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
     }
 
 
-def _begins(pairs: Any) -> Any:
+def _row_starts(pairs: Any) -> Any:
     """Return where the rows of a lower triangle begin that is stored by rows."""
     n = int(np.sqrt(2 * len(pairs)))
     return np.cumsum(np.arange(n))

@@ -11,7 +11,7 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset, SlidingCurve
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, unknowns
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
@@ -25,7 +25,7 @@ class Tracks(Contribution):
 
     def cliques(self) -> list[Unknowns]:
         """Return the equations, the point and an element, a row for each of these."""
-        coordinates = unknowns(self._offset.reach(), self._n_free)
+        coordinates = matrix_unknowns(self._offset.reach(), self._n_free)
         rows = np.full((len(coordinates), len(self._rows)), self._n_free + np.array(self._rows))
         return [np.concatenate([rows, coordinates], axis=1).astype(np.int32)]
 
@@ -43,12 +43,12 @@ class Tracks(Contribution):
             "s": self._start,
         }
         made: Compiled = compiled_module("tracks").Tracks(
-            arrays, partial(ran_off, self._label, track)
+            arrays, partial(describe_run_off, self._label, track)
         )
         return made
 
 
-def ran_off(label: str, track: SlidingCurve, s: float) -> LoadError:
+def describe_run_off(label: str, track: SlidingCurve, s: float) -> LoadError:
     """Return the error for a point that has left its beam at an arc coordinate [m]."""
     whole = float(track.arcs[-1])
     where = "start" if s < 0.0 else "end"
