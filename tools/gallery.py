@@ -18,16 +18,16 @@ def examples(page: str) -> list[tuple[str, str]]:
 
 
 def main() -> None:
-    """Run the examples whose headings hold one of the words given, or all if there are none."""
+    """Run the examples whose headings contain one of the given words, or all of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("words", nargs="*", help="words in the headings of examples to run")
     parser.add_argument("--to", type=Path, default=DOCS / "gallery", help="folder of the pictures")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     mpl.use("Agg")
     page = (DOCS / "gallery.md").read_text(encoding="utf-8")
-    os.chdir(asked.to)
+    os.chdir(options.to)
     for name, source in examples(page):
-        if not asked.words or any(word.lower() in name.lower() for word in asked.words):
+        if not options.words or any(word.lower() in name.lower() for word in options.words):
             print(f"== {name}", flush=True)
             exec(compile(source, f"gallery: {name}", "exec"), {})
 

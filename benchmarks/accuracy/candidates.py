@@ -17,7 +17,7 @@ from benchmarks.common import methods
 from benchmarks.common.methods import chosen
 from benchmarks.common.timing import OURS
 
-# Every one a whole part of half a second, so that the instants are met.
+# Every one a whole part of half a second, so that output times are met.
 DTS = (2e-2, 1e-2, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4, 6.25e-5, 3.125e-5)
 
 SOLVERS = chosen(methods.SOLVERS, "Davidon", "BFGS", "modified Newton", "Newton")
@@ -33,7 +33,7 @@ class Integrator:
     name : str
         For tables and charts, and for the table of `methods`.
     dts : tuple of float
-        Time steps [s], largest first; those that do not meet the instants are left out.
+        Time steps [s], largest first; those that do not meet the output times are omitted.
     stable_fractions : tuple of float
         In the place of `dts`, for an explicit method: parts of its longest stable step.
     solvers : tuple of str
@@ -53,11 +53,11 @@ class Integrator:
 
     @property
     def integrator(self) -> Implicit | Explicit:
-        """What `simulate` takes."""
+        """The integrator of the package."""
         return methods.INTEGRATORS[self.name] if self.scheme is None else self.scheme
 
     def steps(self, model: str, elements: int, t_end: float) -> list[float]:
-        """Return the steps to run on a mesh [s], all of which meet the instants."""
+        """Return the steps to run on a mesh [s], all of which meet the output times."""
         integrator = self.integrator if self.stable_fractions else None
         if isinstance(integrator, Explicit):
             limit = stable_step(MODELS[model].problem(elements).scene, integrator)

@@ -16,7 +16,7 @@ class Comparison:
     """Runs of several programs."""
 
     points: list[Point]  # one for each run, failures included
-    references: dict[str, Reference]  # what they are compared with, by model
+    references: dict[str, Reference]  # by model
     missing: list[str]  # what could not be compared with, and how to get it
     settings: dict[str, Any]  # of the study and the machine
 

@@ -25,7 +25,8 @@ MESHES = (5, 10, 20, 40)
 TIMES = (4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4)
 TOLERANCES = (10.0, 1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 
-TIGHT, TIGHTER = 1e-7, 1e-8  # tolerances of the reference and of its uncertainty [m/s2]
+REFERENCE_TOLERANCE = 1e-8  # [m/s2]
+TIGHT_TOLERANCE = 1e-7  # whose difference is the uncertainty of the reference [m/s2]
 
 DEFAULT = "default"
 """The tolerance of the examined choice."""
@@ -48,7 +49,7 @@ class Part:
     # number of elements, step [s], tolerance [m/s2] or `DEFAULT`, or the other model
     value: float | str
     error: float  # largest tip distance from the reference [m]
-    uncertainty: float  # how far the reference may be off [m]
+    uncertainty: float  # of the reference [m]
 
     @property
     def known(self) -> bool:
@@ -162,7 +163,7 @@ def _solver(model: str, elements: int, t_end: float, dt: float) -> list[Part]:
     def tip(tolerance: float | str) -> Tips:
         return task(model, elements, t_end, TRAPEZOIDAL, dt, SOLVER, tolerance).run().tip
 
-    exact = tip(TIGHTER)
-    known = distance(tip(TIGHT), exact)
-    asked: list[float | str] = [*TOLERANCES, DEFAULT]
-    return [Part("solver", model, each, distance(tip(each), exact), known) for each in asked]
+    exact = tip(REFERENCE_TOLERANCE)
+    known = distance(tip(TIGHT_TOLERANCE), exact)
+    tolerances: list[float | str] = [*TOLERANCES, DEFAULT]
+    return [Part("solver", model, each, distance(tip(each), exact), known) for each in tolerances]

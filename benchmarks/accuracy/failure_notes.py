@@ -56,7 +56,7 @@ def write_notes(figure: Figure, notes: Sequence[str]) -> None:
     Parameters
     ----------
     figure : Figure
-        Of constrained layout, complete otherwise with one key; it grows by what the notes take.
+        Of constrained layout, complete otherwise with one key; it grows by the height of the notes.
     notes : sequence of str
         As `mark_failures` leaves them.
     """

@@ -60,10 +60,10 @@ def meets_outputs(dt: float, t_end: float) -> bool:
 
 
 def step_up_to(dt: float, t_end: float) -> float:
-    """Return the largest step no larger than `dt` that meets every instant [s]."""
+    """Return the largest step no larger than `dt` that meets every output time [s]."""
     return t_end / OUTPUTS / math.ceil(t_end / OUTPUTS / dt * (1.0 - 1e-9))
 
 
 def distance(tip: Tips, other: Tips) -> float:
-    """Return the largest distance between two tips over the instants [m]; both (4, 2)."""
+    """Return the largest distance between two tips over the output times [m]; both (4, 2)."""
     return float(np.linalg.norm(tip - other, axis=1).max())

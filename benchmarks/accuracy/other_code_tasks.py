@@ -17,9 +17,9 @@ from ancfsparse.system import System
 from benchmarks.accuracy.models import MODELS, OUTPUTS, meets_outputs, output_times
 from benchmarks.accuracy.timed_runs import FailedError, Sample, Task
 from benchmarks.common.first_order import FirstOrder, OdeRun, OutOfTimeError, integrate
-from benchmarks.other_codes import elastica as elastica_peer
-from benchmarks.other_codes import exudyn as exudyn_peer
-from benchmarks.other_codes import sundials as sundials_peer
+from benchmarks.other_codes import elastica as elastica_code
+from benchmarks.other_codes import exudyn as exudyn_code
+from benchmarks.other_codes import sundials as sundials_code
 from benchmarks.other_codes.exudyn import ExudynError, Setting
 from benchmarks.other_codes.exudyn_pendulum import run_exudyn
 from benchmarks.other_codes.sundials import integrate_sundials
@@ -61,7 +61,7 @@ SUNDIALS = {
 def missing() -> list[str]:
     """State the codes that are not installed, one sentence each."""
     sentences = []
-    for load in (exudyn_peer.load, sundials_peer.load, elastica_peer.load):
+    for load in (exudyn_code.load, sundials_code.load, elastica_code.load):
         try:
             load()
         except InputError as error:
@@ -84,14 +84,14 @@ def other_code_tasks(model: str, elements: int, t_end: float, cap: float) -> lis
     SciPy and SUNDIALS are stopped after `cap` seconds a run.
     """
     tasks = []
-    if model == EXUDYN_MODEL and installed(exudyn_peer.load):
+    if model == EXUDYN_MODEL and installed(exudyn_code.load):
         tasks += exudyn_tasks(elements, t_end)
     tasks += [
         _on_our_forces("SciPy", method, model, elements, t_end, rtol, cap)
         for method, tolerances in SCIPY.items()
         for rtol in tolerances
     ]
-    if installed(sundials_peer.load):
+    if installed(sundials_code.load):
         tasks += [
             _on_our_forces("SUNDIALS", method, model, elements, t_end, rtol, cap)
             for method, tolerances in SUNDIALS.items()

@@ -24,8 +24,8 @@ TOLERANCE = 1e-7  # residual of the steps below [m/s2]
 class Reference:
     """The tip of a reference motion."""
 
-    tip: Tips  # (4, 2), at the instants [m]
-    uncertainty: float  # how far it may be off [m]
+    tip: Tips  # (4, 2), at the output times [m]
+    uncertainty: float  # [m]
     how: str  # where both numbers come from
 
 

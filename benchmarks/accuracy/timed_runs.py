@@ -28,8 +28,8 @@ class Sample:
     """One run."""
 
     seconds: float  # wall time of the march or solver alone [s]
-    tip: Tips  # (k, 2), tip at the instants of the study [m]
-    # what was evaluated, factored and solved, as far as the program reports it
+    tip: Tips  # (k, 2), tip at the output times [m]
+    # evaluations, factorizations and solutions, as far as the program reports them
     counts: dict[str, int] = field(default_factory=dict)
 
 
@@ -37,10 +37,10 @@ class Sample:
 class Task:
     """Something to run, with its names in tables."""
 
-    program: str  # `OURS` or the name of a peer
+    program: str  # `OURS` or the name of another code
     method: str  # the integrator
     solver: str  # how its equations are solved; empty for explicit methods
-    model: str  # key of `MODELS`, or the peer's own
+    model: str  # key of `MODELS`, or that of another code
     elements: int  # their number
     knob: str  # what `value` is: ``"dt"`` [s] or ``"rtol"`` [-]
     value: float  # time step or tolerance
@@ -58,7 +58,7 @@ class Task:
 class Point:
     """A task that was run."""
 
-    task: Task  # what was run
+    task: Task
     seconds: float = math.nan  # its best time [s]; NaN without result
     # largest distance of the tip from the reference [m]; NaN without result
     error: float = math.nan

@@ -18,8 +18,8 @@ from benchmarks.accuracy.timed_runs import Point, Sample, Task, front, measure
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.timing import OURS
-from benchmarks.other_codes import elastica as elastica_peer
-from benchmarks.other_codes import exudyn as exudyn_peer
+from benchmarks.other_codes import elastica as elastica_code
+from benchmarks.other_codes import exudyn as exudyn_code
 from benchmarks.other_codes.environment import environment
 from benchmarks.other_codes.exudyn import Setting
 
@@ -155,14 +155,14 @@ def total_error(
 
 def _other_tasks(t_end: float) -> list[Task]:
     tasks: list[Task] = []
-    if installed(exudyn_peer.load):
+    if installed(exudyn_code.load):
         for n in OTHER_MESHES:
             dense = Setting("", 0.02), OTHER_DTS
             sparse = Setting("", 0.02, "EigenSparse", reuse_pattern=True), OTHER_DTS
             tasks += exudyn_tasks(
                 n, t_end, {("trapezoidal", "modified 0.02"): dense if n <= MAX_DENSE else sparse}
             )
-    if installed(elastica_peer.load):
+    if installed(elastica_code.load):
         tasks += [_elastica(n, t_end) for n in OTHER_MESHES]
     return tasks
 
@@ -172,7 +172,7 @@ def _elastica(elements: int, t_end: float) -> Task:
     dt = step_up_to(ELASTICA_DT, t_end)
 
     def run() -> Sample:
-        seconds, tip = elastica_peer.run_elastica(problem, elements, t_end, dt, OUTPUTS)
+        seconds, tip = elastica_code.run_elastica(problem, elements, t_end, dt, OUTPUTS)
         steps = round(t_end / dt)
         return Sample(seconds, tip, {"steps": steps, "residuals": steps})
 

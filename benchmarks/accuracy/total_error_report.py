@@ -220,7 +220,7 @@ def _about_thick(result: TotalError) -> list[str]:
     text += (
         f", and of the meshes that were run {needed} do what {paper.ELEMENTS} Thin ones do"
         if needed
-        else ", and no number that was run does what the Thin ones do"
+        else ", and no mesh that was run does what the Thin ones do"
     )
     if nodal is not None:
         text += f"; nodal section strains bring it to {nodal.error:.1e} m"

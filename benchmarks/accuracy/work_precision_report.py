@@ -207,7 +207,7 @@ def _about_counts(result: WorkPrecision, model: str) -> list[str]:
 
 
 def evaluations(point: Point) -> float:
-    """Return how many residuals or right-hand sides a run evaluated; NaN where unknown."""
+    """Return the number of residuals or right-hand sides of a run; NaN where unknown."""
     return float(point.counts.get("residuals", math.nan))
 
 

@@ -1,1 +1,1 @@
-"""What the studies share: models, references, the timed contest, tables, charts, pages."""
+"""Tools of all studies: timing, tables, charts, pages, integrators and solvers by name."""

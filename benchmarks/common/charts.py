@@ -19,7 +19,7 @@ Key = TypeVar("Key", bound=Hashable)
 
 
 def new_figure(height: float, title: str) -> Figure:
-    """Return an empty picture of this height [in], with what it shows above it."""
+    """Return an empty picture of this height [in] with its title."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     figure.suptitle(title)
     return figure

@@ -108,9 +108,9 @@ class OutOfTimeError(Exception):
 
 @dataclass(frozen=True)
 class OdeRun:
-    """What an integrator found."""
+    """The solution of an integrator."""
 
-    q: Vector  # (k, n_all), coordinates at the times asked for
+    q: Vector  # (k, n_all), coordinates at the output times
     seconds: float  # wall time of the integration [s]
     evaluations: int  # evaluations of the right-hand side
     counts: dict[str, int] = field(default_factory=dict)  # Jacobians and factorizations
@@ -141,7 +141,7 @@ def integrate(
     on_time : callable, optional
         Called with the simulated time now and then.
     with_jacobian : bool, optional
-        Whether an implicit method is given the Jacobian instead of differences.
+        True to give an implicit method the Jacobian instead of differences.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Table 1 of the paper, and what this project runs in the place of each of its columns.
+"""Table 1 of the paper, and the methods that take the place of its columns.
 
 Source: *On the Numerical Treatment of Nonlinear Flexible Multibody Systems with the Use of
 Quasi-Newton Methods*, section 4, Table 1: computation times in seconds, MATLAB, for two seconds
@@ -16,7 +16,7 @@ DT = 5e-4
 ELEMENTS = 10
 """Elements of the pendulum."""
 
-RTOL, ATOL = 1e-3, 1e-6
+RTOL, ATOL = 1e-3, 1e-6  # relative, absolute
 """Tolerances of the ode functions, MATLAB's default."""
 
 ODE_FUNCTIONS = {"RK23": "ode23", "LSODA": "ode113", "Radau": "ode23t"}

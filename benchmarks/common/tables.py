@@ -37,7 +37,7 @@ class Table:
         return [_line(self.head), "|" + "".join(rule), *map(_line, self.rows)]
 
     def __str__(self) -> str:
-        """Set it for a terminal, the columns as wide as what they hold."""
+        """Set it for a terminal, in columns as wide as their cells."""
         cells = [self.head, *self.rows]
         widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
         lines = [

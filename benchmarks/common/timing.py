@@ -23,8 +23,8 @@ def in_turn(
 ) -> list[list[Result]]:
     """Run all in turn, round after round, so that a busy moment of the machine hits them alike.
 
-    Returns what was kept of each candidate, in order.  It is run again while `goes_on`, given what
-    was kept so far, is true; the bar moves for every run that is over or left out.
+    Returns the results of each candidate, in order.  It is run again while `goes_on`, given the
+    results so far, is true; the bar moves for every run that is made or omitted.
     """
     found: list[list[Result]] = [[] for _ in candidates]
     for _ in range(rounds):

@@ -20,15 +20,15 @@ from typing import Any, Self
 
 @dataclass
 class Answered:
-    """A job with what a process has answered, for the rows of studies."""
+    """A job with the answer of a process, for the rows of studies."""
 
-    job: Any  # what was run
+    job: Any
     # as the process returned it, the last time
     record: dict[str, Any] = field(default_factory=dict)
 
     @property
     def note(self) -> str:
-        """Why there is no result, or nothing."""
+        """The reason of a missing result, or nothing."""
         return str(self.record.get("note", ""))
 
     @property

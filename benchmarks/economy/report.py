@@ -173,9 +173,7 @@ def chart(result: Economy) -> Figure:
     for level, line in ((1.0, "-"), (2.0, ":")):
         right.axhline(level, color="grey", linestyle=line, linewidth=1.0)
     set_axes(
-        left,
-        "tolerance over the size of the quantity",
-        "error; x: no plan; +: uncertain reference",
+        left, "tolerance over the size of the quantity", "error; x: no plan; +: uncertain reference"
     )
     set_axes(
         right, "time of the best choice of the search [ms]", "cost over that of the best choice"

@@ -34,7 +34,8 @@ from benchmarks.other_codes.environment import environment
 REQUESTS = (0.03, 0.003, 0.0003)
 """Tolerances over the size of the quantity [-]."""
 
-MIN_STEPS, MAX_STEPS = 25, 51200  # of the search, powers of two times the least
+MIN_STEPS = 25  # of the search
+MAX_STEPS = 51200  # of the search, which doubles them
 INTEGRATORS: tuple[Implicit | Explicit, ...] = (
     GeneralizedAlpha(0.9),
     Newmark(0.0),

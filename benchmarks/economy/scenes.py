@@ -17,7 +17,8 @@ SOFT = Rectangle(0.01, 0.01), Material(1e8, 4000.0, 0.3)
 STEEL = Rectangle(0.01, 0.01), Material(2.1e11, 7850.0, 0.3)
 ROD = Circle(0.01), Material(1e8, 4000.0, 0.3)
 FLEXIBLE = Rectangle(0.01, 0.01), Material(2e9, 1000.0, 0.3)
-DOWN, DOWN_IN_SPACE = (0.0, -9.81), (0.0, 0.0, -9.81)
+DOWN = (0.0, -9.81)  # gravity in the plane [m/s2]
+DOWN_IN_SPACE = (0.0, 0.0, -9.81)  # [m/s2]
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Case:
     # elements with their options in the search; the first is the reference
     elements: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}), ("l2t2", {}))
     most: int = 64  # elements of a beam in the reference, but for thick ones
-    steps: int = 12800  # steps of the reference; the search by hand takes up to half of them
+    steps: int = 12800  # steps of the reference; the search takes up to half of them
     # elements of a beam in the search
     meshes: tuple[int, ...] = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48)
     is_thick_tried: bool = True  # as reference: not in slender scenes, where they lock

@@ -1,4 +1,4 @@
-"""On what a study ran, for its JSON."""
+"""Machine and versions of a study, for its JSON."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import platform
 
 from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError
-from benchmarks.other_codes import sundials as sundials_peer
+from benchmarks.other_codes import sundials
 
 PACKAGES = ("numpy", "scipy", "exudyn", "pyelastica")
 
 
 def environment() -> dict[str, str]:
-    """Return instruction set, machine and the versions of what is compared."""
+    """Return instruction set, machine and versions of the compared programs."""
     found = {"instruction_set": instruction_set(), "machine": platform.machine()}
     found["python"] = platform.python_version()
     for name in PACKAGES:
@@ -22,7 +22,7 @@ def environment() -> dict[str, str]:
         except importlib.metadata.PackageNotFoundError:
             found[name] = "not installed"
     try:
-        found["sundials"] = sundials_peer.load().VERSION
+        found["sundials"] = sundials.load().VERSION
     except InputError:
         found["sundials"] = "not installed"
     return found

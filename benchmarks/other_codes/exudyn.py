@@ -33,7 +33,7 @@ class ExudynError(Exception):
 
 @dataclass(frozen=True)
 class Setting:
-    """How Exudyn solves a step."""
+    """Exudyn's settings for a step."""
 
     name: str  # for the table
     # modified Newton renews its Jacobian when residuals shrink by less than this factor; 0 takes
@@ -54,13 +54,12 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class PeerRun:
-    """What a run of Exudyn took and found."""
+class OtherRun:
+    """Time, counts and positions of a run of Exudyn."""
 
     seconds: float  # of its solver alone [s]
     iterations_per_step: float  # Newton iterations per time step
-    # (k, 2 n), positions of the watched nodes at whole multiples of the interval asked for, t = 0
-    # left out [m]
+    # (k, 2 n), positions of the watched nodes at the output times, without t = 0 [m]
     tip: Array
     counts: dict[str, int]  # steps, Newton iterations and Jacobians
 
@@ -80,7 +79,7 @@ def load() -> Any:
     except ImportError as error:
         raise InputError(
             f"Exudyn, the program to compare with, cannot be imported ({error}): "
-            "install the peers, pip install 'ancfsparse[peers]'"
+            "install the other codes, pip install 'ancfsparse[peers]'"
         ) from None
 
 
@@ -176,7 +175,7 @@ class Model:
         dt: float,
         interval: float,
         clock: Callable[[], float] = time.perf_counter,
-    ) -> PeerRun:
+    ) -> OtherRun:
         """Solve with one thread and no output.
 
         Parameters
@@ -216,7 +215,7 @@ class Model:
         stored = [np.atleast_2d(self.system.GetSensorStoredData(each)) for each in self._sensors]
         tips = [each[each[:, 0] > 0.25 * interval, 1:3] for each in stored]
         tip = np.concatenate(tips, axis=1) if tips else np.zeros((0, 0))
-        return PeerRun(seconds, counts["iterations"] / round(t_end / dt), tip, counts)
+        return OtherRun(seconds, counts["iterations"] / round(t_end / dt), tip, counts)
 
 
 def _settings(exudyn: Any, setting: Setting, t_end: float, dt: float) -> Any:

@@ -1,7 +1,6 @@
 """Named mechanisms of cables in Exudyn, with the same elements, integrator, start and motions.
 
-What is a function of time is handed over as Exudyn's symbolic expressions, which it evaluates in
-compiled code.
+Functions of time are Exudyn's symbolic expressions, which it evaluates in compiled code.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from ancfsparse.problems import Mechanism
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.coordinates.state import State
-from benchmarks.other_codes.exudyn import Model, PeerRun, Setting
+from benchmarks.other_codes.exudyn import Model, OtherRun, Setting
 
 Array = NDArray[np.float64]
 Expression = Callable[[Any], Any]
@@ -223,15 +222,15 @@ def run_mechanism(
     newton: Setting,
     t_end: float,
     dt: float,
-    instants: int,
-) -> PeerRun:
+    outputs: int,
+) -> OtherRun:
     """Simulate a mechanism with Exudyn's generalised-alpha method, by processor time.
 
-    `build` adds what is no cable, and the positions of the `watched` nodes of cables are returned
-    at so many `instants`.
+    `build` adds bodies, joints and functions of time; positions of the `watched` nodes of cables
+    are returned at equal intervals, `outputs` of them.
     """
     b = Builder(problem, start)
     build(b)
     for beam, index in watched:
         b.watch(b.nodes[beam][index])
-    return b.run(newton, t_end, dt, t_end / instants, time.process_time)
+    return b.run(newton, t_end, dt, t_end / outputs, time.process_time)

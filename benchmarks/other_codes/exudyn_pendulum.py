@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ancfsparse.problems import Problem
-from benchmarks.other_codes.exudyn import Model, PeerRun, Setting
+from benchmarks.other_codes.exudyn import Model, OtherRun, Setting
 
 IMMOVABLE = 1e14  # mass that stands for a pin [kg]
 
@@ -18,7 +18,7 @@ SETTINGS = (
 
 def run_exudyn(
     problem: Problem, setting: Setting, t_end: float, dt: float, interval: float
-) -> PeerRun:
+) -> OtherRun:
     """Simulate a planar cable pinned at its start; arguments and errors as of `Model.run`.
 
     With a pinned coordinate its explicit methods converge to another motion, so for them a mass

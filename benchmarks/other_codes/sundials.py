@@ -33,12 +33,7 @@ def load() -> Any:
 
 
 def integrate_sundials(
-    equations: FirstOrder,
-    method: str,
-    t: Vector,
-    rtol: float,
-    atol: float,
-    cap: float = np.inf,
+    equations: FirstOrder, method: str, t: Vector, rtol: float, atol: float, cap: float = np.inf
 ) -> OdeRun:
     """Run one of SUNDIALS' integrators, a method of `other_code_tasks.SUNDIALS`, against the clock.
 

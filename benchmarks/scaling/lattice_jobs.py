@@ -55,7 +55,7 @@ class Job:
     stiff: str
     motion: str
     dt: float  # step [s]
-    steps: int  # how many
+    steps: int
     factorization: str  # {"complete", "incomplete"}, for the corrections
     jitter: float = 0.0  # of a lattice, as in `problems.lattice`
     rods: int = 0  # nodes of a lattice that are tied to the ground

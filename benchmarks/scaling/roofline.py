@@ -1,8 +1,8 @@
-"""What the hot loops reach of the memory bandwidth, and the operations per second of the kernels.
+"""Memory bandwidth of the hot loops, and operations per second of the kernels.
 
 Bandwidth is that of a triad ``a = b + c`` on arrays far larger than the caches, measured in the
 same run.  Bytes are counted as the loops name them: a number read is 8, one written 8, one changed
-in place 16, an index 4; what the processor fetches in order to overwrite it is counted in neither.
+in place 16, an index 4; fetches before overwriting are not counted.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Roofline:
     """Bandwidth and loops."""
 
     triad: float  # bandwidth [GB/s]
-    loops: list[Loop]  # what was measured beside it
+    loops: list[Loop]  # measured in the same run
 
     def __str__(self) -> str:
         """Set the table for a terminal."""

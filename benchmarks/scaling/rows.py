@@ -86,7 +86,7 @@ class Scaling:
         return [list(g) for _, g in groupby(self.rows, key=lambda r: (r.scene, r.job.size))]
 
     def slopes(self) -> dict[str, float]:
-        """Fit powers of the number of elements to what is counted, from 500 elements on."""
+        """Fit powers of the number of elements to counts and memory, from 500 elements on."""
         out: dict[str, float] = {}
         for scene, title in TITLES.items():
             table = [c for c in self.counts if c["scene"] == title]

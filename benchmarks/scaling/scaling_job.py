@@ -47,7 +47,7 @@ class Job:
     solver: str
     steps: int  # time steps
     dt: float  # their length [s]
-    threads: int = 1  # how many may share the work
+    threads: int = 1  # threads that may share the work
 
     def scene(self) -> Scene:
         """Build the scene."""
@@ -93,7 +93,7 @@ def _ours(job: Job) -> dict[str, Any]:
             scene,
             job.steps * job.dt,
             job.dt,
-            integrator=Newmark(0.0),  # as the peer
+            integrator=Newmark(0.0),  # as Exudyn
             solver=SOLVERS["auto" if job.threads > 1 else job.solver],
             threads=job.threads,
             save_every=job.steps,

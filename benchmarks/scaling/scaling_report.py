@@ -29,7 +29,7 @@ from benchmarks.scaling.scaling_job import SOLVERS
 
 COLOURS = dict(
     zip(
-        [*SOLVERS, *(peer.name for peer in OTHERS)],
+        [*SOLVERS, *(other.name for other in OTHERS)],
         ["#000000", "#d55e00", "#0072b2", "#009e73", "#cc79a7", "#e69f00", "#999999"],
         strict=True,
     )
@@ -150,7 +150,7 @@ def _short(row: Row) -> str:
 
 
 def heading(result: Scaling) -> str:
-    """State what is measured."""
+    """State the quantity, the steps and the rounds."""
     settings = result.settings
     return (
         f"Cost per element and step, dt = {settings['dt_s']:g} s, {settings['steps']} steps, "

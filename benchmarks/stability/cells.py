@@ -70,7 +70,7 @@ class Run:
     newton: float
     turn: float  # largest turn of an element within a step [rad]
     stretch: float  # largest change of the length of an element within a step, over its length
-    # most energy above what was given, and energy lost at the end, over the largest kinetic energy:
+    # largest energy above the supplied work, and loss at the end, over the largest kinetic energy:
     # from the stored states
     gain: float
     loss: float

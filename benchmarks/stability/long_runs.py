@@ -36,7 +36,8 @@ Vector = NDArray[np.float64]
 SAVED = 5000  # states of a run
 MAX_RISE = 1e-3  # energy above its start, over the largest kinetic energy
 MIN_GROWTH = 4e6  # memory beyond that of a tenth of the steps that counts as growth [bytes]
-SOFT, STEEL = 1e8, 2.1e11  # Young's moduli of the paper's pendulum, and of steel [Pa]
+SOFT = 1e8  # Young's modulus of the paper's pendulum [Pa]
+STEEL = 2.1e11  # Young's modulus [Pa]
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class Candidate:
     name: str  # of the integrator
     share: float  # its step over the paper's
     youngs_modulus: float = SOFT  # of the pendulum [Pa]
-    max_halvings: int = 0  # how often a step that cannot be solved may be halved
+    max_halvings: int = 0  # of a step that cannot be solved
 
     @property
     def label(self) -> str:
@@ -234,7 +235,7 @@ def chart(result: LongRuns) -> Figure:
     axes = panels(figure, 3, 3)
     soft = [run for run in result.runs if not run.steel]
     steel = [run for run in result.runs if run.steel]
-    titles = ("All; x: stopped", "The same, nearer; dotted: what it may rise", "Of steel")
+    titles = ("All; x: stopped", "The same, nearer; dotted: allowed rise", "Of steel")
     limits = ((-70.0, 10.0), (-3.0, 3.0), (-1.0, 1.0))
     for ax, runs, title, (low, high) in zip(axes, (soft, soft, steel), titles, limits, strict=True):
         for run, colour in _coloured(runs):

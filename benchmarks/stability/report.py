@@ -44,7 +44,7 @@ class Panel(NamedTuple):
 
     runs: list[Run]  # with one or several solvers
     # Newton's runs by stiffness [Pa] and step [s], to mark differences in; or nothing
-    beside: dict[tuple[float, float], Run]
+    newton: dict[tuple[float, float], Run]
 
 
 def integrator_chart(result: Stability) -> Figure:
@@ -128,8 +128,8 @@ def _draw(ax: Axes, panel: Panel) -> None:
             here = [run for run in panel.runs if _spot(run) == (stiffness, dt)]
             if here:
                 cells[y, x] = max(OUTCOMES.index(run.outcome) for run in here)
-                _mark(ax, x, y, here, alone=not panel.beside)
-                _frame(ax, x, y, here, panel.beside.get((stiffness, dt)))
+                _mark(ax, x, y, here, alone=not panel.newton)
+                _frame(ax, x, y, here, panel.newton.get((stiffness, dt)))
     ax.imshow(
         cells, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(OUTCOMES) - 0.5, origin="lower",
         aspect="auto",
@@ -154,7 +154,7 @@ def _short(value: float) -> str:
 
 
 def _mark(ax: Axes, x: int, y: int, runs: Sequence[Run], alone: bool) -> None:
-    """Mark how many of several fail, or that one gained energy unseen, or lost much."""
+    """Mark the number of failures, an undetected gain of energy, or a large loss."""
     dead = sum(not run.is_complete for run in runs)
     if dead and len(runs) > 1:
         dark = max(OUTCOMES.index(run.outcome) for run in runs) == len(OUTCOMES) - 1

@@ -33,7 +33,8 @@ Run = TypeVar("Run")
 REFERENCE = "DOP853"
 # Stability bounds its steps, so the error is far below: 1e-11 m where compared.  Much tighter
 # tolerances meet the rounding of the forces and cost many times the steps.
-REFERENCE_RTOL, REFERENCE_ATOL = 1e-8, 1e-9  # relative, absolute
+REFERENCE_RTOL = 1e-8
+REFERENCE_ATOL = 1e-9  # [m]
 
 OUTPUT_TIMES = 400  # approximate number of times at which tips are compared
 MIN_TOTAL_TIME = 1.0  # of the repeated runs of a cell [s]
@@ -51,7 +52,7 @@ COLUMNS = (*paper.ODE_FUNCTIONS, *METHODS)
 
 @dataclass(frozen=True)
 class Row:
-    """How the pendulum of a row is set up."""
+    """Element and dimension of a row."""
 
     element: str
     dim: int
@@ -79,7 +80,7 @@ class Cell:
     column: str
     # median wall time, of SciPy's integration or of our compiled march [s]; NaN without result
     seconds: float = math.nan
-    runs: int = 0  # how many times the median is of
+    runs: int = 0  # number of runs of the median
     # wall time from the scene to the first step of the last of these runs [s]; NaN for SciPy
     set_up_seconds: float = math.nan
     # (k, dim), tip at the output times [m]
@@ -92,7 +93,7 @@ class Cell:
 
     @property
     def finished(self) -> bool:
-        """Whether there is a result."""
+        """True if there is a result."""
         return self.tip is not None
 
     @property

@@ -19,7 +19,7 @@ in time.
 iter./step: corrections with a residual of their own; Broyden, DFP, BFGS and modified Newton make \
 one more
 by the residual that ends a step.
-Davidon as good: how many times faster Davidon is with a step that makes its tip error no larger.\
+Davidon as good: ratio of times to Davidon with a step of no larger tip error.\
 """
 
 
@@ -108,7 +108,7 @@ ODE_TARGET = f"the target of {MIN_ODE_RATIO:.0f} times at equal or better tip er
 
 
 def findings(table: Results) -> list[str]:
-    """State what the numbers show."""
+    """Compare the cells with the paper and with the best ode column."""
     ours = [cell for (_, column), cell in table.cells.items() if column in paper.QUASI_NEWTON]
     sentences = []
     compared = [cell for cell in ours if not math.isnan(cell.speed_up)]

@@ -23,7 +23,8 @@ from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
 from benchmarks.common.target import Target
 
-MIN_MODULUS, MAX_MODULUS = 1e7, 1e9  # Young's moduli of the pendulums, spaced logarithmically [Pa]
+MIN_MODULUS = 1e7  # least Young's modulus of the pendulums [Pa]
+MAX_MODULUS = 1e9  # largest, with logarithmic spacing [Pa]
 MIN_EFFICIENCY = 0.9  # gain over the number of processes
 MAX_OVERHEAD = 0.05  # additional time of processors, over that of the loop
 

@@ -42,7 +42,7 @@ class Match:
 
     @property
     def found(self) -> bool:
-        """Whether a step was small enough."""
+        """True if a step was small enough."""
         return not math.isnan(self.dt)
 
 

@@ -19,8 +19,8 @@ from benchmarks.accuracy.other_code_tasks import (
 from benchmarks.accuracy.references import converged, converged_in_time
 from benchmarks.accuracy.timed_runs import FailedError
 from benchmarks.common.first_order import FirstOrder, OutOfTimeError
-from benchmarks.other_codes import elastica as elastica_peer
-from benchmarks.other_codes import sundials as sundials_peer
+from benchmarks.other_codes import elastica as elastica_code
+from benchmarks.other_codes import sundials as sundials_code
 from benchmarks.other_codes.exudyn import ExudynError, Setting
 from benchmarks.other_codes.exudyn_pendulum import run_exudyn
 from benchmarks.other_codes.sundials import integrate_sundials
@@ -42,7 +42,7 @@ def test_what_is_missing_is_said(monkeypatch):
     assert all("ancfsparse[peers]" in each or "make peers" in each for each in reasons)
     assert {t.program for t in other_code_tasks(EXUDYN_MODEL, 4, T_END, 1.0)} == {"SciPy"}
     with pytest.raises(InputError, match="SUNDIALS"):
-        sundials_peer.load()
+        sundials_code.load()
 
 
 def test_every_method_of_exudyn_finds_the_same_motion(reference):
@@ -90,7 +90,7 @@ def test_elastica_converges_to_the_same_motion():
     problem = MODELS[EXUDYN_MODEL].problem(4)
     exact = converged(EXUDYN_MODEL, 40, 0.4, 1e-3).tip
     coarse, fine = (
-        distance(elastica_peer.run_elastica(problem, n, 0.4, 5e-5, 4)[1], exact) for n in (16, 64)
+        distance(elastica_code.run_elastica(problem, n, 0.4, 5e-5, 4)[1], exact) for n in (16, 64)
     )
     assert fine < 1e-3
     assert coarse / fine > 8.0  # near second order in the mesh

@@ -9,15 +9,7 @@ from tqdm import tqdm
 
 from benchmarks.accuracy.comparison import failures
 from benchmarks.accuracy.models import OUTPUTS, distance, meets_outputs, output_times, step_up_to
-from benchmarks.accuracy.timed_runs import (
-    FailedError,
-    Point,
-    Sample,
-    Task,
-    fastest,
-    front,
-    measure,
-)
+from benchmarks.accuracy.timed_runs import FailedError, Point, Sample, Task, fastest, front, measure
 from benchmarks.common.files import fill_page
 from benchmarks.common.timing import OURS, in_turn
 

@@ -26,10 +26,7 @@ PEER_METHODS = {
     "SciPy": ("DOP853", "Radau"),
     "SUNDIALS": ("CVODE Adams", "CVODE BDF", "ARKODE 5(4)", "ARKODE 8(7)"),
 }
-ORDERS = {
-    "Newmark(0)": (Newmark(0.0), 2.0),
-    "Newmark(0.05)": (Newmark(0.05), 1.0),
-}
+ORDERS = {"Newmark(0)": (Newmark(0.0), 2.0), "Newmark(0.05)": (Newmark(0.05), 1.0)}
 
 
 def point(program, seconds, error, solver="Newton", value=1e-3, note="", residuals=100):

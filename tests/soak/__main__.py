@@ -15,8 +15,8 @@ from pathlib import Path
 from tests.soak.report import Find, Tally, as_json, table
 from tests.soak.worker import KINDS, Worker, one
 
-# Shares of the time.
-SHARES = {
+# Fractions of the time, relative to each other.
+WEIGHTS = {
     "motions": 8,
     "accuracy": 3,
     "odd-calls": 5,
@@ -54,7 +54,7 @@ def soak(seed, seconds, kinds, most=math.inf):
             open_kinds = [kind for kind in kinds if tallies[kind].trials < most]
             if not open_kinds:
                 break
-            kind = min(open_kinds, key=lambda each: tallies[each].seconds / SHARES[each])
+            kind = min(open_kinds, key=lambda each: tallies[each].seconds / WEIGHTS[each])
             tally = tallies[kind]
             report, took = worker.trial(kind, seed, tally.trials)
             finds += [Find(kind, seed, tally.trials, what, report.tried) for what in report.finds]

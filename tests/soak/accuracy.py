@@ -7,14 +7,12 @@ from tests.soak.report import Report
 from tests.soak.scenes import draw
 
 SAVED = 20  # times at which motions are compared, the start not counted
-# A miss is an error of more than so many times the accuracy.
-MISSED = 2.0
-# A reference that is less certain than this share of the accuracy judges nothing.
-CERTAIN = 0.3
-# Forces that a reference may cost, shares of the stable step of its two runs, and steps of those
-# that have none.
-MOST, SHARES, IMPLICIT = 400_000, (0.45, 0.15), (4000, 8000)
-FEWEST = 12  # steps from one time to the next of the coarser one
+MAX_ERROR_RATIO = 2.0  # of the error to the accuracy
+MAX_UNCERTAINTY = 0.3  # of a reference, over the accuracy
+MAX_FORCES = 400_000  # evaluations of a reference
+STABLE_FRACTIONS = (0.45, 0.15)  # of the stable step, in its two runs
+IMPLICIT_STEPS = (4000, 8000)  # of its two runs where no step is stable
+MIN_STEPS = 12  # steps from one time to the next of the coarser one
 
 
 def trial(seed, index):
@@ -46,10 +44,10 @@ def run(seed, index):
     if not found.stats.error <= accuracy:
         finds.append(f"its estimate is {found.stats.error / accuracy:.2g} times the accuracy")
     exact, uncertain = reference(drawn)
-    if not uncertain <= CERTAIN * accuracy:
+    if not uncertain <= MAX_UNCERTAINTY * accuracy:
         return Report("not judged", finds, tried)
     error = apart(positions(found), exact) / accuracy
-    if error > MISSED:
+    if error > MAX_ERROR_RATIO:
         finds.append(
             f"its error is {error:.3g} times the accuracy, its estimate "
             f"{found.stats.error / accuracy:.2g}, by {found.stats.solver}"
@@ -58,26 +56,26 @@ def run(seed, index):
 
 
 def reference(drawn):
-    """Return positions by fixed steps, and how far two lengths of step are apart [m]."""
+    """Return positions by fixed steps, and their difference for two lengths of step [m]."""
     options = {"max_energy_gain": np.inf}
     for method in (ancf.RungeKuttaNystrom(8), ancf.DormandPrince()):
         try:
             limit = ancf.stable_step(drawn.scene, method)
         except ancf.InputError:
             continue
-        coarse = max(drawn.t_end / (SHARES[0] * limit), FEWEST * SAVED)
-        steps = [coarse, coarse * SHARES[0] / SHARES[1]]
-        if steps[1] * method.tableau.forces <= MOST:
+        coarse = max(drawn.t_end / (STABLE_FRACTIONS[0] * limit), MIN_STEPS * SAVED)
+        steps = [coarse, coarse * STABLE_FRACTIONS[0] / STABLE_FRACTIONS[1]]
+        if steps[1] * method.tableau.forces <= MAX_FORCES:
             options["integrator"] = method
             break
     else:
-        steps = IMPLICIT
+        steps = IMPLICIT_STEPS
         options |= {"integrator": ancf.GeneralizedAlpha(0.9), "tolerance": 1e-6}
     try:
         runs = [positions(fixed(drawn, n, options)) for n in steps]
     except ancf.AncfError:
         return None, np.inf
-    if steps is IMPLICIT:  # of second order
+    if steps is IMPLICIT_STEPS:  # of second order
         runs = [runs[1], (4.0 * runs[1] - runs[0]) / 3.0]
     return runs[1], apart(*runs)
 

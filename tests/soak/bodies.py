@@ -6,7 +6,7 @@ import ancfsparse as ancf
 from tests.soak import motions
 from tests.soak.scenes import SI, draw, draw_integrator, draw_solver
 
-# How a beam is held so that a body may hang on its end.
+# Supports of a beam with a free end.
 FREE_ENDS = ("pin", "clamp", "free", "pin by multipliers")
 JOINTS = ("revolute", "universal", "cylindrical", "prismatic", "weld", "distance", "connect")
 

@@ -12,7 +12,7 @@ def gauss(n):
 
 
 def nodal(run, beam, table):
-    """Give r and r' at both ends of every element, shape (states, elements, 4, dim)."""
+    """Return r and r' at both ends of every element, shape (states, elements, 4, dim)."""
 
     def read(place):
         columns = []
@@ -41,7 +41,7 @@ def cross_square(a, b):
 
 
 def energies(run, beam, gravity):
-    """Give kinetic, elastic and potential energy of a cable at all saved times [J].
+    """Return kinetic, elastic and potential energy of a cable at all saved times [J].
 
     Mass per length and stiffnesses come from the section and the material.  Stretching is exact
     for five points where the strain is quadratic; the package samples bending of "thin" at three.
@@ -85,7 +85,7 @@ def energies(run, beam, gravity):
 
 
 def of_box(path, body, gravity):
-    """Give kinetic, elastic and potential energy of a rigid box at all saved times [J].
+    """Return kinetic, elastic and potential energy of a rigid box at all saved times [J].
 
     Its mass at two Gauss points along each edge has the same second moments.
     """

@@ -1,4 +1,4 @@
-"""What of a run's energy comes from its scheme, and what from how its steps were solved.
+"""Energy gains of a scheme, separated from those of unconverged steps.
 
 Rough motions are chaotic: a run by another solver is another motion, and tells nothing of this one.
 So each step is solved once more from the very state before it, by Newton.
@@ -17,8 +17,7 @@ from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
 from ancfsparse.system import System
 
 NEWTON = ancf.Newton()
-# Change of coordinates by rounding, over their size: what sums of a few dozen terms leave.
-ROUNDING = 1e-14
+ROUNDING = 1e-14  # relative change of coordinates by sums of a few dozen terms
 
 
 class Steps:
@@ -40,7 +39,7 @@ class Steps:
         self.criterion = ConvergenceCriterion(system, integrator, "default")
 
     def gain(self, k, state):
-        """Give the energy that a state after step k + 1 has above the one before it [J]."""
+        """Return the energy that a state after step k + 1 has above the one before it [J]."""
         (q0, v0, *_), (q1, v1, *_) = self.states[k], state
         kinetic, elastic, _ = self.system.energies(np.stack([q0, q1]), np.stack([v0, v1]))
         energy = kinetic + elastic - np.stack([q0, q1]) @ self.system.dead_load
@@ -48,7 +47,7 @@ class Steps:
         return float(energy[1] - energy[0] - work)
 
     def solved_again(self, k, rng=None):
-        """Give the state after step k + 1 that Newton finds, or None; if rng, from a shaken one."""
+        """Return Newton's solution of step k + 1, or None; with rng, from a perturbed state."""
         system, (q, v, a, lam) = self.system, self.states[k]
         if rng is not None:
             q = q * (1.0 + ROUNDING * rng.normal(size=q.shape))
@@ -65,7 +64,7 @@ class Steps:
 
 
 def gain_by_newton(drawn, integrator, path, last, rng=None):
-    """Add up what Newton's solutions of the steps up to the last gain, from this run's states [J].
+    """Return the energy gain of Newton's solutions of the steps, from the states of a run [J].
 
     The last may be one that the run did not accept; if Newton finds no solution of it either, the
     sum is infinite.  Where Newton finds none of another step the run's own solution counts.  With
@@ -83,7 +82,7 @@ def gain_by_newton(drawn, integrator, path, last, rng=None):
 
 
 def gain_of_run(drawn, integrator, path, last):
-    """Add up what a run's own states gain up to a step, computed independently of it [J].
+    """Return the energy gain of a run's states up to a step, computed independently [J].
 
     The last may be one that the run did not accept; then Newton's solution of it counts.
     """

@@ -23,7 +23,7 @@ def pendulum():
 
 @cache
 def good_file():
-    """Give the bytes of an undamaged file, and what is read from it."""
+    """Return the bytes of an undamaged file, and its contents."""
     scene, rod = pendulum()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "run.h5")

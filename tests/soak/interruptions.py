@@ -1,4 +1,4 @@
-"""Runs that are interrupted or killed: what is in their file are states of the whole run.
+"""Runs that are interrupted or killed: their files hold states of the whole run.
 
 A run passes states on to its file after at most 2000 steps (docs/large.md).  Its process counts
 those that have been, so that a file is held to exactly these, however far the run had come.
@@ -19,11 +19,11 @@ from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from tests.soak.report import Report
 
-STEPS, DT, EVERY = 40_000, 5e-4, 10
-# Steps after which the states so far are passed on at the latest.
-AT_ONCE = 2000
-# Longest time that a child may take [s].
-PATIENCE = 120.0
+STEPS = 40_000
+DT = 5e-4  # [s]
+EVERY = 10  # steps between saved states
+AT_ONCE = 2000  # most steps between writes
+PATIENCE = 120.0  # time limit of a child [s]
 
 
 def pendulum():
@@ -35,7 +35,7 @@ def pendulum():
 
 
 def job(path, pipe):
-    """Run to a file; send how many states were passed on, and how the run ended."""
+    """Run to a file; send the number of written states, and the end of the run."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     append = Writer.append
 
@@ -57,7 +57,7 @@ def job(path, pipe):
 
 @cache
 def whole():
-    """Give times and coordinates of every step of the run that nothing interrupts."""
+    """Return times and coordinates of every step of the uninterrupted run."""
     run = ancf.simulate(pendulum(), STEPS * DT, DT)
     return run.t, run.q
 
@@ -77,7 +77,7 @@ def run(seed, index):
 
 
 def judged(path, word, carried, passed):
-    """Give what is wrong with the file of a run that had passed on some numbers of states."""
+    """Return the errors of the file of a run that had written these numbers of states."""
     finds, passed = [], [0, *passed]
     if max(np.diff(passed), default=0) > AT_ONCE // EVERY:
         finds.append(f"states were passed on in greater numbers than {AT_ONCE // EVERY}: {passed}")
@@ -103,7 +103,7 @@ def judged(path, word, carried, passed):
 
 
 def interrupt(path, how, wait):
-    """Run in a child, send it a signal; give how it ended, its states, and those passed on."""
+    """Run in a child and send it a signal; return its end, its states, and those written."""
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     child = context.Process(target=job, args=(path, there), daemon=True)

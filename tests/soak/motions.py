@@ -10,16 +10,12 @@ from tests.soak.exactly import gain_by_newton, gain_of_run
 from tests.soak.report import Report
 from tests.soak.scenes import draw, draw_integrator, draw_solver
 
-# Sums of Newton's gains from states shaken by rounding, where the first one blames the run.
-SHAKEN = 8
-# Relative change of the step between neighbouring runs by Newton, and their number on either side.
-MOVED, MOVES = 1e-9, 10
-# Largest difference of the energies from those computed here, over the largest of them.
-SAME = 1e-9
-# Largest energy above what was given, over the largest kinetic energy.
-GAIN = 0.01
-# Rounding of the energy, over the largest of all terms.
-ROUNDING = 1e-14
+PERTURBED = 8  # sums of Newton's gains from perturbed states, where the first blames the run
+PERTURBATION = 1e-9  # relative change of the step between neighbouring runs by Newton
+PERTURBATIONS = 10  # neighbouring runs on either side
+MAX_DIFFERENCE = 1e-9  # of energies from those computed here, over the largest
+MAX_GAIN = 0.01  # energy above the supplied work, over the largest kinetic energy
+ROUNDING = 1e-14  # of the energy, over the largest of all terms
 
 
 def run(seed, index):
@@ -45,14 +41,14 @@ def attempt(drawn, integrator, solver):
 
 
 def alarm(drawn, integrator, stop):
-    """Say what is wrong with a run that was stopped for its energy.
+    """Return the errors of a run that was stopped for its energy.
 
-    It is wrong where the very steps of the run, solved by Newton, do not gain what was too much.
+    It is wrong where the same steps, solved by Newton, do not gain too much.
     Corrections that wander where the matrix is indefinite end in one of several solutions, and
     rounding decides in which.  So what Newton gains then is the median over states shaken by it.
     And solutions of one step that differ by little more than is allowed are as good by any rule on
     energies: a run that has gained too much by such a step is wrongly stopped only if Newton
-    finishes it, or one beside it.
+    finishes it, or a neighbouring one.
     """
     last, allowed = stop.when or stop.step, stop.limit * stop.exchanged
 
@@ -62,7 +58,7 @@ def alarm(drawn, integrator, stop):
     gain = gain_by_newton(drawn, integrator, stop.trajectory, last)
     if is_one_for(gain):
         return []
-    shaken = (np.random.default_rng(k) for k in range(SHAKEN))
+    shaken = (np.random.default_rng(k) for k in range(PERTURBED))
     gains = [gain_by_newton(drawn, integrator, stop.trajectory, last, rng) for rng in shaken]
     gain = float(np.median([gain, *gains]))
     if is_one_for(gain):
@@ -77,9 +73,9 @@ def alarm(drawn, integrator, stop):
 
 
 def finishes_by_newton(drawn, integrator):
-    """Tell whether Newton finishes the run or one whose step differs by billionths."""
-    for k in range(-MOVES, MOVES + 1):
-        moved = 1.0 + k * MOVED
+    """Return True if Newton finishes the run or one whose step differs by billionths."""
+    for k in range(-PERTURBATIONS, PERTURBATIONS + 1):
+        moved = 1.0 + k * PERTURBATION
         try:
             ancf.simulate(
                 drawn.scene,
@@ -95,7 +91,7 @@ def finishes_by_newton(drawn, integrator):
 
 
 def judge(drawn, integrator, path):
-    """Say what is wrong with a run that finished."""
+    """Return the errors of a run that finished."""
     total, kinetic, finds = path.energy.total, path.energy.kinetic, []
     if drawn.cables:
         gravity = drawn.scene.gravity
@@ -107,7 +103,7 @@ def judge(drawn, integrator, path):
         rounding = sum(b.length * b.material.youngs_modulus * b.section.area for b in drawn.beams)
         size = moving.max() + np.abs(ours).max() + 1e-20 * rounding
         apart = float(np.abs(ours - total).max() / size)
-        if not apart < SAME:
+        if not apart < MAX_DIFFERENCE:
             finds.append(f"its energies differ by {apart:.2g} from those computed independently")
         total, kinetic = ours, moving
     if not np.isfinite(total).all():
@@ -118,13 +114,13 @@ def judge(drawn, integrator, path):
     )
     gain = np.max(total - total[0] - largest_work(drawn, integrator, path)) - ROUNDING * size
     gain /= kinetic.max() if kinetic.max() > 0.0 else 1.0
-    if gain > GAIN:
+    if gain > MAX_GAIN:
         finds.append(f"it ended with {gain:.2g} of its largest kinetic energy more than was given")
     return finds
 
 
 def largest_work(drawn, integrator, path):
-    """Give the most that the load may have done up to each time [J].
+    """Return the largest possible work of the load up to each time [J].
 
     That is the work of the trapezoidal rule, half of a jump inside a step along the way of that
     step, and what the scheme adds where the load turns.  At rest, a load that begins with a rate
@@ -144,7 +140,7 @@ def largest_work(drawn, integrator, path):
 
 
 def work_of_turns(integrator, force, moved):
-    """Give what a scheme with damping may add to the work of the trapezoidal rule [J].
+    """Return the work that a scheme with damping may add to that of the trapezoidal rule [J].
 
     With D for differences over a step, a linear vibration without damping of its own has
 

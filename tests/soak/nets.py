@@ -12,8 +12,7 @@ COORDINATES = st.one_of(
     st.floats(-10, 10),
     st.floats(allow_nan=True, allow_infinity=True),
 )
-# Examples in one trial.
-AT_ONCE = 30
+AT_ONCE = 30  # examples in one trial
 
 
 @st.composite
@@ -27,7 +26,7 @@ def graphs(draw):
 
 
 def run(number, index):
-    """Let hypothesis look for a mesh that breaks; what it finds it makes small."""
+    """Search for a mesh that breaks, and reduce it."""
     outcomes = []
 
     @seed(number * 1_000_003 + index)

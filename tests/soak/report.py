@@ -1,16 +1,15 @@
-"""What a trial of the soak hands back, and how finds are added up."""
+"""Reports of trials, and their summary."""
 
 import re
 from collections import Counter
 from dataclasses import asdict, dataclass, field
 
-# Finds that are printed of those which differ in numbers only; the file has all.
-SHOWN = 3
+SHOWN = 3  # printed finds that differ in numbers only; the file has all
 
 
 @dataclass
 class Report:
-    """One trial: how it ended in a word, what is wrong in sentences, and what was tried."""
+    """One trial: its outcome in a word, its errors in sentences, and its input."""
 
     outcome: str
     finds: list[str] = field(default_factory=list)

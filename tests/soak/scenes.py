@@ -13,7 +13,7 @@ LOADS = ("constant", "ramp", "sine", "jump", "pulse")
 
 @dataclass(frozen=True)
 class Units:
-    """What a metre, a kilogram and a second are in the numbers of a scene."""
+    """Numbers of a scene for a metre, a kilogram and a second."""
 
     metre: float = 1.0
     kilogram: float = 1.0
@@ -138,7 +138,7 @@ def draw_damping(rng, second):
 
 
 def directions(rng, dim, straight):
-    """Give the direction of a beam, and one across it."""
+    """Return the direction of a beam, and one across it."""
     axis = np.zeros(dim)
     angle = 0.0 if straight else rng.uniform(0, 2 * np.pi)
     axis[0], axis[1] = np.cos(angle), np.sin(angle)
@@ -152,7 +152,7 @@ def directions(rng, dim, straight):
 
 
 def velocities(rng, motion, axis, across, speed, length, clamped):
-    """Give initial velocities that joints at the start of the beam allow."""
+    """Return initial velocities that satisfy the joints at the start of the beam."""
     if motion == "rest":
         return None
     if clamped:

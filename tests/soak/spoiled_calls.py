@@ -139,7 +139,7 @@ def spoiled_calls(draw):
 
 
 def run(number, index):
-    """Let hypothesis look for a call that breaks; what it finds it makes small."""
+    """Search for a call that breaks, and reduce it."""
     refused = []
 
     @seeded(number * 1_000_003 + index)

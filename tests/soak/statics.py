@@ -6,8 +6,7 @@ import ancfsparse as ancf
 from tests.soak.report import Report
 from tests.soak.scenes import draw
 
-# Largest force left over, beside the sum of all.
-BALANCE = 1e-6
+MAX_RESIDUAL = 1e-6  # unbalanced force, over the sum of all
 
 
 def run(seed, index):
@@ -27,6 +26,6 @@ def run(seed, index):
     left = float(np.linalg.norm(sum(forces)))
     size = sum(float(np.linalg.norm(force)) for force in forces)
     finds = []
-    if not left <= BALANCE * size:
+    if not left <= MAX_RESIDUAL * size:
         finds.append(f"{left:.3g} N of {size:.3g} N of forces are not balanced")
     return Report("found", finds, tried)

@@ -1,4 +1,4 @@
-"""The soak finds what it is for, and repeats it."""
+"""Trials find errors, and repeat."""
 
 import warnings
 
@@ -124,7 +124,7 @@ def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
 def test_where_rounding_decides_what_newton_finds_most_of_its_solutions_count(monkeypatch, often):
     # Its method takes 25 corrections to a solution of step 188 of motion 3573 that gains nothing;
     # from states that differ by 1e-14, 17 of 20 times, its fallbacks end in the one of the run.
-    gains = iter([-68.0] * often + [131.0] * (1 + motions.SHAKEN - often))
+    gains = iter([-68.0] * often + [131.0] * (1 + motions.PERTURBED - often))
     monkeypatch.setattr(motions, "gain_by_newton", lambda *_: next(gains))
     monkeypatch.setattr(motions, "gain_of_run", lambda *_: 131.0)
     monkeypatch.setattr(motions, "finishes_by_newton", lambda *_: True)

@@ -1,11 +1,11 @@
 """The same scene in other units: the same motion, at the same cost.
 
-Where a decision hangs on rounding, the scene differs from itself in units that are SI but for
-rounding, too: within 1e-14.  If only rounding decides, the run in other units is one more draw of
+Where a decision depends on rounding, the scene differs from itself in units that are SI but for
+rounding, too: within 1e-14.  If only rounding decides, the run in other units is one more sample of
 the same kind, and no further from those than they are from each other.
 
-Powers of two change no rounding, so every unit is one with a factor from 1 to 2.  How large a
-number is beside the power of two below it matters to rounding.  So where units within 1e-14 of SI
+Powers of two change no rounding, so every unit is one with a factor from 1 to 2.  The size of a
+number relative to the power of two below it matters to rounding.  So where units within 1e-14 of SI
 show that a motion enlarges it, runs with such factors count, too.
 """
 
@@ -27,20 +27,20 @@ NEARBY = [
     Units(*(1.0 + np.random.default_rng(k).integers(-50, 51, 3) * 2.0**-52)) for k in range(19)
 ]
 FACTORS = [Units(*np.random.default_rng(k).uniform(1.0, 2.0, 3)) for k in range(19)]
-# Largest difference of positions over the length of the scene, and of counts over themselves.
-SAME, AS_MANY = 1e-6, 0.05
+MAX_DIFFERENCE = 1e-6  # of positions, over the length of the scene
+MAX_COUNT_DIFFERENCE = 0.05  # of iterations, relative
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """How a run ended, the ends of its beams at every instant [m], and its iterations."""
+    """End of a run, ends of its beams at all times [m], and iterations."""
 
     ended: str
     places: np.ndarray
     iterations: int
 
     def apart(self, other):
-        """Give the largest difference of positions [m], and the difference of counts."""
+        """Return the largest difference of positions [m], and the difference of counts."""
         return np.abs(self.places - other.places).max(), abs(self.iterations - other.iterations)
 
 
@@ -81,14 +81,14 @@ def attempt(rng, units, integrator, solver):
 
 
 def compare(one, two, size, name):
-    """Say in sentences how a run in other units differs from that in SI."""
+    """Return the differences of a run in other units from that in SI, as sentences."""
     if one.ended != two.ended:
         return [f"in SI it {one.ended}, in {name} it {two.ended}"]
     if one.ended != "finished":
         return []
     apart, more = one.apart(two)
     finds = []
-    if not apart < SAME * size:
+    if not apart < MAX_DIFFERENCE * size:
         finds.append(f"positions differ by {apart / size:.2g} of the length in {name}")
     if more > allowed(one):
         finds.append(f"iterations are {one.iterations} in SI and {two.iterations} in {name}")
@@ -96,20 +96,20 @@ def compare(one, two, size, name):
 
 
 def allowed(run):
-    """Give the difference of counts that is none."""
-    return max(3, AS_MANY * run.iterations)
+    """Return the difference of counts that is tolerated."""
+    return max(3, MAX_COUNT_DIFFERENCE * run.iterations)
 
 
 def rounding_matters(alike, size):
-    """Whether runs that only rounding separates differ."""
+    """Return True if runs that differ by rounding alone have different results."""
     return any(compare(alike[0], other, size, "") for other in alike[1:])
 
 
 def rounding_decides(alike, two, size):
-    """Whether a run is no further from runs that only rounding separates than these are apart."""
+    """Return True if a run is as near to runs that differ by rounding as they are."""
     near = [each for each in alike if each.ended == two.ended]
     if two.ended != "finished" or not near:
         return bool(near)
     spread = np.max([one.apart(other) for one in near for other in near], axis=0)
     apart = np.min([one.apart(two) for one in near], axis=0)
-    return bool(np.all(apart <= np.maximum(spread, [SAME * size, allowed(two)])))
+    return bool(np.all(apart <= np.maximum(spread, [MAX_DIFFERENCE * size, allowed(two)])))

@@ -35,9 +35,8 @@ KINDS = {
     "files": files.run,
     "interruptions": interruptions.run,
 }
-# Longest time of a trial on a processor [s], of which a run takes seconds; and how many times that
-# by the clock, if the machine has more to do, before it is taken to wait for ever.
-LIMIT, IDLE = 60.0, 5.0
+LIMIT = 60.0  # processor time of a trial, of which a run takes seconds [s]
+IDLE = 5.0  # time on the clock after which a trial hangs, over that limit
 
 
 def one(kind, seed, index):
@@ -62,7 +61,7 @@ def one(kind, seed, index):
 
 
 def serve(pipe, notes, limit):
-    """Make the trials that are asked for; leave a traceback in a file if one hangs or crashes."""
+    """Make the requested trials; leave a traceback in a file if one hangs or crashes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # progress bars
     with open(notes, "w") as file:
@@ -119,7 +118,7 @@ class Worker:
         return True
 
     def _spent(self):
-        """Give the time that the process has had a processor [s]."""
+        """Return the time that the process has had a processor [s]."""
         stat = Path(f"/proc/{self._process.pid}/stat").read_text()
         user, system = stat.rpartition(")")[2].split()[11:13]
         return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
@@ -139,7 +138,7 @@ class Worker:
             self._process = None
 
     def _where(self):
-        """Give the innermost frames of its main thread, which is the last, as it left them."""
+        """Return the innermost frames of its main thread, the last in the file."""
         with open(self._notes) as file:
             main = file.read().split("\n\n")[-1]
         frames = [line.strip() for line in main.splitlines() if line.strip().startswith("File")]
