@@ -37,10 +37,10 @@ def simulate(
     quantity: Any = None,
     error: Any = None,
 ) -> Trajectory:
-    """March a scene through time, with a fixed step, to an accuracy, or to an error of a quantity.
+    """Integrate a scene in time, with a fixed step, to an accuracy, or to an error of a quantity.
 
-    Each step finds coordinates and multipliers such that the equations of motion and the position
-    constraints hold together at the new time (equation 6 of the paper).
+    Each step computes coordinates and multipliers that satisfy the equations of motion and the
+    position constraints together at the new time (equation 6 of the paper).
 
     Parameters
     ----------
@@ -51,88 +51,87 @@ def simulate(
     dt : float
         Time step [s]; with ``accuracy`` the time between saved states, by default 1/200 of the run.
     accuracy : float, optional
-        Largest error of the position of a node at the saved times that the steps in time may cause
-        [m]; the error of the mesh comes on top.  Of a rigid body points on its axes count too, as
-        far from its origin as its mass in the root mean square.  Whole motions with ever shorter
-        steps are compared, by the method of least counted cost, until the error of one is
-        small enough; ``stats.error`` is its estimate, and ``stats.solver`` names the method.
+        Tolerance for the position of a node at the saved times, for the error of time integration
+        [m]; the error of the mesh adds to it.  Of a rigid body, points on its axes at the distance
+        of its radius of gyration from the origin count too.  Complete motions with decreasing
+        steps are compared, by the method with the least operation count, until the error of one is
+        within the tolerance; ``stats.error`` is its estimate, and ``stats.solver`` names the
+        method.
     integrator : Implicit, Explicit or "auto", optional
         `Newmark`, `HHT`, `GeneralizedAlpha`, `EnergyMomentum`, `CentralDifference`,
         `RungeKuttaNystrom` or `DormandPrince`.  ``"auto"`` is ``GeneralizedAlpha(0.9)``, or
-        ``EnergyMomentum()`` where a rigid body, or the frame it is in, turns by more than 0.07 rad
-        in the first step, which would let its energy grow; with an accuracy it is whichever costs
-        least, explicit ones included where no solver is asked for.  The last three are explicit:
-        they take no solver and no tolerance, and steps no longer than `stable_step` returns.  Only
-        `DormandPrince` takes damping; it and `CentralDifference` take rigid bodies and joints with
-        multipliers.
+        ``EnergyMomentum()`` if a rigid body, or the frame of reference, rotates by more than
+        0.07 rad in the first step, which would let its energy grow; with an accuracy it is the
+        cheapest of all, explicit ones included unless a solver is given.  The last three are
+        explicit: they take no solver and no tolerance, and steps no longer than `stable_step`
+        returns.  Only `DormandPrince` takes damping; it and `CentralDifference` take rigid bodies
+        and joints with multipliers.
     solver : "auto", Newton, ModifiedNewton or QuasiNewton, optional
-        How the equations of a step are solved.
+        Nonlinear solver of the equations of a step.
     factorization : {"auto", "complete", "incomplete"}, optional
-        What corrections are solved with.  ``"complete"``: the factor of the matrix of a step, which
-        fills in the more the larger a net or lattice is.  ``"incomplete"``: a factor without fill,
-        whose time and memory are linear in the mesh, with a few conjugate gradients where a sweep
-        is too little; with up to 500 multipliers.  ``"auto"``, with ``solver="auto"``: incomplete
-        where a complete factor would have more than three times the blocks of the matrix (six times
-        with multipliers), and back to complete during the run where the counts show that this costs
-        less, or where a step fails; with a given solver or accuracy, complete wherever that fits.
+        Linear solver of the corrections.  ``"complete"``: a complete factorization of the iteration
+        matrix, whose fill-in grows with the size of a net or lattice.  ``"incomplete"``: a
+        factorization without fill-in, with time and memory linear in the mesh, and a few steps of
+        conjugate gradients if one sweep is not enough; for up to 500 multipliers.  ``"auto"``, with
+        ``solver="auto"``: incomplete if a complete factor would have more than three times the
+        blocks of the matrix (six times with multipliers), and complete from the time in the run
+        when operation counts show that this costs less, or a step fails; with a given solver or
+        accuracy, complete wherever that fits in memory.
     tolerance : "default", "paper" or float, optional
-        What the iteration of a step may leave.  ``"default"``: a two-thousandth of what the step
-        changes in the accelerations, which is less than a hundredth of the integrator's own error,
-        and no more than what does work of a millionth of the kinetic energy; with
-        `EnergyMomentum` of a fiftieth of that.  It has no scale: any units, stiffness and gravity
-        are treated alike.  A number [m/s2]: what is unbalanced of the forces over the masses, root
-        mean square over the scene, as estimated from the contraction, usually right within a
-        factor of 10.  Neither goes below rounding, about 1e-16 |q| / dt^2.  ``"paper"``:
-        max|r| < 1e-6 N and max|phi| < 1e-6 m; for long stiff chains the rounding of the forces is a
-        floor under the first.
+        Tolerance of the iteration of a step.  ``"default"``: a two-thousandth of the change of the
+        accelerations in the step, which is less than a hundredth of the error of the integrator,
+        and at most the residual that does work of a millionth of the kinetic energy; with
+        `EnergyMomentum`, a fiftieth of that.  It is relative: independent of units, stiffness and
+        gravity.  A number [m/s2]: root mean square over the scene of the residual forces over the
+        masses, as estimated from the contraction, usually right within a factor of 10.  Neither is
+        less than rounding, about 1e-16 |q| / dt^2.  ``"paper"``: max|r| < 1e-6 N and max|phi| <
+        1e-6 m; for long stiff chains the rounding of the forces is a lower bound for the first.
     max_energy_gain : float, optional
-        Share of the largest energy exchanged so far between motion, strain, gravity and loads by
-        which the energy may exceed what was given, before the run is stopped [-]; at its end the
-        share of the largest kinetic energy by which it may have done so in any step that was looked
-        at.  What a jump of a load within a step leaves unsure is allowed.  ``inf`` never stops it.
+        Largest spurious increase of the energy during the run, relative to the largest energy
+        exchanged so far between motion, strain, gravity and loads [-]; at the end, largest such
+        increase in any checked step, relative to the largest kinetic energy.  The uncertainty in
+        the work of a load that jumps within a step is tolerated.  ``inf`` disables the check.
     max_halvings : int, optional
-        How often a step that cannot be solved, or only with a gain of energy, may be halved, to be
-        crossed in shorter ones; each is listed in ``stats.events``.  By default such a step ends
-        the run.  Only where equations are solved with a fixed step.
+        Maximum number of halvings of a step that cannot be solved, or only with a spurious increase
+        of energy; each is listed in ``stats.events``.  By default such a step ends the run.  Only
+        for implicit integrators with a fixed step.
     threads : int, optional
-        Threads that share the work of large systems, from 16 000 free coordinates on; smaller ones
-        run on one, and so do runs in a forked process, where OpenMP would wait for ever for the
-        threads of its parent (`stats.threads` is what was used).  Runs with the same number repeat
-        bit for bit.  More than the machine has gain nothing.
+        Threads for systems of 16 000 unconstrained coordinates or more; smaller ones use one, and
+        so do runs in a forked process, where OpenMP would wait forever for the threads of its
+        parent (``stats.threads`` is the number used).  Runs with the same number repeat bit for
+        bit.  More threads than the machine has are of no use.
     save_every : int, optional
-        Steps from one saved state to the next; the last state is saved in any case.
+        Steps from one saved state to the next; the last state is always saved.
     save_nodes : sequence of Point, optional
-        Keep only position, velocity and acceleration of these points, such as ``[rod.end]``.
+        Save only position, velocity and acceleration of these points, such as ``[rod.end]``.
     output : str or Path, optional
-        Write the states to this HDF5 file while the run lasts, instead of keeping them in memory;
-        the file of an earlier run is replaced, any other is not.  `ancfsparse.load` opens
-        it later.
+        Write the states to this HDF5 file during the run, instead of keeping them in memory; the
+        file of an earlier run is replaced, any other is not.  `ancfsparse.load` opens it later.
     progress : bool, optional
-        Whether to draw a progress bar.
+        Whether to show a progress bar.
     start : State, Equilibrium or "equilibrium", optional
-        Where the motion starts: ``run.last`` of an earlier run or file, at its time, or what
-        `solve_static` has returned, at rest at t = 0; ``"equilibrium"`` calls that.  Loads, joints,
-        sections and materials may have changed since, the bodies and their stress-free shapes may
-        not.  By default the motion starts at t = 0 from the stress-free shape with the initial
-        velocities of the beams.
+        Initial state: ``run.last`` of an earlier run or file, at its time, or the result of
+        `solve_static`, at rest at t = 0; ``"equilibrium"`` calls that.  Loads, joints, sections and
+        materials may have changed since, the bodies and their stress-free shapes may not.  By
+        default the motion starts at t = 0 from the stress-free shape with the initial velocities of
+        the beams.
 
-        If scene, integrator and ``dt`` are those of the run that came there, the second run goes
-        on with its accelerations, those of the integrator itself included, with its multipliers,
-        energy watch and course of the loads.  Then both together are the run in one: bit for bit
-        with explicit integrators and with `Newton`, and with solvers that keep a seed but for what
-        ``tolerance`` leaves, because seeds and pairs are not carried over.  In all other cases the
-        start is made consistent as at t = 0, after positions and velocities have been put on the
-        constraints.
+        If scene, integrator and ``dt`` are those of the earlier run, the second run continues with
+        its accelerations, including those of the integrator, its multipliers, energy watch and load
+        history.  Both together then equal one run: bit for bit with explicit integrators and with
+        `Newton`, and within ``tolerance`` with solvers that keep a seed, because seeds and pairs
+        are not carried over.  In all other cases positions and velocities are projected on the
+        constraints, and the start is made consistent as at t = 0.
     quantity : Quantity or sequence of Quantity, optional
-        What is asked for, such as ``ancf.position(rod.end)``, with an ``error``: mesh and step are
-        chosen as `ancf.plan` does, and the trajectory has the plan in ``plan``.
+        Quantity of interest, such as ``ancf.position(rod.end)``, with an ``error``: mesh and step
+        are selected as by `ancf.plan`, and the trajectory has the plan in ``plan``.
     error : float, str or sequence of them, optional
         Largest error of the quantity, in its unit or such as ``"1 %"``, see `ancf.plan`.
 
     Returns
     -------
     Trajectory
-        The saved states, the one at the start first, with counts in ``stats``.
+        The saved states, beginning with the initial one, and counts in ``stats``.
 
     Raises
     ------
@@ -142,30 +141,30 @@ def simulate(
         If a load that is a function of time raises an error or returns no load; it carries the
         trajectory up to the last step before.
     OutputError
-        If the disk is full before the end; it carries the trajectory, as everything does that ends
+        If the disk is full before the end; it carries the trajectory, as does everything that ends
         a run from outside, such as a KeyboardInterrupt: all accepted steps and their counts.
     StepError
-        If a step cannot be solved; it carries the trajectory so far.
+        If a step cannot be solved; it carries the trajectory up to that step.
     AccuracyError
-        If the error does not come down to the accuracy.
+        If the error does not decrease to the accuracy.
     InstabilityError
-        If an explicit run gains energy because its step has become too long for the motion.
+        If the energy of an explicit run increases because its step has become too long.
     EnergyIncreaseError
-        If the motion gains energy that nothing has given it, as the trapezoidal rule lets it where
-        steps are large; it carries the trajectory too.
+        If the energy increases spuriously, as the trapezoidal rule permits with long steps; it
+        carries the trajectory too.
 
-    Runs to an accuracy shorten steps and begin again before they raise the last errors.  Whatever
-    ends them carries the best whole motion so far, or what there is of the first.
+    Runs to an accuracy shorten steps and begin again before they raise the last errors.  Any error
+    carries the best complete motion, or the available part of the first.
 
     Notes
     -----
-    A step that does not converge is tried again with a new seed, then with Newton, damped and
-    whole, then from a start without the last acceleration; these are counted in
-    ``stats.recoveries``.  A hard step whose solution would gain energy is solved again by Newton,
-    and from that start.  Then it is halved, if that is allowed; if not, the solution that gains
-    least is accepted on trial, and the next regular check of the energy decides; a run that is then
-    stopped ends before that step.  One whose energy only rises, in a motion that has lost some, is
-    compared with others.  No step is accepted unconverged.
+    A step that does not converge is attempted again with a new seed, then with full damped Newton,
+    then from a start without the last acceleration; ``stats.recoveries`` counts these.  A difficult
+    step whose solution would increase the energy is solved again by Newton, and from that start.
+    Then it is halved, if allowed; otherwise the solution with the smallest increase is accepted
+    tentatively, and the next regular check of the energy decides; a run that is stopped then ends
+    before that step.  A solution whose energy only increases, in a motion that has lost some, is
+    compared with others.  No step is accepted without convergence.
     """
     if quantity is None and error is None:
         return solve.simulate(

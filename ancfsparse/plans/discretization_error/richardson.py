@@ -86,7 +86,7 @@ def estimate(
     Returns
     -------
     Estimate
-        With the observed order if three solutions show a smaller one than that of the method.
+        With the observed order if three solutions show one smaller than the order of the method.
     """
     last = differences[-1]
     ratio = resolutions[-1] / resolutions[-2]

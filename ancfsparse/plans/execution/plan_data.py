@@ -54,7 +54,7 @@ class Prediction:
 
     @property
     def is_met(self) -> bool:
-        """Whether error and floor are within the tolerance."""
+        """True if error and floor are within the tolerance."""
         return max(self.error, self.floor) <= self.tolerance
 
     def __str__(self) -> str:
@@ -168,7 +168,7 @@ class PlanData:
 
     @property
     def is_met(self) -> bool:
-        """Whether all predicted errors are within their tolerances."""
+        """True if all predicted errors are within their tolerances."""
         return all(each.is_met for each in self.predictions)
 
     @property

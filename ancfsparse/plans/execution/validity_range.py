@@ -19,9 +19,7 @@ MAX_RATIO = 1.5  # of the extremes of a run to those of the trial runs
 MAX_FORCE_RATIO = 10.0  # of a unilateral force; above, it is a contact absent from the trial runs
 ROUNDING = 1e-9  # of strains and rotations [-, rad]
 MAX_STATES = 200  # saved states that are evaluated
-MAX_FORCE_STATES = (
-    2000  # saved states in which unilateral forces, which may be short, are evaluated
-)
+MAX_FORCE_STATES = 2000  # the same for unilateral forces, which may be short
 MAX_TIMES = 20000  # at which loads are evaluated
 
 

@@ -1,1 +1,1 @@
-"""A posteriori estimates of what a model neglects."""
+"""A posteriori estimates of modelling errors."""
