@@ -11,12 +11,12 @@ import typer
 
 from ancfsparse.cli.app import run_app
 from ancfsparse.cli.options import in_options
-from benchmarks.accuracy.error_budget_report import STUDY as ERROR_BUDGET
+from benchmarks.accuracy.error_budget import STUDY as ERROR_BUDGET
 from benchmarks.accuracy.total_error_report import STUDY as TOTAL_ERROR
 from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common.study import Study
 from benchmarks.economy.report import STUDY as ECONOMY
-from benchmarks.mechanisms.report import STUDY as MECHANISMS
+from benchmarks.mechanisms.mechanisms import STUDY as MECHANISMS
 from benchmarks.scaling.lattice_pairs import STUDY as LATTICE_PAIRS
 from benchmarks.scaling.lattice_report import STUDY as LATTICES
 from benchmarks.scaling.scaling_report import STUDY as SCALING

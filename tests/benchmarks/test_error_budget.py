@@ -7,8 +7,7 @@ import pytest
 
 from ancfsparse.problems import pendulum
 from ancfsparse.solve import simulate
-from benchmarks.accuracy.error_budget import DEFAULT, Budget, Part, error_budget
-from benchmarks.accuracy.error_budget_report import STUDY, chart
+from benchmarks.accuracy.error_budget import DEFAULT, STUDY, Budget, Part, chart, error_budget
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,8 @@ import pytest
 
 from ancfsparse.errors import InputError
 from benchmarks.common.timing import OURS
-from benchmarks.mechanisms import run as study
-from benchmarks.mechanisms.report import STUDY, chart
-from benchmarks.mechanisms.run import Comparison, Row, mechanisms
+from benchmarks.mechanisms import mechanisms as study
+from benchmarks.mechanisms.mechanisms import STUDY, Comparison, Row, chart, mechanisms
 
 
 @pytest.mark.parametrize("name", study.CASES)
