@@ -17,7 +17,7 @@ from ancfsparse.checks import check_choice
 from benchmarks.accuracy.candidates import Integrator, task
 from benchmarks.accuracy.failure_notes import MODEL_COLOURS
 from benchmarks.accuracy.models import MODELS, Tips, distance, meets_outputs, step_up_to
-from benchmarks.accuracy.references import Reference, converged, extrapolate, march
+from benchmarks.accuracy.references import Reference, converged, extrapolate, trapezoidal_tip
 from benchmarks.common import paper
 from benchmarks.common.charts import SMALL, new_figure, set_axes, set_legend
 from benchmarks.common.progress import bar as progress_bar
@@ -68,7 +68,7 @@ class Budget:
     """The error budget."""
 
     parts: list[Part]  # all that was measured
-    elements: int  # elements of the choice that is looked at
+    elements: int  # elements of the examined choice
     dt: float  # its step [s]
     references: dict[str, Reference]  # motions converged in time and space, by model
     settings: dict[str, Any]  # of the study and the machine
@@ -153,14 +153,20 @@ def _time(model: str, elements: int, dts: list[float], t_end: float) -> list[Par
     """Compare steps with the same mesh solved exactly in time."""
     exact, last = _exact(model, elements, t_end)
     return [
-        Part("time step", model, dt, distance(march(model, elements, t_end, dt), exact), last)
+        Part(
+            "time step",
+            model,
+            dt,
+            distance(trapezoidal_tip(model, elements, t_end, dt), exact),
+            last,
+        )
         for dt in dts
     ]
 
 
 def _exact(model: str, elements: int, t_end: float) -> tuple[Tips, float]:
     dt = step_up_to(TIMES[-1], t_end)
-    return extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
+    return extrapolate([trapezoidal_tip(model, elements, t_end, dt / 2**k) for k in range(3)])
 
 
 def _solver(model: str, elements: int, t_end: float, dt: float) -> list[Part]:

@@ -40,7 +40,7 @@ def converged_in_time(model: str, elements: int, t_end: float, dt: float) -> Ref
     t = np.concatenate([[0.0], output_times(t_end)])
     precise = integrate(FirstOrder(system), "DOP853", t, RTOL, ATOL)
     tip = interpolate(system.point(problem.rod.end), precise.q)[1:]
-    other, _ = extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
+    other, _ = extrapolate([trapezoidal_tip(model, elements, t_end, dt / 2**k) for k in range(3)])
     return Reference(
         tip,
         distance(tip, other),
@@ -56,8 +56,10 @@ def converged(model: str, elements: int, t_end: float, dt: float) -> Reference:
     three steps on it [s].  The uncertainty is the size of the last corrections in time and in
     space.
     """
-    fine, last = extrapolate([march(model, elements, t_end, dt / 2**k) for k in range(3)])
-    coarse, _ = extrapolate([march(model, elements // 2, t_end, dt / 2**k) for k in range(3)])
+    fine, last = extrapolate([trapezoidal_tip(model, elements, t_end, dt / 2**k) for k in range(3)])
+    coarse, _ = extrapolate(
+        [trapezoidal_tip(model, elements // 2, t_end, dt / 2**k) for k in range(3)]
+    )
     tip = fine + (fine - coarse) / (2.0 ** MODELS[model].order - 1.0)
     return Reference(
         tip,
@@ -86,7 +88,7 @@ def extrapolate(tips: list[Tips]) -> tuple[Tips, float]:
     return tip, distance(tip, columns[-2][-1])
 
 
-def march(model: str, elements: int, t_end: float, dt: float) -> Tips:
+def trapezoidal_tip(model: str, elements: int, t_end: float, dt: float) -> Tips:
     """Return the tip (4, 2) by the trapezoidal rule, its equations solved tightly [m]."""
     scene, rod = MODELS[model].problem(elements)
     run = simulate(

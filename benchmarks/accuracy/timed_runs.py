@@ -27,7 +27,7 @@ class FailedError(Exception):
 class Sample:
     """One run."""
 
-    seconds: float  # wall time of the march or solver alone [s]
+    seconds: float  # wall time of the time loop or solver alone [s]
     tip: Tips  # (k, 2), tip at the output times [m]
     # evaluations, factorizations and solutions, as far as the program reports them
     counts: dict[str, int] = field(default_factory=dict)

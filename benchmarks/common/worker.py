@@ -33,12 +33,12 @@ class Answered:
 
     @property
     def fastest(self) -> float:
-        """Time of the fastest march [s]."""
+        """Least time of the time loop [s]."""
         return float(self.record["seconds"])
 
     @property
     def microseconds(self) -> float:
-        """Time of the fastest march per element and step [microseconds]."""
+        """Least time of the time loop per element and step [microseconds]."""
         return 1e6 * self.fastest / int(self.job.steps * self.job.elements)
 
     @property

@@ -196,7 +196,7 @@ def _set_up(name: str) -> tuple[Mechanism, Equilibrium | None]:
 
 
 def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[float, Array, float]:
-    """Return processor time of the march, positions over time and iterations per step."""
+    """Return processor time of the time loop, positions over time and iterations per step."""
     case = CASES[name]
     problem, start = _set_up(name)
     request = check_request(
@@ -219,20 +219,24 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
     )
     system = system_at_start(request)
     record = RunStorage(system, request.rows, None, None, request.settings)
-    march = build_run(request, system, request.memory())
+    run = build_run(request, system, request.memory())
     with record.open() as recorder:
         begin = time.process_time()
-        outcome = march.march(recorder)
+        outcome = run.march(recorder)
         seconds = time.process_time() - begin
-    run = record.trajectory()
+    trajectory = record.trajectory()
     if outcome != Outcome.CONVERGED:
-        raise march.failure(outcome, run)
+        raise run.failure(outcome, trajectory)
     places = []
     for body, index in case.watched:
         beam = problem.bodies[body]
         assert isinstance(beam, Beam)
-        places.append(run.position(beam.node(index))[1:])
-    return seconds, np.concatenate(places, axis=1), run.stats.iterations / run.stats.steps
+        places.append(trajectory.position(beam.node(index))[1:])
+    return (
+        seconds,
+        np.concatenate(places, axis=1),
+        trajectory.stats.iterations / trajectory.stats.steps,
+    )
 
 
 def _reference(name: str) -> Array:

@@ -16,7 +16,7 @@ SETTINGS = (
 """Its fastest settings for large meshes, of all that were tried."""
 
 
-def march_exudyn(scene: Scene, setting: Setting, dt: float, steps: int) -> dict[str, float]:
+def time_exudyn(scene: Scene, setting: Setting, dt: float, steps: int) -> dict[str, float]:
     """Simulate cables, pins and connections under gravity with Exudyn's trapezoidal rule.
 
     Returns

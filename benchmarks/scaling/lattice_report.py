@@ -221,7 +221,7 @@ def _limit(what: str, known: Sequence[tuple[float, Row, Row]], cost: Callable[[R
 
 
 def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Return the marches with results on incomplete seeds and one thread, by title."""
+    """Return the runs with results on incomplete seeds and one thread, by title."""
     found: dict[str, list[Row]] = {}
     for row in rows:
         job = row.job

@@ -87,7 +87,7 @@ def run(job: Job) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``seconds`` of the march and ``set_up_seconds`` before it, the scene included [s];
+        ``seconds`` of the time loop and ``set_up_seconds`` before it, the scene included [s];
         ``corrections``, ``sweeps``, ``products`` per step; ``factorizations``, ``recoveries``;
         ``peak_bytes`` and ``base_bytes`` of the process; with complete seeds ``fill``, blocks of
         the factor for each of the matrix; or ``note``, the reason without result.

@@ -29,7 +29,7 @@ FIT_FROM = 500  # elements; fixed costs show below
 class Row(Answered):
     """One solver on one scene."""
 
-    seconds: list[float] = field(default_factory=list)  # march of each round [s]
+    seconds: list[float] = field(default_factory=list)  # time loop of each round [s]
 
     @property
     def fastest(self) -> float:

@@ -21,7 +21,7 @@ from benchmarks.common.methods import chosen
 from benchmarks.common.worker import peak_memory, serve
 from benchmarks.other_codes.exudyn import ExudynError
 from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS
-from benchmarks.other_codes.exudyn_scene import march_exudyn
+from benchmarks.other_codes.exudyn_scene import time_exudyn
 
 SOLVERS: dict[str, Method | str] = {
     **chosen(methods.SOLVERS, "auto", "Newton", "modified Newton"),
@@ -65,7 +65,7 @@ def run(job: Job, base: int) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``seconds`` of the march and ``set_up_seconds`` before it, from the scene on [s],
+        ``seconds`` of the time loop and ``set_up_seconds`` before it, from the scene on [s],
         ``iterations_per_step``, ``factorizations``, ``recoveries``, ``split`` by part [s],
         ``peak_bytes`` of the process and ``base_bytes``; or ``note``, why there is nothing to
         report.
@@ -73,7 +73,7 @@ def run(job: Job, base: int) -> dict[str, Any]:
     try:
         for setting in OTHERS:
             if job.solver == setting.name:
-                record: dict[str, Any] = march_exudyn(job.scene(), setting, job.dt, job.steps)
+                record: dict[str, Any] = time_exudyn(job.scene(), setting, job.dt, job.steps)
                 return record | {"base_bytes": base, "peak_bytes": peak_memory()}
         return _ours(job) | {"base_bytes": base, "peak_bytes": peak_memory()}
     except (InputError, StepError, ExudynError, MemoryError) as error:

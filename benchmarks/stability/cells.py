@@ -65,7 +65,7 @@ class Run:
     steps: int  # steps that were accepted
     reason: str  # why it was stopped, empty if it was not
     iterations: float  # corrections per step
-    # shares of the steps that a new seed, and damped Newton or a rung above it, saved
+    # fractions of the steps recovered by a new seed, and by damped Newton or beyond
     new_seed: float
     newton: float
     turn: float  # largest turn of an element within a step [rad]
@@ -207,8 +207,8 @@ def work_uncertainty(path: Trajectory, case: Case) -> Vector:
 def in_words(run: Run) -> str:
     """Name the outcome with its recovery or its reason."""
     if run.outcome == RECOVERED:
-        rung = "damped Newton" if run.newton > 0.0 else "a new seed"
-        return f"recovered by {rung} in {100 * (run.newton + run.new_seed):.2g} % of the steps"
+        by = "damped Newton" if run.newton > 0.0 else "a new seed"
+        return f"recovered by {by} in {100 * (run.newton + run.new_seed):.2g} % of the steps"
     if run.is_complete:
         return run.outcome
     text = f"{run.outcome} at {run.steps * run.place.dt:.3g} s"

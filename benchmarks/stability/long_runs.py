@@ -85,7 +85,7 @@ class LongRun:
     energy: Vector = field(repr=False)
     stopped: float  # when it was stopped [s]; not a number if it was not
     reason: str  # why, empty if it was not
-    seconds: float  # of the march [s]
+    seconds: float  # of the time loop [s]
     growth: float  # memory beyond that of a tenth of the run [bytes]
     youngs_modulus: float = SOFT  # of the pendulum [Pa]
     iterations: float = math.nan  # per step [-]

@@ -78,7 +78,7 @@ class Cell:
     # keys of `ROWS` and of `COLUMNS`
     row: str
     column: str
-    # median wall time, of SciPy's integration or of our compiled march [s]; NaN without result
+    # median wall time, of SciPy's integration or of our compiled time loop [s]; NaN without result
     seconds: float = math.nan
     runs: int = 0  # number of runs of the median
     # wall time from the scene to the first step of the last of these runs [s]; NaN for SciPy
@@ -161,7 +161,7 @@ class Bench:
 
     def _march(self, column: str, divide: int) -> Cell:
         every = self._every * divide
-        run = march(self.problem, column, self.t_end, self.dt / divide, every)
+        run = simulate_paper(self.problem, column, self.t_end, self.dt / divide, every)
         tip = run.position(self.problem.rod.end)
         return Cell(
             self.row,
@@ -211,7 +211,7 @@ def tip_of(problem: Problem, system: System, run: OdeRun) -> Vector:
     return interpolate(system.point(problem.rod.end), run.q)
 
 
-def march(
+def simulate_paper(
     problem: Problem, column: str, t_end: float, dt: float, save_every: int = 1
 ) -> Trajectory:
     """Simulate as the paper does: the trapezoidal rule, and its bounds on the residual."""

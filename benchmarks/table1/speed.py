@@ -22,7 +22,7 @@ from benchmarks.common.target import Target
 from benchmarks.common.timing import in_turn
 from benchmarks.other_codes.exudyn import Setting, load
 from benchmarks.other_codes.exudyn_pendulum import SETTINGS, run_exudyn
-from benchmarks.table1.cells import ROWS, march, repeated
+from benchmarks.table1.cells import ROWS, repeated, simulate_paper
 
 OUTPUT_INTERVAL = 0.5  # between compared tip positions [s]
 PAPER_RUNS = 5  # of each cell of the paper's table
@@ -113,7 +113,7 @@ def _time_candidates(
             return Candidate(candidate.name, [other.seconds], other.iterations_per_step, other.tip)
         bar.set_description(candidate)
         problem, every = problems[candidate], round(OUTPUT_INTERVAL / paper.DT)
-        run = march(problem, "Davidon", t_end, paper.DT, every)
+        run = simulate_paper(problem, "Davidon", t_end, paper.DT, every)
         tip = run.position(problem.rod.end)[1:]
         return Candidate(candidate, [run.stats.march_seconds], run.stats.iterations_per_step, tip)
 
@@ -132,7 +132,7 @@ def _speed_ups(t_end: float, bar: Any) -> dict[tuple[str, str], float]:
         problem = ROWS[row].problem()
         for column in paper.QUASI_NEWTON:
             bar.set_description(f"{row}, {column}")
-            once = partial(march, problem, column, t_end, paper.DT, every)
+            once = partial(simulate_paper, problem, column, t_end, paper.DT, every)
             runs = repeated(once, PAPER_RUNS)
             seconds = statistics.median(run.stats.march_seconds for run in runs)
             speed_ups[row, column] = theirs[column] * (t_end / paper.T_END) / seconds

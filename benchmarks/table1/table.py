@@ -20,7 +20,7 @@ from ancfsparse.system_memory import count_processors
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.other_codes.environment import environment
-from benchmarks.table1.cells import COLUMNS, ROWS, Bench, Cell, march, reference
+from benchmarks.table1.cells import COLUMNS, ROWS, Bench, Cell, reference, simulate_paper
 
 Vector = NDArray[np.float64]
 
@@ -80,7 +80,7 @@ def table1(
     check_positive("cap", cap, "s")
     check_count("runs", runs)
     problem = ROWS["Thin" if "Thin" in rows else rows[0]].problem()
-    motion = march(problem, "Davidon", t_end, dt)
+    motion = simulate_paper(problem, "Davidon", t_end, dt)
     cells: dict[tuple[str, str], Cell] = {}
     matches: dict[tuple[str, str], Match] = {}
     references = _references(rows, t_end, dt, progress)

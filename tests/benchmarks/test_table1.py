@@ -99,14 +99,14 @@ def test_findings_go_to_their_own_page(table, tmp_path):
 
 
 def test_the_march_of_a_cell_leaves_its_set_up_out(table, monkeypatch):
-    real = cells.march
+    real = cells.simulate_paper
 
     def timed(*arguments):
         run = real(*arguments)
         run.stats.march_seconds, run.stats.seconds["set-up"] = 0.25, 7.0
         return run
 
-    monkeypatch.setattr(cells, "march", timed)
+    monkeypatch.setattr(cells, "simulate_paper", timed)
     reference = cells.reference("Thin", 0.01, 5e-4)
     cell = cells.Bench("Thin", 0.01, 5e-4, reference, 20.0, 1).run("Davidon")
     assert (cell.seconds, cell.set_up_seconds) == (0.25, 7.0)
@@ -169,8 +169,8 @@ def test_cell_that_fails_is_named_and_the_rest_goes_on(monkeypatch):
             raise StepError("no convergence", 0.01, 20, 5e-4, 1.0, "rod, node 1, r_1")
         return real(problem, column, *rest)
 
-    real = cells.march
-    monkeypatch.setattr(cells, "march", march)
+    real = cells.simulate_paper
+    monkeypatch.setattr(cells, "simulate_paper", march)
     table = table1(("Thin",), t_end=0.4, dt=5e-4, cap=0.001, runs=1)
     assert table.cells["Thin", "Davidon"].note == "failed at 0.01 s"
     assert table.cells["Thin", "BFGS"].finished

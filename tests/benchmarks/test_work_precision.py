@@ -13,7 +13,7 @@ from ancfsparse.integrators import Newmark, RungeKuttaNystrom
 from ancfsparse.solve import stable_step
 from benchmarks.accuracy.candidates import INTEGRATORS, Integrator, candidates
 from benchmarks.accuracy.models import MODELS
-from benchmarks.accuracy.references import Reference, march
+from benchmarks.accuracy.references import Reference, trapezoidal_tip
 from benchmarks.accuracy.timed_runs import Point, Task, measure
 from benchmarks.accuracy.work_precision import LEVELS, WorkPrecision, work_precision
 from benchmarks.accuracy.work_precision_report import STUDY, chart, findings
@@ -69,7 +69,7 @@ def test_explicit_steps_are_shares_of_the_stable_step_and_have_the_order_of_the_
 
 def test_a_step_that_fails_stays_on_the_chart():
     row = Integrator("Newmark(0)", (5e-2, 1e-2, 4e-3), ("BFGS",))
-    reference = march(MODEL, 10, 2.0, 1e-3)
+    reference = trapezoidal_tip(MODEL, 10, 2.0, 1e-3)
     tasks = candidates(MODEL, 10, 2.0, [row])
     result = study(*measure(tasks, lambda task: reference, 1, tqdm(disable=True)))
     lost = [p for p in result.points if not p.finished]
