@@ -51,7 +51,7 @@ from ancfsparse.plans.selection.method_selection import Selection, select_method
 from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS, TrialRuns
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene, check_scene
-from ancfsparse.solve.motion.arguments import DEFAULT, EQUILIBRIUM, check_integrator
+from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR, EQUILIBRIUM, check_integrator
 from ancfsparse.solve.preparation.memory_estimate import estimate_memory
 
 
@@ -211,7 +211,7 @@ def _plan(
     """Plan in a plane or in space."""
     source = scene if planar is None else planar.scene
     moved = [replace(each, quantity=each.quantity.in_scene(source)) for each in goals]
-    trials = TrialRuns(source, t_end, moved, named or DEFAULT, steps or MIN_STEPS, start)
+    trials = TrialRuns(source, t_end, moved, named or DEFAULT_INTEGRATOR, steps or MIN_STEPS, start)
     arguments = trials, refine_given_meshes(source), steps, named is None and steps is None
     selection = select_method(*arguments)
     check_initial_force(selection.trials, selection.error_model.reference_run)

@@ -28,7 +28,7 @@ from ancfsparse.scene import Beam
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import check_request
 from ancfsparse.solve.motion.runs import build_run
-from ancfsparse.solve.motion.simulate import system_at_start
+from ancfsparse.solve.motion.simulate import build_system_at_start
 from ancfsparse.solve.stepping.state_recorder import RunStorage
 from benchmarks.common.charts import draw_lines, new_figure, panels, set_axes, set_legend
 from benchmarks.common.progress import bar as progress_bar
@@ -217,7 +217,7 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
         progress=False,
         start=start,
     )
-    system = system_at_start(request)
+    system = build_system_at_start(request)
     record = RunStorage(system, request.rows, None, None, request.settings)
     run = build_run(request, system, request.memory())
     with record.open() as recorder:

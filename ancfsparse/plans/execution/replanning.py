@@ -20,7 +20,7 @@ from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
-from ancfsparse.solve.motion.arguments import DEFAULT
+from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR
 from ancfsparse.system import System
 
 P = TypeVar("P", bound=PlanData)
@@ -89,7 +89,7 @@ def _execute_method(
     errors = [f"{100 * goal.error!r} %" if goal.relative else goal.error for goal in goals]
     quantities = [goal.quantity for goal in goals]
     again = replan(
-        plan.source, plan.t_end, quantities, errors, integrator=DEFAULT, start=plan.start
+        plan.source, plan.t_end, quantities, errors, integrator=DEFAULT_INTEGRATOR, start=plan.start
     )
     again = replace(again, scene=plan.scene, planar=plan.planar)
     return execute(again, options, replan)

@@ -20,7 +20,7 @@ from ancfsparse.plans.trial_runs.trial_runs import goal_difference
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
-from ancfsparse.solve.motion.arguments import DEFAULT
+from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR
 
 SPATIAL = 3
 STEP_RATIO = 2  # steps of the verification run over those of the plan
@@ -82,10 +82,10 @@ def _verification_run(plan: PlanData, finer: Scene, run: Trajectory) -> Trajecto
         every = max(1, math.ceil(steps / plan.steps))
         dt = plan.t_end / (every * plan.steps)
         return simulate(
-            finer, plan.t_end, dt, integrator=DEFAULT, save_every=every, start=plan.start
+            finer, plan.t_end, dt, integrator=DEFAULT_INTEGRATOR, save_every=every, start=plan.start
         )
     every = STEP_RATIO * run.settings["save_every"]
     # Explicit steps may be too long for the finer mesh.
-    integrator = DEFAULT if isinstance(plan.integrator, Explicit) else plan.integrator
+    integrator = DEFAULT_INTEGRATOR if isinstance(plan.integrator, Explicit) else plan.integrator
     shorter = replace(plan, steps=STEP_RATIO * plan.steps, integrator=integrator)
     return run_once(shorter, finer, save_every=every)

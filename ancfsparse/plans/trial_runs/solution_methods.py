@@ -37,7 +37,7 @@ from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
 from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
-from ancfsparse.solve.motion.arguments import at_equilibrium
+from ancfsparse.solve.motion.arguments import find_start_equilibrium
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.static_equilibrium import solve_static
 from ancfsparse.solve.vibration.modal_response import modal_response
@@ -356,7 +356,7 @@ def _intervals_resolving(phase: float) -> int:
 def _state(scene: Scene, start: str | None) -> State:
     """Return the initial state of a motion."""
     if start is not None:
-        return at_equilibrium(scene, start).state
+        return find_start_equilibrium(scene, start).state
     system = System(scene)
     return system.state(system.t0, system.q0, system.v0)
 

@@ -32,7 +32,7 @@ from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import Request, check_request
-from ancfsparse.solve.motion.simulate import at_start, marched, system_at_start
+from ancfsparse.solve.motion.simulate import build_system_at_start, prepare_start, run_request
 from ancfsparse.system import System
 
 Array = NDArray[np.float64]
@@ -242,7 +242,7 @@ class TrialRuns:
         if isinstance(self.integrator, SolutionMethod):
             return self.integrator.solve(scene, self.t_end, steps)
         request = self._request(scene, steps, system, solver)
-        return marched(request, system_at_start(request) if system is None else system)
+        return run_request(request, build_system_at_start(request) if system is None else system)
 
     def system_of(self, model: Model) -> System:
         """Return the stress-free system of a model; trial runs use it without prescribed motions.
@@ -257,7 +257,7 @@ class TrialRuns:
             return self.systems[key]
         system = System(self.build(model))
         if self.start is None and not system.prescribed:
-            self.systems[key] = at_start(self._request(system.scene, self.base, None), system)
+            self.systems[key] = prepare_start(self._request(system.scene, self.base, None), system)
         return system
 
     def _request(self, scene: Scene, steps: int, system: System | None,

@@ -1,57 +1,57 @@
-"""The motions of a run to an accuracy: the one under way, and the best so far."""
+"""Track the current run and the best solution of an error-controlled simulation."""
 
 from __future__ import annotations
 
 import math
 
 from ancfsparse.results import RunStats
-from ancfsparse.solve.error_control.step_size_controller import MOST_EVENTS
+from ancfsparse.solve.error_control.step_size_controller import MAX_EVENTS
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.solve.stepping.state_recorder import StateRecorder
 
 
 class BestSolution:
-    """Passes the best motion so far to a recorder, and before there is one, what there is.
+    """Stores the best motion so far, or the current one before there is a complete one.
 
-    So a run that is interrupted, or a file of one that is killed, holds the best whole motion, or
+    So an interrupted run, or the file of a killed process, contains the best complete motion, or
     the begin of the first.
 
     Parameters
     ----------
-    recorder : Recorder
-        Takes the states.
+    recorder : StateRecorder
+        Stores the states.
     threads : int
-        That share the work at most.
+        Largest number of threads.
 
     Attributes
     ----------
     stats : RunStats
-        Counts of all runs together, and the error of the best.
+        Statistics of all runs, and the error of the best.
     """
 
     def __init__(self, recorder: StateRecorder, threads: int) -> None:
         self._recorder = recorder
         self._running: SampledStates | None = None
-        self._recorded, self._whole = 0, False
+        self._recorded, self._is_complete = 0, False
         self.stats = RunStats(runs=0, threads=threads, error=math.inf)
 
     def watch(self, states: SampledStates) -> None:
-        """Take more states of the motion under way."""
-        if self._whole:
+        """Store further states of the current motion."""
+        if self._is_complete:
             return
         if states is not self._running:
             self._running, self._recorded = states, 0
         self._record(states, self._recorded, states.rows)
 
     def keep(self, states: SampledStates) -> None:
-        """Take a whole motion that is better than those before."""
-        if self._whole or states is not self._running:
+        """Store a complete motion that is better than those before."""
+        if self._is_complete or states is not self._running:
             self._record(states, 0, states.rows)
-        self._whole = True
+        self._is_complete = True
         self._recorder.finish(self.stats)
 
     def finish(self) -> None:
-        """Record the counts, where there is any state."""
+        """Store the statistics if there is any state."""
         if self._recorder.rows:
             self._recorder.finish(self.stats)
 
@@ -63,9 +63,9 @@ class BestSolution:
 
 
 def add_counts(total: RunStats, stats: RunStats) -> None:
-    """Add the counts of a run to those of all, whose steps are numbered one after another."""
+    """Add the statistics of a run to those of all, with consecutive numbers of steps."""
     total.events += [e._replace(step=e.step + total.steps) for e in stats.events]
-    del total.events[MOST_EVENTS:]
+    del total.events[MAX_EVENTS:]
     for name in (
         *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
         *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "single_seeds"),

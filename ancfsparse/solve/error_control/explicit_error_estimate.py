@@ -1,4 +1,4 @@
-"""Errors of explicit runs, estimated from their distances, and predicted for other steps."""
+"""Estimate the errors of explicit runs from their differences, and predict them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
-from ancfsparse.solve.error_control.explicit_march import ExplicitMarch
+from ancfsparse.solve.error_control.explicit_march import ExplicitIntegration
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.phase_error import (
     DominantFrequency,
@@ -21,34 +21,37 @@ from ancfsparse.solve.error_models.phase_error import (
 from ancfsparse.solve.stepping.sampled_states import SampledStates, distance
 from ancfsparse.system import System
 
-# Share of the order with which an error is believed to decrease, by the order: where the phase lost
-# of the difference of two runs is below RESOLVED [rad], where it is below 1, and beyond.  First
-# where vibrations that both runs dissipate are predicted to be less than UNSEEN of their distance,
-# then where they are more.  Measured on 2300 pairs of runs of 80 random scenes, in which no error
-# was more than 1.4 times the estimate.
-RESOLVED, UNSEEN = 0.1, 0.1
-BELIEVED = {2: (0.9, 0.75, 0.7), 4: (0.85, 0.5, 0.4), 8: (0.75, 0.45, 0.55)}
-DISSIPATED = {2: (0.9, 0.75, 0.7), 4: (0.65, 0.5, 0.33), 8: (0.45, 0.3, 0.25)}
-# The distance of two runs over the error of the first, at least.
-SMALLEST_SHARE = 0.1
-LEAST_POWER = {2: 0.6, 4: 0.6, 8: 0.8}  # share of the order, at least, where runs are planned
-CHANCE = 1.5  # the same share, at most, of a decrease that is not chance
-# Error over the predicted one: before the first estimate, and its bounds afterwards.
-GUESS, LEAST_SCALE, MOST_SCALE = 1.5, 0.2, 1e3
-# The same after the first run: where its vibrations are analysed, and elsewhere, by the order.
-MEASURED, CAUTION = {2: 0.7, 4: 1.3, 8: 1.4}, {2: 1.5, 4: 2.0, 8: 6.0}
-# The least predicted distance of two runs, over the predicted error of the first.
-UNLIKE = 0.3
-MOST_MORE = 3.0  # amplitude of vibrations over the predicted one, at most
-# Error of a run of higher order over its distance from one of lower order, at most.
-LEAST_OF_TWO = 0.5
-# Two runs so many times further apart than predicted may not be in the range where the order shows.
-FAR = 30.0
+# Assumed order of convergence over the theoretical one, by the latter: for a phase error of the
+# difference of two runs below RESOLVED_PHASE, below 1, and above.  The second table is for runs
+# that dissipate common vibrations of more than MAX_COMMON_RATIO.  Measured on 2300 pairs of runs
+# of 80 random scenes, in which no error was more than 1.4 times the estimate.
+RESOLVED_PHASE = 0.1  # [rad]
+MAX_COMMON_RATIO = 0.1  # common error of two runs over their difference
+ASSUMED_ORDERS = {2: (0.9, 0.75, 0.7), 4: (0.85, 0.5, 0.4), 8: (0.75, 0.45, 0.55)}
+DISSIPATED_ORDERS = {2: (0.9, 0.75, 0.7), 4: (0.65, 0.5, 0.33), 8: (0.45, 0.3, 0.25)}
+MIN_DIFFERENCE_RATIO = 0.1  # difference of two runs over the error of the second
+MIN_ORDER_RATIO = {2: 0.6, 4: 0.6, 8: 0.8}  # of the order, for planning
+MAX_ORDER_RATIO = 1.5  # of the order, beyond which a decrease is by chance
+FIRST_SCALE = 1.5  # error over the predicted one before the first estimate
+MIN_SCALE = 0.2  # error over the predicted one afterwards
+MAX_SCALE = 1e3  # the same
+ANALYSED_SCALES = {
+    2: 0.7,
+    4: 1.3,
+    8: 1.4,
+}  # the same after a first run with known vibrations, by order
+UNKNOWN_SCALES = {2: 1.5, 4: 2.0, 8: 6.0}  # the same with unknown vibrations
+MIN_PREDICTED_RATIO = 0.3  # predicted difference of two runs over the predicted error of the first
+MAX_AMPLITUDE_RATIO = 3.0  # amplitude of vibrations over the predicted one
+MIN_ERROR_RATIO = 0.5  # error of a run over its difference from one of lower order
+MAX_SCALE_WITHOUT_ORDER = (
+    30.0  # difference over the predicted one, beyond which the order may not be observed
+)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """A run with an integrator, by how much its steps were shorter than stable ones."""
+    """A run with an integrator, and the ratio of the stable step to its step."""
 
     integrator: Explicit
     finer: float
@@ -56,64 +59,68 @@ class _Run:
 
 
 class ExplicitErrors:
-    """What the distances of explicit runs show of their errors.
+    """Error estimates from the differences of explicit runs.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     length : float
-        Time of the motion [s].
-    march : ExplicitMarch
-        Knows the steps.
-    spectrum : Waves or None
-        What the motion is made of, where that is known.
+        Duration of the motion [s].
+    march : ExplicitIntegration
+        Provides the steps.
+    spectrum : ModalSpectrum or None
+        Vibrations of the motion, if they are known.
 
     Attributes
     ----------
-    content : Content
-        What parts two runs, perhaps two of another way; None as long as that is not known.
+    dominant : DominantFrequency
+        Vibration that causes the difference of two runs, perhaps of another candidate; None while
+        it is not known.
     """
 
     def __init__(
-        self, system: System, length: float, march: ExplicitMarch, spectrum: ModalSpectrum | None
+        self,
+        system: System,
+        length: float,
+        march: ExplicitIntegration,
+        spectrum: ModalSpectrum | None,
     ) -> None:
         self._system, self._length, self._march, self._start = system, length, march, spectrum
         self._spectrum = [] if spectrum is None else [spectrum]
         self._runs: list[_Run] = []  # the last three, by descending error
-        self._apart = math.inf  # distance of the last two of one integrator
-        self._scale = dict.fromkeys(BELIEVED, GUESS)  # by the order
-        # Estimate for the last run, and the power of the step with which it is believed to
-        # decrease, 0 as long as that is not known.
+        self._last_difference = math.inf  # of the last two of one integrator
+        self._scale = dict.fromkeys(ASSUMED_ORDERS, FIRST_SCALE)  # by the order
+        # Estimate for the last run, and its assumed order of convergence, 0 while unknown.
         self._error, self._power = math.inf, 0.0
-        self.content: DominantFrequency | None = None
+        self.dominant: DominantFrequency | None = None
 
     @property
     def may_predict(self) -> bool:
-        """Whether anything is known of the error of runs to come."""
-        return bool(self._spectrum) or self.content is not None
+        """Whether errors of further runs can be predicted."""
+        return bool(self._spectrum) or self.dominant is not None
 
     def shorten(self, by: float) -> None:
-        """Take note of a stable step that is shorter by a factor."""
+        """Scale the step ratios for a stable step that is shorter by a factor."""
         self._runs = [replace(run, finer=by * run.finer) for run in self._runs]
 
     def closest(self, integrator: Explicit, usual: float, least: float) -> float:
-        """Return how much finer than the last run another one must be, at least.
+        """Return the smallest step ratio to the last run.
 
-        Where it can be compared with the run before, too, the ratio to the last one may be small.
+        It may be small if the new run can be compared with the run before as well.
         """
-        mine = [run.finer for run in self._runs if run.integrator == integrator]
-        return max(least, usual * mine[-2] / mine[-1]) if len(mine) > 1 else usual
+        ratios = [run.finer for run in self._runs if run.integrator == integrator]
+        return max(least, usual * ratios[-2] / ratios[-1]) if len(ratios) > 1 else usual
 
     def predicted(self, integrator: Explicit, finer: float) -> float:
-        """Return the error that a run will have [m]."""
+        """Return the predicted error of a run [m]."""
         if self._spectrum:
             step = self._march.step(integrator, finer)
             tableau = integrator.tableau
             error = self._scale[tableau.order] * max(x.error(tableau, step) for x in self._spectrum)
         else:
-            assert self.content is not None
-            error = self.content.error(self._lost(integrator, finer, self.content.omega))
+            assert self.dominant is not None
+            error = self.dominant.error(self._lost(integrator, finer, self.dominant.omega))
         if self._power > 0.0 and self._runs[-1].integrator == integrator:
             ratio = self._runs[-1].finer / finer
             error = max(error, self._error * ratio**self._power)
@@ -122,7 +129,7 @@ class ExplicitErrors:
     def add(self, integrator: Explicit, finer: float, states: SampledStates) -> float:
         """Return the estimated error of a run [m], infinite for the first one.
 
-        After one of lower order than the last it is the error of the last.
+        A run of lower order than the last gives the error of the last.
         """
         run = _Run(integrator, finer, states)
         if not self._runs:
@@ -130,98 +137,107 @@ class ExplicitErrors:
             self._analyse(integrator, states)
             return math.inf
         last = self._runs[-1]
-        apart = self._distance(run, last)
+        difference = self._distance(run, last)
         omega = min(
             difference_frequency(self._system, states, last.states, resolved=True),
             self._march.omega,
         )
-        lost = sorted((self._lost(x.integrator, x.finer, omega) for x in (last, run)), reverse=True)
-        self.content = DominantFrequency.of(apart, omega, self._length, *lost)
+        errors = sorted(self._lost(x.integrator, x.finer, omega) for x in (last, run))[::-1]
+        self.dominant = DominantFrequency.of(difference, omega, self._length, *errors)
         if integrator.tableau.order < last.integrator.tableau.order:
             self._runs.insert(0, run)
-            return self._of_two_orders(apart)
+            return self._of_two_orders(difference)
         if last.integrator == integrator:
-            error, apart, confirmed = self._of_one_order(run, apart)
+            error, difference, confirmed = self._of_one_order(run, difference)
         else:
-            error, confirmed = self._of_two_orders(apart), False
+            error, confirmed = self._of_two_orders(difference), False
             self._power = 0.0
         if self._spectrum:
-            error = self._with_waves(last, run, apart, error, confirmed)
-        if self._march.places.time is not None:
-            # Errors depend on how close to the place a step comes, and not on the order: two of
-            # the last three runs must be as near.
-            near = sorted(self._distance(run, each) for each in self._runs)
+            error = self._with_waves(last, run, difference, error, confirmed)
+        if self._march.rank_deficiency.time is not None:
+            # Errors depend on the distance of a step from the singular configuration, and not on
+            # the order: two of the last three runs must be as near.
+            near = sorted(self._distance(run, other) for other in self._runs)
             error = max(error, near[min(1, len(near) - 1)])
-        self._error, self._apart = error, apart
+        self._error, self._last_difference = error, difference
         self._runs = [*self._runs[-2:], run]
         return error
 
     def _analyse(self, integrator: Explicit, states: SampledStates) -> None:
-        """Predict errors of runs by the vibrations of the first one."""
+        """Analyse the vibrations of the first run, for predictions."""
         spectrum = None
         if not (self._system.damped or self._system.n_multipliers):
             spectrum = ModalSpectrum.during(self._system, states)
         if spectrum is not None:
             self._spectrum.append(spectrum)
-        self._scale = CAUTION if spectrum is None else MEASURED
+        self._scale = UNKNOWN_SCALES if spectrum is None else ANALYSED_SCALES
 
-    def _of_two_orders(self, apart: float) -> float:
+    def _of_two_orders(self, difference: float) -> float:
         """Return the error of the higher order of two.
 
-        Their distance is at least the error of the lower order less that of the higher one.
+        Their difference is at least the difference of the errors of both orders.
         """
-        assert self.content is not None
-        return LEAST_OF_TWO * apart if self.content.phase_error < 1.0 else apart
+        assert self.dominant is not None
+        return MIN_ERROR_RATIO * difference if self.dominant.phase_error < 1.0 else difference
 
-    def _of_one_order(self, run: _Run, apart: float) -> tuple[float, float, bool]:
-        """Return the error of a run, and its distance from the last without chance.
+    def _of_one_order(self, run: _Run, difference: float) -> tuple[float, float, bool]:
+        """Return the error of a run, and its difference from the last without chance.
 
-        Third, whether three runs confirm the power of the step.
+        The last value tells whether three runs confirm the order.
         """
-        assert self.content is not None
+        assert self.dominant is not None
         last, finer, order = self._runs[-1], run.finer, run.integrator.tableau.order
         phase = (
-            0 if self.content.phase_error < RESOLVED else 1 if self.content.phase_error < 1.0 else 2
+            0
+            if self.dominant.phase_error < RESOLVED_PHASE
+            else 1
+            if self.dominant.phase_error < 1.0
+            else 2
         )
-        seen = (
-            self._start is None or self._start.common_error(*self._pair(last, run)) < UNSEEN * apart
-        )
-        power = order * (BELIEVED if seen else DISSIPATED)[order][phase]
+        common = 0.0
+        if self._start is not None:
+            common = self._start.common_error(*self._pair(last, run))
+        is_small = self._start is None or common < MAX_COMMON_RATIO * difference
+        power = order * (ASSUMED_ORDERS if is_small else DISSIPATED_ORDERS)[order][phase]
         before = self._runs[-2] if len(self._runs) > 1 else last
         confirmed = False
         if before is not last and before.integrator == run.integrator:
             steps = (before.finer, last.finer, finer)
-            observed = observed_order(steps[0], self._apart, *steps[1:], apart)
+            observed = observed_order(steps[0], self._last_difference, *steps[1:], difference)
             confirmed = observed >= power
             power = min(power, observed)
-            # Distances that decrease faster than the order are small by chance.
-            apart = max(apart, self._apart * difference_ratio(*steps, CHANCE * order))
-            further = self._distance(run, before) * _share(finer / before.finer, power)
-            error = min(apart * _share(finer / last.finer, power), further)
+            # Differences that decrease faster than the order are small by chance.
+            limit = self._last_difference * difference_ratio(*steps, MAX_ORDER_RATIO * order)
+            difference = max(difference, limit)
+            further = self._distance(run, before) * _error_ratio(finer / before.finer, power)
+            error = min(difference * _error_ratio(finer / last.finer, power), further)
         else:
-            error = apart * _share(finer / last.finer, power)
-        self._power = max(power, LEAST_POWER[order] * order)
-        # Waves whose phase is lost do not converge with the order: all of the distance counts.
-        return (error if seen or phase < 2 else max(error, apart)), apart, confirmed
+            error = difference * _error_ratio(finer / last.finer, power)
+        self._power = max(power, MIN_ORDER_RATIO[order] * order)
+        # Unresolved waves do not converge with the order: the full difference counts.
+        is_resolved = is_small or phase < 2
+        return (error if is_resolved else max(error, difference)), difference, confirmed
 
     def _with_waves(
-        self, last: _Run, run: _Run, apart: float, error: float, confirmed: bool
+        self, last: _Run, run: _Run, difference: float, error: float, confirmed: bool
     ) -> float:
-        """Return the error in view of the predicted one, and update the ratio of both."""
+        """Return the error in view of the predicted one, and update their ratio."""
         tableaus, steps = self._pair(last, run)
         spectrum = max(self._spectrum, key=lambda x: x.error(tableaus[0], steps[0]))
-        first, second = (spectrum.error(*each) for each in zip(tableaus, steps, strict=True))
-        predicted = max(spectrum.difference(tableaus, steps), UNLIKE * first, np.finfo(float).tiny)
-        scale = apart / predicted
-        if scale > FAR and not confirmed:
-            error = max(error, apart)
+        first, second = (spectrum.error(*x) for x in zip(tableaus, steps, strict=True))
+        predicted = max(
+            spectrum.difference(tableaus, steps), MIN_PREDICTED_RATIO * first, np.finfo(float).tiny
+        )
+        scale = difference / predicted
+        if scale > MAX_SCALE_WITHOUT_ORDER and not confirmed:
+            error = max(error, difference)
         if self._start is not None:
-            # Both may have dissipated vibrations, which their distance does not show.
-            most = min(max(scale, 1.0), MOST_MORE)
-            error = max(error, most * self._start.common_error(tableaus, steps))
+            # Vibrations that both have dissipated do not appear in their difference.
+            factor = min(max(scale, 1.0), MAX_AMPLITUDE_RATIO)
+            error = max(error, factor * self._start.common_error(tableaus, steps))
         if last.integrator == run.integrator:
             scale = error / max(second, np.finfo(float).tiny)
-        self._scale = dict.fromkeys(BELIEVED, min(max(scale, LEAST_SCALE), MOST_SCALE))
+        self._scale = dict.fromkeys(ASSUMED_ORDERS, min(max(scale, MIN_SCALE), MAX_SCALE))
         return error
 
     def _pair(self, *runs: _Run) -> tuple[tuple[Tableau, Tableau], tuple[float, float]]:
@@ -233,10 +249,10 @@ class ExplicitErrors:
         return max(distance(self._system, one.states, other.states), np.finfo(float).tiny)
 
     def _lost(self, integrator: Explicit, finer: float, omega: float) -> float:
-        """Return the share of its phase that a vibration loses in a run."""
+        """Return the relative phase error of a vibration in a run."""
         return phase_error(integrator.tableau, omega * self._march.step(integrator, finer))
 
 
-def _share(ratio: float, power: float) -> float:
-    """Return the error of a run over its distance from one of so many times longer steps."""
-    return float(1.0 / max(ratio**power - 1.0, SMALLEST_SHARE))
+def _error_ratio(ratio: float, power: float) -> float:
+    """Return the error of a run over its difference from one with longer steps by a ratio."""
+    return float(1.0 / max(ratio**power - 1.0, MIN_DIFFERENCE_RATIO))

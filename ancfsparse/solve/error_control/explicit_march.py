@@ -1,4 +1,4 @@
-"""Whole motions by explicit integrators, in equal steps between the breaks of the loads."""
+"""Integrate whole motions by explicit methods, with equal steps between load discontinuities."""
 
 from __future__ import annotations
 
@@ -43,46 +43,46 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Share of the stable step at the start that is taken: beams that are stretched vibrate faster.
-MARGIN = 0.95
-# Steps of a run at least: shorter ones must be more of them, and states between need neighbours.
-FEWEST = 12
-# By how much the fastest vibration is taken to have grown, at least, where a run became unstable.
-FASTER, MOST_UNSTABLE = 1.1, 5
-# The same with bodies, which turn within the first steps by so much at most [rad]: nothing but
-# constraints that cannot be met limits their steps.
-MUCH_FASTER, TURN = 2.0, 1.0
-# The same at most, to the power of how many runs became unstable: they may end at coordinates far
-# from all of the motion, whose vibrations are faster by any factor.
-MOST_FASTER = 2.0
-# Steps that are taken in one go at most, and coordinates of all of them.
-CHUNK, COORDINATES = 2000, 4_000_000
+STABILITY_RATIO = (
+    0.95  # step over the stable one at the start, since stretched beams vibrate faster
+)
+MIN_STEPS = 12  # steps of a run: refinement and interpolation need several
+MIN_GROWTH = 1.1  # growth of the highest frequency that is assumed after an unstable run
+MAX_UNSTABLE_RUNS = 5  # unstable runs
+MIN_CONSTRAINED_GROWTH = (
+    2.0  # the same growth with bodies, whose steps only their constraints limit
+)
+MAX_ROTATION = 1.0  # rotation of a body in the first steps [rad]
+# An unstable run may end at coordinates far from all of the motion, with any frequency.
+MAX_GROWTH = 2.0  # largest such growth, to the power of the number of unstable runs
+MAX_CHUNK = 2000  # steps taken together
+MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them
 
 
-class ExplicitMarch:
-    """What whole motions of one scene have in common.
+class ExplicitIntegration:
+    """Explicit runs of one scene.
 
     Parameters
     ----------
     system, t, max_energy_gain
-        As `solve_accurately` takes them.
-    discontinuities : Breaks
-        Where loads jump or kink.
+        As in `solve_accurately`.
+    discontinuities : LoadDiscontinuities
+        Discontinuities of the loads.
     watch : callable
-        Is given the states of a motion whenever there are more of them.
+        Called with the states of a run whenever more are known.
     integrator : Explicit
-        One of those that it will march by.
+        One of the integrators of the runs.
 
     Attributes
     ----------
     omega : float
-        Fastest vibration that steps must resolve [rad/s]; before the set-up, what it has at least.
+        Highest frequency that steps must resolve [rad/s]; a lower bound before the set-up.
     force_cost : float
         Modelled cost of an evaluation of the forces.
     failure : InstabilityError or LoadError
-        Why it is given up, None if it is not.
-    places : LostRank
-        Where constraints lost rank in its motions.
+        Reason why no further run is possible, if any.
+    rank_deficiency : RankDeficiency
+        Singular configurations in the runs.
     """
 
     def __init__(
@@ -105,24 +105,24 @@ class ExplicitMarch:
         )
         self._sizes = None if self._saddle is None else constraint_magnitudes(system)
         self._mass: SparseSeed | BlockInverse | None = None
-        self.omega = _slowest_fast(system)
+        self.omega = _frequency_bound(system)
         forces = "residual" if system.damped else "force"
-        self.force_cost = 0.1 * system.operations(forces) + _solving(
+        self.force_cost = 0.1 * system.operations(forces) + _solution_cost(
             system, self._seed, self._saddle
         )
         self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
-        self._interval = MARGIN * integrator.tableau.interval
+        self._interval = STABILITY_RATIO * integrator.tableau.interval
         self._unstable = 0
-        self.places = RankDeficiency(system, self._sizes)
+        self.rank_deficiency = RankDeficiency(system, self._sizes)
         self.failure: InstabilityError | LoadError | None = None
 
     @property
     def is_set_up(self) -> bool:
-        """Whether the fastest vibration is known."""
+        """Whether the highest frequency is known."""
         return self._mass is not None
 
     def set_up(self) -> None:
-        """Invert the mass matrix and find the fastest vibration.
+        """Invert the mass matrix and find the highest frequency.
 
         Raises
         ------
@@ -141,36 +141,35 @@ class ExplicitMarch:
             self.omega = max(self.omega, self._interval * self._turning(lam, load))
 
     def _turning(self, lam: Vector, load: Vector) -> float:
-        """Return how fast bodies turn at the start, and at least in the steps of a run [rad/s]."""
+        """Return the frequency by rotation of bodies, at least the inverse of a step [rad/s]."""
         system = self._system
         none = np.zeros(system.n_multipliers)
-        bent, straight = (
-            system.assembly.matrix(0.0, 1.0, system.q0, each, load) for each in (lam, none)
-        )
+        stressed, free = (system.assembly.matrix(0.0, 1.0, system.q0, x, load) for x in (lam, none))
         return max(
-            highest_frequency_of(system, self._seed, bent - straight) / TURN, FEWEST / self._length
+            highest_frequency_of(system, self._seed, stressed - free) / MAX_ROTATION,
+            MIN_STEPS / self._length,
         )
 
     def step(self, integrator: Explicit, finer: float) -> float:
-        """Return a step that is so much shorter than the longest one [s]."""
-        stable = MARGIN * integrator.tableau.interval / self.omega
-        return min(stable, self._length / FEWEST) / finer
+        """Return a step that is shorter than the longest one by a ratio [s]."""
+        stable = STABILITY_RATIO * integrator.tableau.interval / self.omega
+        return min(stable, self._length / MIN_STEPS) / finer
 
     def cost(self, integrator: Explicit, finer: float) -> float:
-        """Return the modelled cost of a motion in such steps."""
+        """Return the modelled cost of a run with such steps."""
         steps = self._length / self.step(integrator, finer) + len(self._spans)
         return steps * integrator.tableau.forces * self.force_cost
 
     def run(self, integrator: Explicit, finer: float, stats: RunStats) -> SampledStates | None:
-        """March through all times asked for; no states if the motion became unstable on the way.
+        """Integrate the motion; return its states, or None if it became unstable.
 
-        Then the next run knows of a faster vibration.
+        After that the highest frequency is assumed to be larger.
         """
         assert self._mass is not None
         system = self._system
         h = self.step(integrator, finer)
         states = SampledStates.empty(self._t, system.n_all, system.n_multipliers)
-        self.places.begin()
+        self.rank_deficiency.begin()
         system.reset_memory()
         q, v, now = system.q0, system.v0, system.t0
         for (begin, end), last in zip(
@@ -192,25 +191,29 @@ class ExplicitMarch:
                 count_forces(stats, integrator)
                 self._unstable += 1
                 failed = self._failed_function()
-                if self._unstable == MOST_UNSTABLE:
+                if self._unstable == MAX_UNSTABLE_RUNS:
                     self.failure = failed or instability_error(
                         system, march, self._seed, integrator, outcome, stats.steps, now, dt
                     )
                 omega = 0.0
                 if outcome != Outcome.NOT_FINITE and failed is None:
                     omega = highest_frequency(system, self._seed, q, load, lam)
-                faster = FASTER if self._saddle is None and failed is None else MUCH_FASTER
-                most = MOST_FASTER**self._unstable
-                self.omega *= min(max(omega / self.omega, faster), most)
+                growth = (
+                    MIN_GROWTH
+                    if self._saddle is None and failed is None
+                    else MIN_CONSTRAINED_GROWTH
+                )
+                limit = MAX_GROWTH**self._unstable
+                self.omega *= min(max(omega / self.omega, growth), limit)
                 return None
             now = last
         count_forces(stats, integrator)
         return states
 
     def _failed_function(self) -> LoadError | None:
-        """Return what a function of the motion has failed with, and let it be called again.
+        """Return the failure of a function of the motion, and let it be called again.
 
-        Steps that are too long lead to coordinates where drag or a stiffening spring overflows.
+        Too long steps lead to coordinates at which drag or a stiffening spring overflows.
         """
         try:
             self._system.assembly.check()
@@ -220,7 +223,7 @@ class ExplicitMarch:
         return None
 
     def _inputs(self, times: Vector, begin: float, end: float) -> Vector:
-        """Return the loads of an interval where they are smooth, and the prescribed motions."""
+        """Return the loads of a smooth interval, and the prescribed motions."""
         amplitudes = self._system.loads.amplitudes(np.clip(times, begin, end))
         if not self._system.prescribed:
             return amplitudes
@@ -239,37 +242,37 @@ class ExplicitMarch:
         states: SampledStates,
         stats: RunStats,
     ) -> Outcome:
-        """March from one time to another in so many steps.
+        """Integrate over an interval with a number of steps.
 
-        Loads are evaluated from the begin to the end of the time in which they are smooth alone.
+        Loads are evaluated only in the interval in which they are smooth.
         """
         start, stop, steps = span
         n, nodes = self._system.n_all, integrator.stages
-        chunk = max(1, min(CHUNK, COORDINATES // n, steps))
+        chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // n, steps))
         widths = (n, n, n, self._system.n_multipliers)
         buffer = [np.zeros((chunk + 1, width)) for width in widths]
         for first in range(0, steps, chunk):
             numbers = np.arange(first, min(first + chunk, steps) + 1, dtype=np.float64)
-            mine = np.where(numbers < steps, start + numbers * ((stop - start) / steps), stop)
+            times = np.where(numbers < steps, start + numbers * ((stop - start) / steps), stop)
             for table, row in zip(buffer, march.state, strict=True):
                 table[0] = row
-            when = mine[:-1, None] + np.diff(mine)[:, None] * nodes
+            when = times[:-1, None] + np.diff(times)[:, None] * nodes
             inputs = self._inputs(when.ravel(), begin, end)
             clock = time.perf_counter()
-            taken, code = march.advance(None, len(mine) - 1, inputs, 1, 0, *buffer)
+            taken, code = march.advance(None, len(times) - 1, inputs, 1, 0, *buffer)
             stats.march_seconds += time.perf_counter() - clock
             stats.steps += taken
             if taken:
                 rows = slice(0, taken + 1)
                 q, v, a, lam = (table[rows] for table in buffer)
-                new = states.fill(mine[rows], q, v, a, lam, resolved=True)
+                new = states.fill(times[rows], q, v, a, lam, resolved=True)
                 if new.start < new.stop:
                     inputs = self._inputs(states.t[new], begin, end)
-                    # Lines between the ends would miss by far what turns by a radian in a step.
+                    # Linear interpolation would be far off for rotations of a radian in a step.
                     march.accelerations_of(
                         states.q[new], states.v[new], inputs, states.a[new], states.lam[new]
                     )
-                self.places.look(mine[rows], q, v, lam)
+                self.rank_deficiency.examine(times[rows], q, v, lam)
                 self._watch(states)
             if code:
                 return Outcome(code)
@@ -277,8 +280,8 @@ class ExplicitMarch:
         return Outcome.CONVERGED
 
 
-def _solving(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> float:
-    """Return the modelled cost of the solutions for the accelerations of a stage."""
+def _solution_cost(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> float:
+    """Return the modelled cost of solving for the accelerations of a stage."""
     if saddle is None:
         solves = 1 if system.constraints.linear else 1 + system.n_multipliers
         return 0.5 * solves * mass.solve_flops
@@ -286,7 +289,7 @@ def _solving(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> flo
     return 0.5 * (factors + saddle.solve_flops)
 
 
-def _slowest_fast(system: System) -> float:
-    """Return what the fastest vibration has at least, from the diagonals alone [rad/s]."""
+def _frequency_bound(system: System) -> float:
+    """Return a lower bound of the highest frequency from the diagonals [rad/s]."""
     stiffness = system.stiffness_diagonal(system.q0) / system.mass_diagonal
     return math.sqrt(max(float(np.max(stiffness)), np.finfo(float).tiny))

@@ -1,7 +1,7 @@
-"""Whole motions by an implicit integrator, whose steps follow the first of them, and are divided.
+"""Implicit candidate of an error-controlled run: a controlled first run, and its divided steps.
 
-Runs whose steps are those of another, each divided by the same whole number, have errors in fixed
-proportion: the error follows from their difference, and can be subtracted (Richardson).
+Runs whose steps are those of another, each divided by one whole number, have errors in a fixed
+ratio: the error follows from their difference and can be subtracted (Richardson).
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
 from ancfsparse.results import Event, RunStats
 from ancfsparse.solve.error_control.step_size_controller import (
-    ITERATION_SHARE,
-    OverBudget,
+    ITERATION_RATIO,
+    BudgetExceeded,
     Pattern,
     StepSizeController,
-    divided,
+    divide_steps,
 )
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.phase_error import (
@@ -38,76 +38,71 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-# Intended error of the first run, over the size of the scene: coarse runs are cheap, and show what
-# finer ones cost, whose steps are theirs, divided.
-COARSE = 2e-3
-# Error of a step in the first run, over its error and the root of its share of the scene: steps
-# that add up to an error A have A / N each, and their number N goes with the root of 1 / A.
-FIRST = 0.5
-# Steps of a run are shorter than those of the last by these factors at least and at most: closer,
-# and the difference of two runs is mostly noise; further, and the order has not been observed.
-LEAST, MOST = 1.8, 5.0
-# So much shorter steps without what can be taken off are no reason to make a run for it alone.
-WORTH = 1.5
-ONCE_MORE = 2.5  # how much shorter they are at least where one is made for it
-SAFETY = 0.5  # share of the accuracy that the next run is planned for
-# What the error of the second run is taken for, over a third of its distance from the first.
-UNSEEN = 1.5
-STRIDE = 3.0  # how much shorter steps are made where errors do not decrease
-# Share of the accuracy that the iterations of all steps together may leave of places.  Where they
-# leave d of a place, they leave 2 d / h of its velocity.  In a motion that nothing holds that adds
-# up to 2 d n^1.5 / 3^0.5 in n steps, as signs vary.  So the share falls with the root of the steps
-# beyond so many, which keeps that sum below a fifth of the accuracy.
-ITERATIONS_SHARE, FEW = 0.03, 30.0
-# How often a run that gains energy or cannot be solved is begun with shorter steps.
-MOST_ATTEMPTS = 6
-SHORTER = 27.0  # so much less error of a step makes steps a third as long
-# The first run may cost this share of what another way would: the more the closer its error will be
-# to the accuracy, and at least the second.  One that costs more is not tried again until the other
-# way has become dearer by a factor.
-PILOT, LEAST_PILOT, DEARER = 0.4, 0.1, 3.0
-# Errors of the first run up to so many times the accuracy are close to it.
-NEAR = 10.0
-# No way is cheaper than so many evaluations of the forces: the first steps alone take them.
-LEAST_FORCES = 900.0
-# Power of the step with which the error of what is left once the second power is taken off falls,
-# as far as it is believed: where steps resolve all that is left, and where not.
-BELIEVED, UNRESOLVED = 1.25, 0.75
-LEAST_LEFT = 1.0 / 12.0  # share of a difference that is always left
-HALF = 0.5  # share of it that counts beside the error of the second power
-# Phase that may be lost of what is resolved [rad].
-RESOLVED = 0.1
-# The distances of runs may differ from those of a second-order scheme by this factor, or what is
-# taken off is not believed.
-REGULAR = 1.5
+# A coarse first run is cheap, and shows the cost of finer ones with its divided steps.
+FIRST_ERROR_RATIO = 2e-3  # intended error of the first run over the size of the scene
+# Steps with an error A in total have A / N each, and their number N grows with the root of 1 / A.
+FIRST_LOCAL_RATIO = (
+    0.5  # local error in the first run, over its error and the root of its relative error
+)
+MIN_STEP_RATIO = (
+    1.8  # steps over the steps of the last run: below it the difference is mostly noise
+)
+MAX_STEP_RATIO = 5.0  # the same: above it the order has not been observed
+MIN_GAIN_RATIO = 1.5  # ratio of steps below which no run is made for extrapolation alone
+MIN_EXTRA_RATIO = 2.5  # steps of such a run over the last run
+SAFETY_FACTOR = 0.5  # error for which the next run is planned, over the accuracy
+SECOND_RUN_FACTOR = (
+    1.5  # assumed error of the second run over a third of its difference from the first
+)
+STAGNANT_STEP_RATIO = 3.0  # steps over the steps of the last run if errors stagnate
+# An error d of a position by the iteration causes 2 d / h of its velocity.  In an unconstrained
+# motion that sums up to 2 d n^1.5 / 3^0.5 in n steps of random sign.  So the ratio decreases with
+# the root of the steps beyond a number, which keeps that sum below a fifth of the accuracy.
+ITERATIONS_RATIO = 0.03  # error of positions by all iterations over the accuracy
+MAX_FREE_STEPS = 30.0  # steps
+MAX_ATTEMPTS = 6  # runs that gain energy or cannot be solved
+RESTART_ERROR_RATIO = 27.0  # local error over the one of a restart, for steps a third as long
+# The first run may cost a part of another candidate, depending on its error.  A dearer one is tried
+# again when the other has become dearer.
+FIRST_COST_RATIO = 0.4  # cost over the cost of the other candidate
+MIN_FIRST_COST_RATIO = 0.1  # the same
+COST_GROWTH = 3.0  # growth of the cost of the other candidate
+NEAR_ERROR_RATIO = 10.0  # error of the first run over the accuracy, up to which it is near
+MIN_FORCES = 900.0  # evaluations of forces that the first steps of any run cost
+ASSUMED_ORDER = 1.25  # assumed order of the error after extrapolation, if all of it is resolved
+UNRESOLVED_ORDER = 0.75  # the same if not
+MIN_REMAINING = 1.0 / 12.0  # remaining error over the difference of two runs
+EXTRAPOLATION_WEIGHT = 0.5  # weight of that in addition to the error of second order
+RESOLVED_PHASE = 0.1  # phase error of resolved vibrations [rad]
+MAX_IRREGULARITY = 1.5  # differences over those of second order, up to which extrapolation is valid
 
 
 class ImplicitCandidate:
-    """One way to an accuracy.
+    """Implicit candidate of an error-controlled run.
 
     Parameters
     ----------
     system, t, accuracy, integrator, solver, max_energy_gain, threads
-        As `solve_accurately` takes them.
-    discontinuities : Breaks
-        Where loads jump or kink.
+        As in `solve_accurately`.
+    discontinuities : LoadDiscontinuities
+        Discontinuities of the loads.
     watch : callable
-        Is given the states of a run whenever there are more of them.
+        Called with the states of a run whenever more are known.
     force_cost : float, optional
-        Modelled cost of an evaluation of the forces, where there is another way.
+        Modelled cost of an evaluation of the forces, if there is another candidate.
 
     Attributes
     ----------
-    states : States
-        The best motion so far, None before there is one.
+    states : SampledStates
+        The best motion so far, None before the first.
     error : float
         Its estimated error [m].
     failure : Exception
-        Why there is no way on, None if there is one.
+        Reason why no further run is possible, if any.
     name, steps
-        The integrator, and the steps of the best motion.
-    running : RunStats
-        Counts of the last run.
+        Integrator, and steps of the best motion.
+    last_stats : RunStats
+        Statistics of the last run.
     """
 
     def __init__(
@@ -127,37 +122,37 @@ class ImplicitCandidate:
         self._integrator, self._threads = integrator, threads
         self._max_energy_gain = max_energy_gain
         self._discontinuities, self._watch = discontinuities, watch
-        # The estimate of errors takes the factor for one of the body as it lies.
+        # The error estimate takes the factor for one in fixed directions.
         method = ModifiedNewton() if isinstance(solver, str) else solver
         if isinstance(method, ModifiedNewton | QuasiNewton):
             method = replace(method, seed_frame="fixed")
         self._solver = method
         size = float(np.max(np.abs(system.q0)))
-        self._aim = max(accuracy, COARSE * size)  # error of the first run intended [m]
-        self._local = FIRST * self._aim * math.sqrt(self._aim / size)
+        self._aim = max(accuracy, FIRST_ERROR_RATIO * size)  # intended error of the first run [m]
+        self._local = FIRST_LOCAL_RATIO * self._aim * math.sqrt(self._aim / size)
         self._pattern: Pattern = []
         self._base = 0  # steps of the first run
         self._runs: list[tuple[float, SampledStates]] = []
         self._mixed: tuple[SampledStates, float] | None = None
         self._attempts, self._convergence = 0, StagnationCheck(accuracy)
         self._mixed_error = math.inf
-        # Cost of the first run; of all where there is none.
-        self._cost, self._expected = 0.0, LEAST_FORCES * force_cost
+        # Cost of the first run, and of all before it.
+        self._cost, self._expected = 0.0, MIN_FORCES * force_cost
         self.states: SampledStates | None = None
         self.error = self._raw = math.inf
         self.failure: Exception | None = None
-        self.content: DominantFrequency | None = None
-        self.steps, self.running = 0, RunStats()
+        self.dominant: DominantFrequency | None = None
+        self.steps, self.last_stats = 0, RunStats()
         self.name = f"{integrator!r} with {describe(self._solver)}"
 
-    def forecast(self) -> float:
-        """Return what is yet to be spent until the accuracy is met, as `Price` models it."""
+    def predicted_cost(self) -> float:
+        """Return the predicted cost until the accuracy is met, by `CostModel`."""
         if self.failure is not None:
             return math.inf
         if not self._runs:
             return self._expected
         if len(self._runs) == 1:
-            # No less than if the error fell with the fourth power of the step from now on.
+            # At least as if the error decreased with the fourth power of the step from now on.
             return 2.0 * self._cost * max(1.0, math.sqrt(math.sqrt(self._aim / self._accuracy)))
         total, by = 0.0, self._runs[-1][0]
         wanted = self._wanted()
@@ -167,21 +162,23 @@ class ImplicitCandidate:
         return total
 
     def receive(self, content: DominantFrequency | None, states: SampledStates | None) -> None:
-        """Take what another way has found: nothing that is used here."""
+        """Ignore the results of another candidate."""
 
     def warn(self) -> None:
-        """Warn of nothing: steps are as short as the error needs wherever it arises."""
+        """Do nothing: steps are adapted to the error at singular configurations."""
 
     def advance(self, budget: float) -> None:
-        """Make the next run, if another way would cost so much; end a first one that is dear."""
+        """Make the next run; end a first one that costs too much compared with the budget."""
         if not self._runs:
-            share = PILOT * min(1.0, NEAR * self._accuracy / self._aim) ** (1.0 / 3.0)
-            self._first(max(share, LEAST_PILOT) * budget, budget)
+            ratio = FIRST_COST_RATIO * min(1.0, NEAR_ERROR_RATIO * self._accuracy / self._aim) ** (
+                1.0 / 3.0
+            )
+            self._first(max(ratio, MIN_FIRST_COST_RATIO) * budget, budget)
             return
         last, wanted = self._runs[-1][0], 2.0 if len(self._runs) == 1 else self._wanted()
         by = 2 if len(self._runs) == 1 else self._following(last, wanted)
-        pattern = divided(self._pattern, by)
-        left = min(ITERATION_SHARE * self._local / by**3, self._left(by * self._base))
+        pattern = divide_steps(self._pattern, by)
+        left = min(ITERATION_RATIO * self._local / by**3, self._left(by * self._base))
         stepper = self._stepper(pattern=pattern, left=left)
         try:
             self._take(by, stepper.run())
@@ -190,25 +187,27 @@ class ImplicitCandidate:
         self.steps = stepper.stats.steps
 
     def _left(self, steps: int) -> float:
-        """Return what the iteration of a step may leave, of so many [m]."""
-        return ITERATIONS_SHARE * self._accuracy / steps * math.sqrt(min(1.0, FEW / steps))
+        """Return the remaining error of the iteration in one of a number of steps [m]."""
+        return (
+            ITERATIONS_RATIO * self._accuracy / steps * math.sqrt(min(1.0, MAX_FREE_STEPS / steps))
+        )
 
     def _kept(self, error: float) -> float:
-        """Return what the iteration of a step may leave, over the square of the step [m/s^2].
+        """Return the remaining error of the iteration over the square of the step [m/s^2].
 
-        Elastic forces bound what it does.  A rigid body keeps the velocity that it gets, 2 l / h
-        where l is left; if every step leaves k h^2 in one direction, it moves by k t^2.
+        Elastic forces bound its effect.  A rigid body keeps the velocity 2 d / h of an error d; if
+        every step has an error k h^2 in one direction, it moves by k t^2.
         """
         if len(self._system.scene.beams) == len(self._system.scene.bodies):
             return math.inf
-        return ITERATIONS_SHARE * error / float(self._t[-1] - self._t[0]) ** 2
+        return ITERATIONS_RATIO * error / float(self._t[-1] - self._t[0]) ** 2
 
     def _first(self, budget: float, others: float) -> None:
         stepper = self._stepper(budget=budget)
         try:
             states = stepper.run()
-        except OverBudget:
-            self._expected = DEARER * others
+        except BudgetExceeded:
+            self._expected = COST_GROWTH * others
         except (EnergyIncreaseError, StepError) as stop:
             self._restart(stop, stepper)
         else:
@@ -217,17 +216,17 @@ class ImplicitCandidate:
             self._runs, self.states, self.steps = [(1, states)], states, self._base
 
     def _restart(self, stop: StepError, stepper: StepSizeController) -> None:
-        """Let the first run be one of shorter steps, or give up."""
+        """Restart with a first run of shorter steps, or fail."""
         self._count_attempt(stop, stepper)
-        if self._attempts == MOST_ATTEMPTS or (
+        if self._attempts == MAX_ATTEMPTS or (
             not isinstance(stop, EnergyIncreaseError) and not self._runs
         ):
             self.failure = stop
-        self._local /= SHORTER
+        self._local /= RESTART_ERROR_RATIO
         self._runs, self._mixed = [], None
 
     def _count_attempt(self, stop: StepError, stepper: StepSizeController) -> None:
-        """Count a run that did not complete, and list why."""
+        """Count and list a run that did not complete."""
         self._attempts += 1
         cause = (
             CAUSE_NAMES[Outcome.GAINED_ENERGY]
@@ -253,81 +252,88 @@ class ImplicitCandidate:
             kept=self._kept(error),
             **options,  # type: ignore[arg-type]
         )
-        self.running = stepper.stats
+        self.last_stats = stepper.stats
         return stepper
 
     def _take(self, by: float, states: SampledStates) -> None:
-        """Estimate the error of the last run, and of what it is together with the one before."""
+        """Estimate the error of the last run, and of its extrapolation with the one before."""
         before, coarse = self._runs[-1]
-        apart = max(distance(self._system, states, coarse), np.finfo(float).tiny)
-        plain = self._raw = apart / ((by / before) ** 2 - 1.0)
-        self.content = self._content(apart, states, coarse, before, by)
+        difference = max(distance(self._system, states, coarse), np.finfo(float).tiny)
+        plain = self._raw = difference / ((by / before) ** 2 - 1.0)
+        self.dominant = self._dominant_frequency(difference, states, coarse, before, by)
         mixed = states.extrapolated(coarse, 1.0 / ((by / before) ** 2 - 1.0))
         self._mixed_error = math.inf
         if self._mixed is None:
-            plain *= UNSEEN
+            plain *= SECOND_RUN_FACTOR
         else:
-            earlier, parted = self._mixed
+            earlier, last_difference = self._mixed
             first = self._runs[0][0]
             expected = (first**-2 - before**-2) / (before**-2 - by**-2)
             near = distance(self._system, mixed, earlier)
-            # What is taken off brings motions closer together, or it is not their error.
-            regular = 1.0 / REGULAR < parted / apart / expected < REGULAR and near < apart
-            left = self._content(near, mixed, earlier, before, by)
-            self._power = BELIEVED if regular and left.phase_error < RESOLVED else UNRESOLVED
-            share = max(1.0 / ((by / first) ** self._power - 1.0), LEAST_LEFT)
-            if left.phase_error > 1.0:  # they may be as far from the motion as from each other
-                share = 1.0
-            self._mixed_error = near * share if regular else near
-            plain += HALF * near * share
-        # The finer run has lost that share of waves, which are about the distance where the coarser
-        # one has lost them whole.
-        plain = max(plain, min(1.0, self.content.phase_error) * apart)
+            # Extrapolation reduces the difference, or it has not removed the error.
+            ratio = last_difference / difference / expected
+            is_regular = 1.0 / MAX_IRREGULARITY < ratio < MAX_IRREGULARITY and near < difference
+            content = self._dominant_frequency(near, mixed, earlier, before, by)
+            is_resolved = content.phase_error < RESOLVED_PHASE
+            self._power = ASSUMED_ORDER if is_regular and is_resolved else UNRESOLVED_ORDER
+            remaining = max(1.0 / ((by / first) ** self._power - 1.0), MIN_REMAINING)
+            if content.phase_error > 1.0:  # the error may be as large as the difference
+                remaining = 1.0
+            self._mixed_error = near * remaining if is_regular else near
+            plain += EXTRAPOLATION_WEIGHT * near * remaining
+        # The finer run has this phase error of waves, whose amplitude is about the difference if
+        # the coarser run has lost them.
+        plain = max(plain, min(1.0, self.dominant.phase_error) * difference)
         error, best = min((plain, 0), (self._mixed_error, 1))
-        error = max(error, self._unseen(apart, before, by))
-        still = self._mixed is not None and MIN_DECREASE * self._mixed[1] < apart
-        self.failure = self._convergence.add(error, still)
-        self._mixed = (mixed, apart)
+        error = max(error, self._common_error(difference, before, by))
+        is_stagnant = self._mixed is not None and MIN_DECREASE * self._mixed[1] < difference
+        self.failure = self._convergence.add(error, is_stagnant)
+        self._mixed = (mixed, difference)
         self.error, self.states = error, (states, mixed)[best]
         self._runs = [(before, coarse), (by, states)]
 
-    def _unseen(self, apart: float, coarse: float, fine: float) -> float:
-        """Return what two runs are both off, so that their distance does not show it [m]."""
+    def _common_error(self, difference: float, coarse: float, fine: float) -> float:
+        """Return the error that two runs have in common [m]."""
         return 0.0
 
-    def _content(
-        self, apart: float, one: SampledStates, other: SampledStates, coarse: float, fine: float
+    def _dominant_frequency(
+        self,
+        difference: float,
+        one: SampledStates,
+        other: SampledStates,
+        coarse: float,
+        fine: float,
     ) -> DominantFrequency:
         length = float(self._t[-1] - self._t[0])
         omega = difference_frequency(self._system, one, other)
         z = omega * length / self._base
-        lost = [trapezoidal_phase_error(z / by) for by in (coarse, fine)]
-        return DominantFrequency.of(apart, omega, length, *lost)
+        errors = [trapezoidal_phase_error(z / by) for by in (coarse, fine)]
+        return DominantFrequency.of(difference, omega, length, *errors)
 
     def _wanted(self) -> float:
-        """Return the number by which steps of the first run must be divided."""
+        """Return the required divisor of the steps of the first run."""
         by = self._runs[-1][0]
-        plain = by * math.sqrt(self._raw / (SAFETY * self._accuracy))
+        plain = by * math.sqrt(self._raw / (SAFETY_FACTOR * self._accuracy))
         if self._mixed_error < math.inf:
-            share = self._mixed_error / (SAFETY * self._accuracy)
-            return min(plain, by * math.pow(share, 0.5 / self._power))
-        # What remains after the second power of the step is the more the less waves are resolved.
-        assert self.content is not None
-        z = self.content.omega * float(self._t[-1] - self._t[0]) / (self._base * by)
-        mixed = by * math.sqrt(math.sqrt(self._raw * z**2 / (SAFETY * self._accuracy)))
-        return plain if plain < WORTH * mixed else max(mixed, ONCE_MORE * by)
+            ratio = self._mixed_error / (SAFETY_FACTOR * self._accuracy)
+            return min(plain, by * math.pow(ratio, 0.5 / self._power))
+        # The error after extrapolation is larger the less waves are resolved.
+        assert self.dominant is not None
+        z = self.dominant.omega * float(self._t[-1] - self._t[0]) / (self._base * by)
+        mixed = by * math.sqrt(math.sqrt(self._raw * z**2 / (SAFETY_FACTOR * self._accuracy)))
+        return plain if plain < MIN_GAIN_RATIO * mixed else max(mixed, MIN_EXTRA_RATIO * by)
 
     def _following(self, by: float, wanted: float) -> int:
-        if self._convergence.stuck:
-            return math.ceil(STRIDE * by)
-        return math.ceil(min(max(wanted, LEAST * by), MOST * by))
+        if self._convergence.stagnant_runs:
+            return math.ceil(STAGNANT_STEP_RATIO * by)
+        return math.ceil(min(max(wanted, MIN_STEP_RATIO * by), MAX_STEP_RATIO * by))
 
 
 def first_step(system: System, length: float, local_error: float) -> float:
-    """Return a step that is surely short; good ones grow from it.
+    """Return a first step that is certainly short; steps grow from it.
 
-    It moves no faster point than the root of what a step of the error allowed and of unit rate of
-    acceleration would, and is a thousandth of the run [s] at most.
+    At most a thousandth of the run, and so short that the allowed error bounds the displacement by
+    the velocity and by a unit rate of acceleration [s].
     """
     speed = float(np.max(np.abs(system.v0)))
     step = 1e-3 * length

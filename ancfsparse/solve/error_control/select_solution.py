@@ -1,7 +1,7 @@
-"""Runs that meet an accuracy: whole motions are compared, and the error of the last is estimated.
+"""Error-controlled runs: select a candidate, integrate, and estimate the error of the result.
 
-A local error estimate shows where steps must be short; only a comparison of two motions shows what
-the local errors add up to.
+A local error estimate controls the steps; only the comparison of two motions shows the accumulated
+error.
 """
 
 from __future__ import annotations
@@ -43,14 +43,14 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-MOST_RUNS = 20
-# Second order, damps what the steps cannot follow, and forgets what a change of step leaves.
-USUAL = GeneralizedAlpha(0.9)
-# Errors up to so many times the accuracy are of use to other ways.
-USEFUL = 100.0
-NOISE = 1e-13  # rounding of a position after many steps, over the size of the scene
-# What the last run needs at least, over the smallest error of all, where rounding ended it.
-CLEAR = 5.0
+MAX_RUNS = 20
+# Second order, with damping of unresolved vibrations and of the effects of a step-size change.
+DEFAULT_IMPLICIT = GeneralizedAlpha(0.9)
+MAX_USEFUL_ERROR = 100.0  # error over the accuracy, up to which other candidates can use a run
+ROUNDING_RATIO = 1e-13  # rounding of a position after many steps, over the size of the scene
+MIN_CLEAR_ERROR = (
+    5.0  # accuracy that a message suggests over the smallest error, where rounding ended a run
+)
 
 
 def check_accuracy(
@@ -61,22 +61,21 @@ def check_accuracy(
     solver: Method | str,
     max_halvings: int = 0,
 ) -> None:
-    """Refuse what does not go together with an accuracy.
+    """Check that options of a run are compatible with an accuracy.
 
     Raises
     ------
     InputError
-        For an accuracy larger than the scene, for a tolerance or halvings of its own, an
-        inverse that outlives its factor, or an integrator whose
-        steps cannot be changed: one that keeps energy, one of first order, or the trapezoidal rule
-        with multipliers, in which it keeps for ever what a change of step leaves in them; for an
-        explicit one where there are multipliers or damping.
+        For an accuracy larger than the scene; a tolerance or halvings; an inverse that is never
+        renewed; an integrator of first order or one that conserves energy; the trapezoidal rule
+        with multipliers, in which the effect of a step-size change never decays; an explicit one
+        that cannot handle multipliers or damping of the scene.
     """
     check_positive("accuracy", accuracy, "m")
     extent = _extent(system)
     if accuracy > extent:
         raise InputError(
-            "{accuracy} is more than the scene, which measures {extent:.6g} m: ask for less, such "
+            "{accuracy} exceeds the size of the scene ({extent:.6g} m): use a smaller value, such "
             "as {less:.1g} m",
             accuracy=Parameter("accuracy", f"{accuracy:.6g} m"),
             extent=extent,
@@ -84,31 +83,31 @@ def check_accuracy(
         )
     if max_halvings:
         raise InputError(
-            f"accuracy={accuracy:g} shortens steps by itself, as often as it takes: leave out "
+            f"accuracy={accuracy:g} shortens steps as needed: leave out "
             f"max_halvings={max_halvings}, or give dt and no accuracy"
         )
     if tolerance != "default":
         raise InputError(
-            f"accuracy={accuracy:g} sets the tolerance of the iteration by itself: leave out "
+            f"accuracy={accuracy:g} sets the tolerance of the iteration: leave out "
             f"tolerance={tolerance!r}, or give dt and no accuracy"
         )
     if integrator is not None and integrator.order == 1:
         raise InputError(
-            "{integrator!r} is of first order, whose error cannot be had from its steps: take "
+            "{integrator!r} is of first order and has no error estimate: use "
             "HHT(alpha), {implicit} or Newmark(0)",
             integrator=integrator,
             implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", separator=""),
         )
     if system.prescribed.differences:
         raise InputError(
-            f"accuracy={accuracy:g} needs the rates of what moves as prescribed, and "
+            f"accuracy={accuracy:g} needs the rates of prescribed motions, and "
             f"{system.prescribed.differences} has none: give rate and second_rate, or a smooth "
             "Ramp or Sine"
         )
     if integrator is not None and integrator.keeps_energy:
         raise InputError(
-            "{accuracy} changes steps by an error estimate, which {integrator!r} does not make: "
-            "take {implicit}, or give {dt} and no {name}",
+            "{accuracy} changes steps by an error estimate, which {integrator!r} does not have: "
+            "use {implicit}, or give {dt} and no {name}",
             accuracy=Parameter("accuracy", f"{accuracy:g}", "="),
             integrator=integrator,
             implicit=Parameter("integrator", "GeneralizedAlpha(rho_inf)", separator=""),
@@ -120,21 +119,21 @@ def check_accuracy(
         check_explicit_scene(system, integrator)
     if system.n_multipliers and integrator == Newmark(0.0):
         raise InputError(
-            "{accuracy} changes steps, and the trapezoidal rule keeps for ever what that leaves "
-            "in the forces of the {first}: take {implicit}",
+            "{accuracy} changes steps, and with the trapezoidal rule the effect on the forces of "
+            "the {first} never decays: use {implicit}",
             accuracy=Parameter("accuracy", f"{accuracy:g}", "="),
             first=system.constraints.labels[0],
             implicit=Parameter("integrator", "GeneralizedAlpha(0.9)", "="),
         )
     if not isinstance(solver, str) and solver.is_dense:
         raise InputError(
-            f"accuracy={accuracy:g} needs a factor that is renewed as the body moves, and "
-            f"{solver!r} keeps its first: take solver='auto' or a number of pairs"
+            f"accuracy={accuracy:g} needs a factor that is renewed during the motion, and "
+            f"{solver!r} keeps its first: use solver='auto' or a number of pairs"
         )
     if not isinstance(solver, str) and solver.frame == "rotating":
         raise InputError(
-            f"accuracy={accuracy:g} estimates errors with a factor of the body as it lies, which "
-            "a rotating one is not: leave out seed_frame='rotating'"
+            f"accuracy={accuracy:g} estimates errors with a factor in fixed directions: leave out "
+            "seed_frame='rotating'"
         )
 
 
@@ -146,126 +145,131 @@ def solve_accurately(
     solver: Method | str,
     max_energy_gain: float,
     progress: bool,
-    attempts: BestSolution,
+    solution: BestSolution,
 ) -> None:
-    """March whole motions with ever smaller errors until two of them agree well enough.
+    """Integrate whole motions with decreasing errors until the estimate meets the accuracy.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     t : (k,) float
-        Times asked for, the first one that of the start [s].
+        Output times from the start on [s].
     accuracy : float
         Largest error of the position of a node at these times [m].
     integrator : Implicit, Explicit or None
-        None takes whichever is cheapest.
+        None selects the cheapest.
     solver, max_energy_gain, progress
         As in `simulate`.
-    attempts : Attempts
-        Takes the motions, the counts of all runs together, and the error of the best.
+    solution : BestSolution
+        Stores the motions, the statistics of all runs, and the error of the best.
 
     Raises
     ------
     InputError
         If rounding alone is above the accuracy.
     AccuracyError
-        If the error does not go down with the steps, or only their rounding is left of it.
+        If the error does not decrease with the steps, or is rounding.
     StepError, EnergyIncreaseError, InstabilityError
-        If no step is short enough.  They count the steps of the last run alone.
+        If no step is short enough; with the number of steps of the last run.
     """
     size = largest_coordinate(system)
-    if accuracy < NOISE * size:
+    if accuracy < ROUNDING_RATIO * size:
         raise InputError(
-            "{accuracy} is below what double precision can hold in a scene of {size:.3g} m, about "
-            "{least:.2g} m: ask for more than that",
+            "{accuracy} is below the rounding of double precision in a scene of {size:.3g} m, "
+            "about {least:.2g} m: use a larger value",
             accuracy=Parameter("accuracy", f"{accuracy:.3g} m"),
             size=size,
-            least=NOISE * size,
+            least=ROUNDING_RATIO * size,
         )
-    begin, total = time.perf_counter(), attempts.stats
-    ways = _ways(system, t, accuracy, integrator, solver, max_energy_gain, attempts)
-    best = ways[0]
+    begin, total = time.perf_counter(), solution.stats
+    candidates = _candidates(system, t, accuracy, integrator, solver, max_energy_gain, solution)
+    best = candidates[0]
     with progress_bar("run", progress) as bar:
         while total.error > accuracy:
-            costs = [way.forecast() for way in ways]
+            costs = [candidate.predicted_cost() for candidate in candidates]
             first = int(np.argmin(costs))
-            way, others = ways[first], min(costs[:first] + costs[first + 1 :], default=math.inf)
-            # No other way leads where exact waves do not converge.
-            hopeless = isinstance(ways[0], ExplicitCandidate) and isinstance(
-                ways[0].failure, AccuracyError
+            candidate = candidates[first]
+            others = min(costs[:first] + costs[first + 1 :], default=math.inf)
+            # If explicit waves do not converge, no other candidate does.
+            is_hopeless = isinstance(candidates[0], ExplicitCandidate) and isinstance(
+                candidates[0].failure, AccuracyError
             )
-            if hopeless or costs[first] == math.inf or total.runs >= MOST_RUNS:
-                for each in ways:
-                    each.warn()
-                raise _failure(ways, accuracy, total)
+            if is_hopeless or costs[first] == math.inf or total.runs >= MAX_RUNS:
+                for other in candidates:
+                    other.warn()
+                raise _candidate_error(candidates, accuracy, total)
             try:
-                way.advance(others)
+                candidate.advance(others)
             finally:
-                add_counts(total, way.running)
+                add_counts(total, candidate.last_stats)
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
-                attempts.finish()
-            if way.error < USEFUL * accuracy:
-                for other in ways:
-                    if other is not way:
-                        other.receive(way.content, way.states)
-            bar.update(way.running.runs)
-            bar.set_postfix_str(f"error {way.error:.1e} m")
-            if way.states is not None and way.error <= total.error:
-                total.error, total.solver = way.error, _reason(way, ways, costs)
-                attempts.keep(way.states)
-                best = way
-            # The rounding of a step is about that of the largest coordinate.  In n steps it adds up
-            # to about root n times as much.  Shorter steps only add to it, and take ever longer.
-            rounding = EPSILON * size * math.sqrt(max(way.steps, 1))
+                solution.finish()
+            if candidate.error < MAX_USEFUL_ERROR * accuracy:
+                for other in candidates:
+                    if other is not candidate:
+                        other.receive(candidate.dominant, candidate.states)
+            bar.update(candidate.last_stats.runs)
+            bar.set_postfix_str(f"error {candidate.error:.1e} m")
+            if candidate.states is not None and candidate.error <= total.error:
+                total.error, total.solver = candidate.error, _reason(candidate, candidates, costs)
+                solution.keep(candidate.states)
+                best = candidate
+            # The rounding of a step is relative to the largest coordinate and grows with the root
+            # of the number of steps, so shorter steps only add to it.
+            rounding = EPSILON * size * math.sqrt(max(candidate.steps, 1))
             if accuracy < min(rounding, total.error) and total.error < math.inf:
-                raise AccuracyError(accuracy, total.error, total.runs, CLEAR * total.error)
+                raise AccuracyError(
+                    accuracy, total.error, total.runs, MIN_CLEAR_ERROR * total.error
+                )
     best.warn()
 
 
-def _ways(
+def _candidates(
     system: System,
     t: Vector,
     accuracy: float,
     integrator: Implicit | Explicit | None,
     solver: Method | str,
     max_energy_gain: float,
-    attempts: BestSolution,
+    solution: BestSolution,
 ) -> list[ImplicitCandidate | ExplicitCandidate]:
-    """Return the ways that a scene and what was asked for leave open."""
+    """Return the candidates that the scene and the arguments allow."""
     discontinuities = LoadDiscontinuities(system.loads, float(t[0]), float(t[-1]))
-    ways: list[ImplicitCandidate | ExplicitCandidate] = []
+    candidates: list[ImplicitCandidate | ExplicitCandidate] = []
     spectrum = ModalSpectrum.of(system, discontinuities, float(t[-1]))
     force_cost = 0.0
-    these = [integrator] if isinstance(integrator, Explicit) else _explicit(system)
-    if isinstance(integrator, Explicit) or (integrator is None and solver == "auto" and these):
+    methods = [integrator] if isinstance(integrator, Explicit) else _explicit_integrators(system)
+    if isinstance(integrator, Explicit) or (integrator is None and solver == "auto" and methods):
         explicit = ExplicitCandidate(
-            system, t, accuracy, these, max_energy_gain, discontinuities, attempts.watch, spectrum
+            system, t, accuracy, methods, max_energy_gain, discontinuities, solution.watch, spectrum
         )
-        ways, force_cost = [explicit], explicit.force_cost
+        candidates, force_cost = [explicit], explicit.force_cost
     if not isinstance(integrator, Explicit):
-        given = (
+        arguments = (
             system,
             t,
             accuracy,
-            integrator or USUAL,
+            integrator or DEFAULT_IMPLICIT,
             solver,
             max_energy_gain,
-            attempts.stats.threads,
+            solution.stats.threads,
             discontinuities,
-            attempts.watch,
+            solution.watch,
             force_cost,
         )
         plan = StepPlan.of(spectrum, discontinuities, float(t[-1] - t[0]))
-        implicit = ImplicitCandidate(*given) if plan is None else UniformStepCandidate(plan, *given)
-        ways.append(implicit)
-    return ways
+        if plan is None:
+            candidates.append(ImplicitCandidate(*arguments))
+        else:
+            candidates.append(UniformStepCandidate(plan, *arguments))
+    return candidates
 
 
-def _explicit(system: System) -> list[Explicit]:
-    """Return the explicit integrators that take a scene, by ascending order."""
+def _explicit_integrators(system: System) -> list[Explicit]:
+    """Return the explicit integrators for a scene, by ascending order."""
     if system.depends_on_reactions or any(
-        each.is_sliding for _, _, each in system.constraints.measures
+        term.is_sliding for _, _, term in system.constraints.measures
     ):
         return []
     if not system.n_multipliers and not system.damped:
@@ -274,36 +278,38 @@ def _explicit(system: System) -> list[Explicit]:
 
 
 def _reason(
-    way: ImplicitCandidate | ExplicitCandidate,
-    ways: list[ImplicitCandidate | ExplicitCandidate],
+    candidate: ImplicitCandidate | ExplicitCandidate,
+    candidates: list[ImplicitCandidate | ExplicitCandidate],
     costs: list[float],
 ) -> str:
-    """Explain what was chosen, and why, by what was expected of each way before the last run."""
-    taken = f"{way.name} in {way.steps} steps"
-    other = next((each for each in ways if each is not way), None)
+    """Explain the choice of a candidate by the costs predicted before the last run."""
+    run = f"{candidate.name} in {candidate.steps} steps"
+    other = next((x for x in candidates if x is not candidate), None)
     if other is None:
-        return f"{taken}: the only applicable method"
-    mine, its = (costs[ways.index(each)] for each in (way, other))
+        return f"{run}: the only applicable method"
+    cost, other_cost = (costs[candidates.index(x)] for x in (candidate, other))
     if other.failure is not None:
-        return f"{taken}: selected as {other.name} failed"
-    if mine == 0.0:
-        return f"{taken}: its steps are so long that no other method was tried"
-    return f"{taken}: expected to cost {mine / its:.2g} times as much as {other.name} by counts"
+        return f"{run}: selected as {other.name} failed"
+    if cost == 0.0:
+        return f"{run}: its steps are so long that no other method was tried"
+    return (
+        f"{run}: expected to cost {cost / other_cost:.2g} times as much as {other.name} by counts"
+    )
 
 
-def _failure(
-    ways: list[ImplicitCandidate | ExplicitCandidate], accuracy: float, total: RunStats
+def _candidate_error(
+    candidates: list[ImplicitCandidate | ExplicitCandidate], accuracy: float, total: RunStats
 ) -> Exception:
-    """Return why no way led to the accuracy."""
-    for way in ways:
-        if isinstance(way.failure, StepError | InputError | LoadError):
-            return way.failure
+    """Return the error if no candidate meets the accuracy."""
+    for candidate in candidates:
+        if isinstance(candidate.failure, StepError | InputError | LoadError):
+            return candidate.failure
     return AccuracyError(accuracy, total.error, total.runs)
 
 
 def _extent(system: System) -> float:
     """Return the largest side of the box around all nodes in the reference shape [m]."""
-    places = [body.corners for body in system.scene.bodies]
-    low = np.min([each.min(axis=0) for each in places], axis=0)
-    high = np.max([each.max(axis=0) for each in places], axis=0)
+    corners = [body.corners for body in system.scene.bodies]
+    low = np.min([points.min(axis=0) for points in corners], axis=0)
+    high = np.max([points.max(axis=0) for points in corners], axis=0)
     return float(np.max(high - low))

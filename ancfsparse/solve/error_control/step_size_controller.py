@@ -1,6 +1,6 @@
-"""A march whose step follows the motion: grown, cut and tried again by a local error estimate.
+"""Step-size control by a local error estimate.
 
-What steps it took is a pattern, which another run can take with each step divided.
+The steps that were taken form a pattern, which another run can repeat with each step divided.
 """
 
 from __future__ import annotations
@@ -35,72 +35,69 @@ from ancfsparse.solve.stepping.step_size_change import StepSizeChange
 from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
-# Steps of one length in a row, (step [s], how many), for each span of smooth loads.
+# Equal steps in a row, (step [s], number), for each interval of smooth loads.
 Pattern = list[list[tuple[float, int]]]
 
-# Steps change by powers of the root of two, and seldom: the seed of a step serves the next ones.
-RATIO = math.sqrt(2.0)
-# Steps in a row that must be easy before they grow, and steps that are taken in one go at most.
-PATIENCE, CHUNK, COORDINATES = 8, 500, 4_000_000
-# So many steps before the end of a span they are made such that the last one ends there.
-LANDING = 8
-# A step may grow if the larger one would have this share of the error allowed.
-SAFETY = 0.7
-# In the first steps a step may grow by so many powers at once.
-OPENING, MOST_LEVELS = 64, 2
-# Steps that are given are taken in so many parts at least, so that there is something to hand on.
-PARTS = 8
-# Steps from one look at their cost to the next.
-LOOK = 16
-# Share of a step's error that the iteration may leave.
-ITERATION_SHARE = 0.03
-SHORTEST = 1e-10  # a step, over the length of the run
-MOST_EVENTS = 1000  # that are kept, as where steps have one length
-WHOLE = 1e-9  # rounding of a number of steps, over it
+STEP_RATIO = math.sqrt(
+    2.0
+)  # by powers of which steps change, seldom, so that a seed serves several
+N_EASY_STEPS = 8  # easy steps in a row before they grow
+MAX_CHUNK = 500  # steps taken together
+MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them
+N_LAST_STEPS = 8  # steps before the end of an interval, adjusted to hit the end exactly
+SAFETY_FACTOR = 0.7  # error of a larger step over the allowed one, below which steps grow
+N_FIRST_STEPS = 64  # first steps, which may grow faster
+MAX_FIRST_LEVELS = 2  # powers of the ratio by which they grow at once
+MIN_PARTS = 8  # parts of a given pattern, so that intermediate states are passed on
+N_STEPS_PER_CHECK = 16  # steps between checks of their cost
+ITERATION_RATIO = 0.03  # remaining error of the iteration over the error of a step
+MIN_STEP = 1e-10  # step over the duration of the run
+MAX_EVENTS = 1000  # listed events
+STEP_ROUNDING = 1e-9  # relative rounding of a number of steps
 
 
-class OverBudget(Exception):
-    """A run has cost what it may."""
+class BudgetExceeded(Exception):
+    """A run has exceeded its budget."""
 
 
 class StepSizeController:
-    """One run with a local error per step, or with the steps of another run, divided.
+    """One run with a bounded local error, or with the divided steps of another run.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     integrator : Implicit
         A scheme of second order.
     solver : Method or "auto"
-        How steps are solved.
+        Nonlinear solver.
     local_error : float
-        Error that a step may make, root mean square weighted by mass [m].
+        Allowed error of a step, root mean square weighted by mass [m].
     dt : float
         First step [s].
     t : (k,) float
-        Times asked for, the first one that of the start [s].
+        Output times, from the start on [s].
     max_energy_gain, threads
         As in `simulate`.
-    discontinuities : Breaks, optional
-        Times that steps end at because the loads jump or kink there.
+    discontinuities : LoadDiscontinuities, optional
+        Discontinuities of the loads, at which steps end.
     watch : callable, optional
-        Is given the states whenever there are more of them.
+        Called with the states whenever more are known.
     pattern : list, optional
-        Steps to take, with no regard to their error.
+        Steps to take, regardless of their error.
     left : float, optional
-        Error that the iteration of a step may leave [m]; by default a small share of its own.
+        Remaining error of the iteration in a step [m]; by default a fraction of the local error.
     kept : float, optional
-        The same over the square of the step [m/s^2], where it must fall with it.
+        The same over the square of the step [m/s^2], if it must decrease with it.
     budget : float, optional
-        Cost, as `CostModel` models it, at which the run ends with `OverBudget`.
+        Cost by `CostModel` at which the run ends with `BudgetExceeded`.
 
     Attributes
     ----------
     pattern : list
-        The steps that were taken.
-    cost_model : Price
-        Of an evaluation, a solution, a factor.
+        The steps taken.
+    cost_model : CostModel
+        Costs of a residual, a solution and a factor.
     """
 
     def __init__(
@@ -132,33 +129,33 @@ class StepSizeController:
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
         self.cost_model = CostModel.of(system, integrator, self.seed)
-        self._left = ITERATION_SHARE * local_error if left is None else left
+        self._left = ITERATION_RATIO * local_error if left is None else left
         self._kept = kept
         self._bound(self.dt)
         error = abs(integrator.velocity_constant)  # the position's is the same, 1/12 + shift^2 / 4
-        limit, easy = local_error, SAFETY * local_error / RATIO**3
+        limit, easy = local_error, SAFETY_FACTOR * local_error / STEP_RATIO**3
         if pattern is not None:
             limit, easy = math.inf, -1.0
-        self.march.control(self.seed, _weights(system), error, limit, easy, PATIENCE)
+        self.march.control(self.seed, _mass_weights(system), error, limit, easy, N_EASY_STEPS)
         q, _, _, lam = self.march.state
         self.states = SampledStates.empty(t, system.n_all, system.n_multipliers)
         self.states.begin(q, system.v0, a, lam)
         self._passage = StepSizeChange(system, integrator, self.march, self.seed)
-        self._effort = StepCostMonitor(self.cost_model, RATIO)
+        self._effort = StepCostMonitor(self.cost_model, STEP_RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
-        chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
+        chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
         widths = (*(system.n_all,) * 3, system.n_multipliers)
         self._buffer = [np.empty((chunk + 1, width)) for width in widths]
 
     def run(self) -> SampledStates:
-        """March through all times asked for.
+        """Integrate over all output times.
 
         Raises
         ------
         StepError, EnergyIncreaseError
             Without a trajectory.
-        OverBudget
-            If the run has cost what it may.
+        BudgetExceeded
+            If the run has exceeded its budget.
         """
         t_end = float(self.states.t[-1])
         t_start = self.system.t0
@@ -188,45 +185,45 @@ class StepSizeController:
         self.stats.solves += self._passage.factors
 
     def _follow(self, now: float, upto: float, begin: float, end: float) -> None:
-        """Take steps of the error allowed through a span of smooth loads."""
+        """Take steps with the allowed error over an interval of smooth loads."""
         cruise = self.dt
         while now < upto:
             if (upto - now) / self.dt > MOST_STEPS:
                 raise InputError(
-                    "a run to {end} would take more than {most:.0e} steps of {dt:.2g} s: ask for "
-                    "a shorter time",
+                    "a run to {end} would take more than {most:.0e} steps of {dt:.2g} s: use a "
+                    "shorter time",
                     end=Parameter("t_end", f"{self.states.t[-1]:g} s"),
                     most=MOST_STEPS,
                     dt=self.dt,
                 )
-            n = math.ceil((upto - now) / self.dt * (1.0 - WHOLE))
-            if n <= LANDING:
-                if abs(n * self.dt - (upto - now)) > WHOLE * (upto - now):
+            n = math.ceil((upto - now) / self.dt * (1.0 - STEP_ROUNDING))
+            if n <= N_LAST_STEPS:
+                if abs(n * self.dt - (upto - now)) > STEP_ROUNDING * (upto - now):
                     cruise = max(cruise, self.dt)
                     self._change((upto - now) / n, now)
-                wanted = n
+                n_next = n
             else:
-                wanted, cruise = n - LANDING, self.dt
-            now, outcome = self._advance(now, min(wanted, LOOK), n, upto, begin, end)
-            fine = outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
-            if fine and n > LANDING and self._hard():
-                self._change(self.dt / RATIO, now)
+                n_next, cruise = n - N_LAST_STEPS, self.dt
+            now, outcome = self._advance(now, min(n_next, N_STEPS_PER_CHECK), n, upto, begin, end)
+            is_taken = outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
+            if is_taken and n > N_LAST_STEPS and self._is_hard():
+                self._change(self.dt / STEP_RATIO, now)
                 continue
             if outcome == Outcome.CONVERGED:
                 continue
-            shortest = SHORTEST * (self.states.t[-1] - self.states.t[0])
-            hopeless = self.dt < shortest and outcome != Outcome.MAY_GROW
-            if outcome in (Outcome.GAINED_ENERGY, Outcome.HAD_GAINED) or hopeless:
+            shortest = MIN_STEP * (self.states.t[-1] - self.states.t[0])
+            is_shortest = self.dt < shortest and outcome != Outcome.MAY_GROW
+            if outcome in (Outcome.GAINED_ENERGY, Outcome.HAD_GAINED) or is_shortest:
                 raise self._stopped(outcome, now)
-            if outcome == Outcome.MAY_GROW and upto - now < LANDING * self.dt * RATIO:
+            if outcome == Outcome.MAY_GROW and upto - now < N_LAST_STEPS * self.dt * STEP_RATIO:
                 continue
             dt = self._grown() if outcome == Outcome.MAY_GROW else self._shorter(outcome)
             if dt == self.dt:
                 continue
             if outcome not in (Outcome.MAY_GROW, Outcome.TOO_INACCURATE):
-                what, step = f"step of {dt:.3g} s", self.stats.steps + 1
+                name, step = f"step of {dt:.3g} s", self.stats.steps + 1
                 rate = self.iteration.contraction
-                self.note([Event(step, now + self.dt, what, CAUSE_NAMES[outcome], rate)])
+                self.note([Event(step, now + self.dt, name, CAUSE_NAMES[outcome], rate)])
             self._change(dt, now)
             cruise = dt
         if cruise != self.dt and upto < self.states.t[-1]:
@@ -235,12 +232,12 @@ class StepSizeController:
     def _repeat(
         self, rows: list[tuple[float, int]], now: float, upto: float, begin: float, end: float
     ) -> None:
-        """Take the steps given through a span of smooth loads."""
+        """Take given steps over an interval of smooth loads."""
         for k, (dt, steps) in enumerate(rows):
             if dt != self.dt:
                 self._change(dt, now)
             last = now + steps * dt if k + 1 < len(rows) else upto
-            part = max(LOOK, steps // PARTS)
+            part = max(N_STEPS_PER_CHECK, steps // MIN_PARTS)
             while steps:
                 taken = self.stats.steps
                 now, outcome = self._advance(now, min(steps, part), steps, last, begin, end)
@@ -249,15 +246,15 @@ class StepSizeController:
                     raise self._stopped(outcome, now)
 
     def _advance(
-        self, now: float, wanted: int, left: int, upto: float, begin: float, end: float
+        self, now: float, wanted: int, remaining: int, upto: float, begin: float, end: float
     ) -> tuple[float, Outcome]:
-        """Take steps, of those that are left to a time; return the time after them.
+        """Take some of the remaining steps to a time; return the time after them.
 
-        Loads are evaluated between the begin and the end of their span alone.
+        Loads are evaluated only in their interval.
         """
         wanted = min(wanted, len(self._buffer[0]) - 1)
         times = now + self.dt * np.arange(wanted + 1.0, dtype=np.float64)
-        if wanted == left:
+        if wanted == remaining:
             times[-1] = upto
         for table, start in zip(self._buffer, self.march.state, strict=True):
             table[0] = start
@@ -275,11 +272,11 @@ class StepSizeController:
             rows = slice(0, taken + 1)
             self.states.fill(times[rows], *(table[rows] for table in self._buffer))
             self.stats.steps += taken
-            mine = self.pattern[-1]
-            if mine and mine[-1][0] == self.dt:
-                mine[-1] = (self.dt, mine[-1][1] + taken)
+            taken_steps = self.pattern[-1]
+            if taken_steps and taken_steps[-1][0] == self.dt:
+                taken_steps[-1] = (self.dt, taken_steps[-1][1] + taken)
             else:
-                mine.append((self.dt, taken))
+                taken_steps.append((self.dt, taken))
             if self._watch is not None:
                 self._watch(self.states)
         self._count_budget()
@@ -289,11 +286,11 @@ class StepSizeController:
         if self._budget < math.inf:
             self._count()
             if self.cost_model.of_run(self.stats) > self._budget:
-                raise OverBudget
+                raise BudgetExceeded
 
     def note(self, found: list[Event]) -> None:
-        """List events, the first thousand."""
-        self.stats.events += found[: MOST_EVENTS - len(self.stats.events)]
+        """Add events to the list, up to `MAX_EVENTS`."""
+        self.stats.events += found[: MAX_EVENTS - len(self.stats.events)]
 
     def _stopped(self, outcome: Outcome, now: float) -> Exception:
         return step_error(
@@ -310,30 +307,30 @@ class StepSizeController:
         )
 
     def _grown(self) -> float:
-        """Return the step after easy ones: longer, unless such steps were hard to solve."""
+        """Return the step after easy ones: longer, unless such steps had a high cost."""
         if not self._effort.may_grow(self.stats.steps):
             return self.dt
         levels = 1
-        if self.stats.rejected_steps == 0 and self.stats.steps < OPENING:
-            levels = max(1, min(MOST_LEVELS, self._levels()))
-        return self.dt * RATIO**levels
+        if self.stats.rejected_steps == 0 and self.stats.steps < N_FIRST_STEPS:
+            levels = max(1, min(MAX_FIRST_LEVELS, self._levels()))
+        return self.dt * STEP_RATIO**levels
 
-    def _hard(self) -> bool:
-        """Whether the last steps cost so much that more and shorter ones may cost less."""
+    def _is_hard(self) -> bool:
+        """Return whether the last steps cost so much that shorter ones may cost less."""
         self._count()
         return self._effort.too_large(self.stats)
 
     def _levels(self) -> int:
-        """Return by how many roots of two the step may change for the error of the last one."""
+        """Return the powers of the ratio by which the step may change, by the last error."""
         error = max(self.march.step_error, np.finfo(float).tiny)
-        ratio = (SAFETY * self.local_error / error) ** (1.0 / 3.0)
-        return math.floor(math.log(ratio, RATIO))
+        ratio = (SAFETY_FACTOR * self.local_error / error) ** (1.0 / 3.0)
+        return math.floor(math.log(ratio, STEP_RATIO))
 
     def _shorter(self, outcome: Outcome) -> float:
-        """Return the step to try again with."""
+        """Return the step for another attempt."""
         if outcome == Outcome.TOO_INACCURATE:
             self.stats.rejected_steps += 1
-            return self.dt * RATIO ** max(-6, min(-1, self._levels()))
+            return self.dt * STEP_RATIO ** max(-6, min(-1, self._levels()))
         return self.dt / 2.0
 
     def _change(self, dt: float, now: float) -> None:
@@ -341,29 +338,29 @@ class StepSizeController:
         self._go_on(dt)
 
     def _go_on(self, dt: float) -> None:
-        """Take up steps of a length after the factor was used for something else."""
+        """Continue with a step after the factor was used for another matrix."""
         self._bound(dt)
         self.iteration.mark_stale()
         self.dt = dt
 
     def _bound(self, dt: float) -> None:
-        """Set what the iteration of a step of this length may leave."""
-        left = min(self._left, self._kept * dt**2)
-        self.iteration.set_tolerance(self.criterion.at(dt, left))
+        """Set the remaining error of the iteration for a step."""
+        error = min(self._left, self._kept * dt**2)
+        self.iteration.set_tolerance(self.criterion.at(dt, error))
 
 
-def divided(pattern: Pattern, by: int) -> Pattern:
+def divide_steps(pattern: Pattern, by: int) -> Pattern:
     """Return a pattern with each step divided."""
     return [[(dt / by, n * by) for dt, n in rows] for rows in pattern]
 
 
-def _weights(system: System) -> Vector:
-    """Return weights of the squares of coordinates that make a mean over the mass, (n_free,)."""
+def _mass_weights(system: System) -> Vector:
+    """Return weights of squared coordinates for a mean over the mass, (n_free,)."""
     mass = system.mass_diagonal
-    places = system.positions
-    total = float(mass[places[places < system.n_free]].sum())
-    if total == 0.0:  # all nodes are held: the mass between them moves by the slopes alone
-        along = np.zeros(system.n_all)
-        along[places[:: system.dim]] = 1.0
-        total = float(along @ system.assembly.inertia(along))
+    positions = system.positions
+    total = float(mass[positions[positions < system.n_free]].sum())
+    if total == 0.0:  # all nodes are constrained: the mass between them moves by the slopes alone
+        uniform = np.zeros(system.n_all)
+        uniform[positions[:: system.dim]] = 1.0
+        total = float(uniform @ system.assembly.inertia(uniform))
     return np.asarray(mass / total)

@@ -23,12 +23,12 @@ class StagnationCheck:
 
     Attributes
     ----------
-    stuck : int
+    stagnant_runs : int
         Runs in a row without progress.
     """
 
     def __init__(self, accuracy: float) -> None:
-        self._accuracy, self._smallest, self.stuck = accuracy, math.inf, 0
+        self._accuracy, self._smallest, self.stagnant_runs = accuracy, math.inf, 0
 
     def add(self, error: float, is_stagnant: bool = False) -> AccuracyError | None:
         """Add the error of a run; return an error after too many runs without progress.
@@ -41,8 +41,8 @@ class StagnationCheck:
             Whether the run shows otherwise that there is no progress.
         """
         is_stagnant = is_stagnant or error > MIN_DECREASE * self._smallest
-        self.stuck = self.stuck + 1 if is_stagnant else 0
+        self.stagnant_runs = self.stagnant_runs + 1 if is_stagnant else 0
         self._smallest = min(self._smallest, error)
-        if self.stuck < MAX_STAGNANT_RUNS:
+        if self.stagnant_runs < MAX_STAGNANT_RUNS:
             return None
         return AccuracyError(self._accuracy, self._smallest, MAX_STAGNANT_RUNS)

@@ -267,7 +267,7 @@ def undamped_velocities(system: System, seed: Seed, scale: float) -> Vector:
     seed : SparseSeed or IncompleteSeed
         On the pattern of the system; afterwards it holds the factor of this matrix.
     scale : float
-        Change of a velocity over that of the new acceleration [s].
+        Change of a velocity over the change of the acceleration [s].
     """
     if not system.damped or not system.v0.any():
         return system.v0

@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 N_SAMPLES = 513  # times of the first level
 MAX_EXAMINED_TIMES = 3  # intervals with the largest change of the acceleration, which are refined
 N_LEVELS = 6  # levels of refinement
-REFINEMENT_RATIO = 4  # interval between times of a level over that of the next
+REFINEMENT_RATIO = 4  # interval between times of a level over the next level
 N_FINER_SAMPLES = 17  # times of a finer level
 # A smooth motion changes by a quarter from one level to the next, 2e-4 over all of them.
 MIN_JUMP_RATIO = 0.3  # change over one interval on the finest level, over the largest, of a jump

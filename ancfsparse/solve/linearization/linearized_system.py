@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 # With it redundant constraints cause no zero pivot, and frequencies change by less than rounding.
-RELATIVE_FLEXIBILITY = 1e-10  # of a constraint, over that of the coordinates in it
-RELATIVE_PENALTY = 1e3  # stiffness of penalty springs, over that of the coordinates in a constraint
+RELATIVE_FLEXIBILITY = 1e-10  # of a constraint, relative to the coordinates in it
+RELATIVE_PENALTY = 1e3  # stiffness of penalty springs, relative to the coordinates in a constraint
 
 
 class LinearizedSystem:

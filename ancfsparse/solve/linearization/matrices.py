@@ -65,7 +65,7 @@ def saddle_seed(system: System) -> SparseSeed:
 def constraint_magnitudes(system: System) -> Vector:
     """Return the sizes of the terms of the constraints, to which rounding is relative, (m,) [m].
 
-    They are those of the reference shape, so that they do not depend on the start of a motion.
+    They belong to the reference shape, so that they do not depend on the start of a motion.
     """
     q, positions = system.q_ref, np.concatenate([np.ravel(x) for x in system.vectors("r")])
     magnitude = np.full(system.n_all, np.max(np.abs(np.delete(q, positions)), initial=1.0))

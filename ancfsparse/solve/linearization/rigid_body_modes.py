@@ -128,7 +128,7 @@ def _assemble_conditions(system: System, parts: list[RigidPart]) -> Conditions:
     unit = np.concatenate([move[2] for move in moves])
     by_mode = sp.block_diag([sp.coo_array(move[1]) for move in moves], format="csr")
     by_part = sp.csr_array((unit, (np.arange(len(unit)), owner)), shape=(len(unit), len(parts)))
-    # The first part with a coordinate defines its motion; that of other parts must be the same.
+    # The first part with a coordinate defines its motion; other parts must have the same.
     _, leader, group = np.unique(index, return_index=True, return_inverse=True)
     other = np.flatnonzero(leader[group] != np.arange(len(index)))
     fixed = np.flatnonzero((index >= system.n_free) & (leader[group] == np.arange(len(index))))

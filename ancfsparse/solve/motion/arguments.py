@@ -34,37 +34,31 @@ from ancfsparse.solve.stepping.state_recorder import check_nodes, check_output
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 
-# Second order, and what the step cannot follow is damped instead of growing (docs/accuracy.md,
-# docs/stability.md): as exact as the trapezoidal rule where that is, and stable where it is not.
-DEFAULT = GeneralizedAlpha(0.9)
-# The start that is found by statics.
-EQUILIBRIUM = "equilibrium"
-# Rotation of a rigid body in a step, beyond which its energy grows with it [rad].
-TURN = 0.07
-
-# States saved where an accuracy and nothing else is given.
-SAVED = 200
-
-# Whole motions that a run to an accuracy keeps in addition to the states to be returned.
-COMPARED = 4
+# Second order, and unresolved vibrations are damped (docs/accuracy.md, docs/stability.md): as
+# accurate as the trapezoidal rule, and stable where that is not.
+DEFAULT_INTEGRATOR = GeneralizedAlpha(0.9)
+EQUILIBRIUM = "equilibrium"  # start from statics
+MAX_ROTATION = 0.07  # rotation of a rigid body in a step, beyond which its energy grows [rad]
+N_SAVED = 200  # states of a run to an accuracy without dt
+N_COMPARED_RUNS = 4  # motions that a run to an accuracy stores in addition to the result
 
 
 @dataclass(frozen=True)
 class Request:
-    """Valid arguments of `simulate`, which describes them.
+    """Checked arguments of `simulate`, which describes them.
 
     Attributes
     ----------
     state : State or None
-        Where the motion starts; None: at t = 0 from the stress-free shape.
-    clock : Clock
+        Initial state; None for the stress-free shape at t = 0.
+    clock : TimeGrid
         Times of the steps.
     n_steps : int
-        Their number.
+        Number of steps.
     named : Implicit, Explicit or None
-        The integrator if the caller has named one.
+        The integrator, if the caller has named one.
     begun : float
-        When the set-up began, by `time.perf_counter` [s].
+        Begin of the set-up, by `time.perf_counter` [s].
     """
 
     scene: Scene
@@ -99,14 +93,14 @@ class Request:
         return np.asarray(self.clock.at(steps))
 
     def memory(self) -> MemoryEstimate:
-        """Estimate what the run needs."""
+        """Estimate the memory of the run."""
         return estimate_memory(
             self.scene,
             self.rows,
             None if self.save_nodes is None else len(self.save_nodes),
             self.output is not None,
             self.solver,
-            whole_runs=0 if self.accuracy is None else COMPARED,
+            whole_runs=0 if self.accuracy is None else N_COMPARED_RUNS,
             matrices=self.integrator.matrices,
             incomplete=self.factorization != "complete"
             and self.accuracy is None
@@ -115,7 +109,7 @@ class Request:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The settings that files contain."""
+        """The settings that files store."""
         return {
             "t_start": None if self.state is None else self.state.t,
             "dt": self.clock.dt,
@@ -159,11 +153,11 @@ def check_request(
         If one of them is invalid.
     """
     check_scene(scene)
-    state = check_start(at_equilibrium(scene, start) if isinstance(start, str) else start)
+    state = check_start(find_start_equilibrium(scene, start) if isinstance(start, str) else start)
     t_start = 0.0 if state is None else state.t
     if accuracy is not None:
         accuracy = check_positive("accuracy", accuracy, "m")
-        dt = (check_positive("t_end", t_end, "s") - t_start) / SAVED if dt is None else dt
+        dt = (check_positive("t_end", t_end, "s") - t_start) / N_SAVED if dt is None else dt
     if dt is None:
         raise InputError(
             "simulate needs a time step or an accuracy: give dt=1e-3 [s], or accuracy=1e-4 [m]"
@@ -187,7 +181,7 @@ def check_request(
         t_end,
         n_steps,
         accuracy,
-        DEFAULT if named is None else named,
+        DEFAULT_INTEGRATOR if named is None else named,
         named,
         solver,
         factorization,
@@ -202,8 +196,8 @@ def check_request(
     )
 
 
-def at_equilibrium(scene: Scene, start: str) -> Equilibrium:
-    """Return the equilibrium of a scene at t = 0, which ``start="equilibrium"`` asks for.
+def find_start_equilibrium(scene: Scene, start: str) -> Equilibrium:
+    """Return the equilibrium of a scene at t = 0 for ``start="equilibrium"``.
 
     Raises
     ------
@@ -216,34 +210,34 @@ def at_equilibrium(scene: Scene, start: str) -> Equilibrium:
     found = statics.solve_static(scene)
     if System(scene).v0.any():
         raise InputError(
-            "start='equilibrium' begins at rest, but the scene has initial velocities: leave them "
-            "or start out"
+            "start='equilibrium' begins at rest, but the scene has initial velocities: leave out "
+            "one of them"
         )
     return found
 
 
-def suited(request: Request, system: System) -> Request:
-    """Return the request with the integrator that "auto" takes for a system at its start.
+def select_integrator(request: Request, system: System) -> Request:
+    """Return the request with the integrator for "auto".
 
-    Rotation of rigid bodies drives a root of generalised-alpha out of the unit circle, and energy
-    grows (docs/theory.md): then it is `EnergyMomentum`, which has no such root.  So does the
-    rotation of the frame they are described in.
+    Rotation of rigid bodies moves a root of generalised-alpha out of the unit circle, so that
+    energy grows (docs/theory.md); rotation of the frame of the scene does too.  `EnergyMomentum`
+    has no such root.
     """
     if request.named is not None or request.accuracy is not None:
         return request
     spin = 0.0
-    for body, places in zip(system.scene.bodies, system.places, strict=True):
+    for body, indices in zip(system.scene.bodies, system.places, strict=True):
         if body.masses is not None:
-            vectors = [places[:, body.kind.columns(name)] for name in body.kind.vectors[1:]]
+            vectors = [indices[:, body.kind.columns(name)] for name in body.kind.vectors[1:]]
             rates = np.linalg.norm(system.v0[np.array(vectors)], axis=-1)
             spin = max(spin, float(np.max(rates)) + system.scene.turning)
-    if spin * request.clock.dt <= TURN:
+    if spin * request.clock.dt <= MAX_ROTATION:
         return request
     return replace(request, integrator=EnergyMomentum())
 
 
 def check_integrator(integrator: object) -> Implicit | Explicit | None:
-    """Return an integrator, None for "auto"; refuse what is neither."""
+    """Return an integrator after checking it, None for "auto"."""
     if isinstance(integrator, Implicit | Explicit):
         return integrator
     if isinstance(integrator, str) and integrator == "auto":

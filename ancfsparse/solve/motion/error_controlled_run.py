@@ -40,7 +40,7 @@ class ErrorControlledRun:
         )
 
     def march(self, recorder: StateRecorder) -> Outcome:
-        """March until the error is small enough."""
+        """Integrate until the error is small enough."""
         request = self._request
         solve_accurately(
             self._system,

@@ -47,7 +47,7 @@ class ExplicitRun(FixedStepRun):
         count_forces(self._stats, self._integrator)
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
-        """Return the error for a run that ended with an outcome."""
+        """Return the error of a run that ended with an outcome."""
         steps = self._stats.steps
         return instability_error(
             self._system,

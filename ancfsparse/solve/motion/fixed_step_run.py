@@ -1,4 +1,4 @@
-"""Steps of one length: taken compiled, recorded, counted, and none lost if a run ends early."""
+"""Fixed-step time loop: advance, record and count steps, and keep them if a run ends early."""
 
 from __future__ import annotations
 
@@ -26,44 +26,41 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Steps that are taken in one go, and rows of loads that are tabulated at once: at most CHUNK, and
-# of large systems so many that about so many coordinates move.
-CHUNK, COORDINATES = 2000, 4_000_000
-
-# Number of coordinates from which memory freed by the set-up is returned: vectors of a megabyte.
-LARGE = 125_000
+MAX_CHUNK = 2000  # steps taken together, whose loads are tabulated at once
+MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them
+MIN_RELEASE_COORDINATES = 125_000  # from which memory freed by the set-up is returned
 
 
-class Failing(Protocol):
-    """An object whose Python code may have failed inside a compiled loop."""
+class PythonSeed(Protocol):
+    """A seed whose Python code may raise an exception in a compiled loop."""
 
     @property
     def error(self) -> BaseException | None:
-        """The exception that it raised there."""
+        """The exception raised there, if any."""
 
 
 class FixedStepRun(ABC):
-    """A run in steps of one length.
+    """A run with a fixed step.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The moving system.
     request : Request
-        The steps, and which of them are recorded.
+        The steps, and the steps to be saved.
     march : Loop
         Compiled loop of the integrator, at the start.
     nonlinear : NonlinearLoop or None
         Compiled loop that solves the equations of a step.
     a : (n_all,) float
-        Accelerations at the start, to be recorded [m/s2, 1/s2].
+        Accelerations at the start [m/s2, 1/s2].
     why : str
-        How the steps are solved.
+        Description of the solution of a step.
     threads : int
-        How many share the work.
+        Number of threads.
     """
 
-    takes_rates = False  # of what equations follow
+    takes_rates = False  # of prescribed motions
 
     def __init__(
         self,
@@ -79,53 +76,53 @@ class FixedStepRun(ABC):
         self._march, self._nonlinear, self._first = march, nonlinear, [a]
         self._stages, self._dt = request.integrator.stages, request.clock.dt
         self._n_steps, self._save_every = request.n_steps, request.save_every
-        self._chunk = max(1, min(CHUNK, COORDINATES // system.n_all))
-        self._soon = 0  # steps after which something is due, 0 if nothing is
+        self._chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
+        self._steps_to_projection = 0  # steps until velocities are projected next, 0 for none
         seconds = {"set-up": time.perf_counter() - request.begun}
         self._stats = RunStats(solver=why, seconds=seconds, threads=threads)
-        # Steps of the run, and of the march, before those whose states are in the buffer; None
-        # while the march stands inside a step.
+        # Steps of the run, and of the time loop, before those whose states are in the buffer; None
+        # while the time loop is inside a step.
         self._before: tuple[int, int] | None = (0, march.steps)
 
     @property
     @abstractmethod
-    def _seeds(self) -> Sequence[Failing]:
-        """The seed; one that is written in Python keeps its exception."""
+    def _seeds(self) -> Sequence[PythonSeed]:
+        """The seeds; one that is written in Python stores its exception."""
 
     @abstractmethod
     def _count_costs(self) -> None:
-        """Update the statistics with the cost of the steps so far."""
+        """Update the statistics with the operations of the steps so far."""
 
     @abstractmethod
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
-        """Return the error for a run that ended with an outcome."""
+        """Return the error of a run that ended with an outcome."""
 
-    def _mend(self, outcome: Outcome) -> Outcome:
-        """Try other ways across a step that failed, or choose another way for the next ones."""
+    def _recover(self, outcome: Outcome) -> Outcome:
+        """Try to recover a failed step, or change the solution of the next ones."""
         return outcome
 
-    def _last_look(self) -> Outcome:
+    def _check_end(self) -> Outcome:
         """Check a run that has taken all its steps."""
         return Outcome.CONVERGED
 
     def _withdraw(self, outcome: Outcome) -> Outcome:
-        """Take back what a failed run must not keep; return what it has failed for."""
+        """Discard the steps that a failed run must not keep; return its outcome."""
         return outcome
 
     def march(self, recorder: StateRecorder) -> Outcome:
-        """Record the start and take the steps; return how they ended.
+        """Record the start and advance all steps; return the outcome.
 
         Raises
         ------
         LoadError
             If a load fails, after the steps before.
         OutputError
-            If there is no room for their states.
+            If the disk is full.
         """
         self._recorder = recorder
         self._record_start()
-        most = min(self._n_steps, self._chunk) // self._save_every + 1
-        self._room = buffer_rows(self._system.n_all, most)
+        rows = min(self._n_steps, self._chunk) // self._save_every + 1
+        self._room = buffer_rows(self._system.n_all, rows)
         self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
         self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
         try:
@@ -144,27 +141,27 @@ class FixedStepRun(ABC):
 
     def _record_start(self) -> None:
         system, first = self._system, self._march.state
-        # Velocity and acceleration that the integrator continues from differ, see solve.start.
+        # Those of the integrator differ, see `consistent_state.starting_state`.
         a = self._first.pop()
         when = np.array([system.t0])
         self._recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])
         del first, a
-        if system.n_all >= LARGE:
+        if system.n_all >= MIN_RELEASE_COORDINATES:
             release_free_memory()
 
     def _run(self) -> Outcome:
         stats, outcome = self._stats, Outcome.CONVERGED
         with progress_bar("step", self._request.progress, self._n_steps) as bar:
             while stats.steps < self._n_steps and outcome == Outcome.CONVERGED:
-                outcome = self._mend(self._advance())
+                outcome = self._recover(self._advance())
                 bar.update(stats.steps - bar.n)
         if outcome != Outcome.CONVERGED:
             self._check_functions(stats.steps + 1)
             return self._withdraw(outcome)
-        return self._withdraw(self._last_look())
+        return self._withdraw(self._check_end())
 
     def _check_functions(self, step: int) -> None:
-        """Raise what a function of the motion has done wrong in a step that failed, if it did."""
+        """Raise the error of a function of the motion in a failed step, if there is one."""
         try:
             self._system.assembly.check()
         except LoadError as failure:
@@ -173,21 +170,21 @@ class FixedStepRun(ABC):
             raise LoadError(reason, time) from failure.__cause__
 
     def _advance(self) -> Outcome:
-        """Take as many steps as are taken in one go."""
+        """Advance one chunk of steps."""
         begin, p = self._stats.steps, len(self._stages)
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
-        most = min(self._soon or self._chunk, self._chunk)
-        wanted = min(most, self._n_steps - begin, room)
-        steps = np.arange(wanted, dtype=np.float64)[:, None] + begin
+        longest = min(self._steps_to_projection or self._chunk, self._chunk)
+        n = min(longest, self._n_steps - begin, room)
+        steps = np.arange(n, dtype=np.float64)[:, None] + begin
         times = self._clock.at(steps, self._stages)
         amplitudes, failure = self._system.inputs(times.ravel(), self.takes_rates)
-        wanted = len(amplitudes) // p
+        n = len(amplitudes) // p
         self._before = begin, self._march.steps
         clock = time.perf_counter()
         try:
             _, code = self._march.advance(
-                self._nonlinear, wanted, amplitudes, self._save_every, since, *self._buffer
+                self._nonlinear, n, amplitudes, self._save_every, since, *self._buffer
             )
         finally:
             self._stats.march_seconds += time.perf_counter() - clock
@@ -201,7 +198,7 @@ class FixedStepRun(ABC):
         return outcome
 
     def _collect(self) -> None:
-        """Hand on and count what the march has taken; doing so again changes nothing."""
+        """Record and count the steps of the time loop; a repeated call has no effect."""
         if self._before is None or not self._buffer:  # the buffer is freed once all is recorded
             return
         begin, counted = self._before
@@ -212,14 +209,14 @@ class FixedStepRun(ABC):
         self._recorder.append(self._clock.at(numbers), *(table[new] for table in self._buffer))
 
     def _keep_last(self) -> None:
-        """Record the last state too, whatever its number."""
+        """Record the last state, even if its step is not one to be saved."""
         steps = self._stats.steps
         if self._before is not None and self._recorder.rows == steps // self._save_every + 1:
             if steps % self._save_every:
                 self._append_state()
 
     def _count(self) -> None:
-        """Hand on what the steps have cost so far."""
+        """Store statistics and the last state."""
         stats = self._stats
         self._count_costs()
         last = None

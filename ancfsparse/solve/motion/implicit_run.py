@@ -48,12 +48,12 @@ class ImplicitRun(FixedStepRun):
         super().__init__(system, request, ready.march, ready.iteration, ready.a, ready.why, threads)
         self._integrator, self._loop, self._iteration = integrator, ready.march, ready.iteration
         self._solved_with: list[Seed] = [ready.seed]
-        self._back, self._exact = ready.back, list[Event]()
+        self._back, self._switches = ready.back, list[Event]()
         if self._back is not None:
-            self._most, self._chunk = self._chunk, min(self._chunk, FIRST_COMPARISON)
-        self._softening: stepping.CompliantConstraints | None = None
+            self._full_chunk, self._chunk = self._chunk, min(self._chunk, FIRST_COMPARISON)
+        self._compliant: stepping.CompliantConstraints | None = None
         if system.n_multipliers and any(body.masses is not None for body in system.scene.bodies):
-            self._softening = stepping.CompliantConstraints(
+            self._compliant = stepping.CompliantConstraints(
                 system, ready.march, ready.iteration, ready.seed, integrator, request.clock
             )
         self._halving: stepping.StepHalving | None = None
@@ -72,60 +72,66 @@ class ImplicitRun(FixedStepRun):
     def _seeds(self) -> list[Seed]:
         return self._solved_with
 
-    def _mend(self, outcome: Outcome) -> Outcome:
+    def _recover(self, outcome: Outcome) -> Outcome:
         if self._back is not None:
             outcome = self._consider(self._back, outcome)
-        if self._softening and self._soon and outcome == Outcome.CONVERGED:
-            self._soon = self._softening.settle(self._clock.at(self._stats.steps))
-        for way in (self._softening, self._halving):
-            if way and outcome in RECOVERABLE_OUTCOMES:
-                outcome = self._cross(way, outcome)
+        if self._compliant and self._steps_to_projection and outcome == Outcome.CONVERGED:
+            self._steps_to_projection = self._compliant.project_velocities(
+                self._clock.at(self._stats.steps)
+            )
+        for recovery in (self._compliant, self._halving):
+            if recovery and outcome in RECOVERABLE_OUTCOMES:
+                outcome = self._recover_step(recovery, outcome)
         return outcome
 
     def _consider(self, back: SwitchToDirect, outcome: Outcome) -> Outcome:
         """Switch to the complete seed, if it fits, where the incomplete one fails or costs more."""
         failed, steps = outcome in RECOVERABLE_OUTCOMES, self._stats.steps
         if not failed and not back.is_cheaper(self._iteration.counts, self._solved_with[0].inner):
-            self._chunk = min(2 * self._chunk, self._most)
+            self._chunk = min(2 * self._chunk, self._full_chunk)
             return outcome
-        exact, self._back = back.switch(), None
-        if exact is None:
+        complete, self._back = back.switch(), None
+        if complete is None:
             return outcome
-        self._solved_with.append(exact)
+        self._solved_with.append(complete)
         why = "which cost less"
         if failed:
             why, time = CAUSE_NAMES[outcome], self._clock.at(steps + 1)
             rate = self._iteration.contraction
-            self._exact.append(Event(steps + 1, time, "complete seed", CAUSE_NAMES[outcome], rate))
+            event = Event(steps + 1, time, "complete seed", CAUSE_NAMES[outcome], rate)
+            self._switches.append(event)
         self._stats.solver += f"; from step {steps + 1} with a complete factorization ({why})"
         self._iteration.step = steps
         return Outcome.CONVERGED
 
-    def _cross(
-        self, way: stepping.CompliantConstraints | stepping.StepHalving, outcome: Outcome
+    def _recover_step(
+        self,
+        recovery: stepping.CompliantConstraints | stepping.StepHalving,
+        outcome: Outcome,
     ) -> Outcome:
-        """Retry a failed step with compliant constraints, or in shorter ones."""
+        """Retry a failed step with compliant constraints, or in parts."""
         stats = self._stats
-        self._before, seconds, begin = None, way.seconds, self._march.steps
-        outcome = way.cross(stats.steps + 1, outcome)
-        stats.march_seconds += way.seconds - seconds
+        self._before, seconds, begin = None, recovery.seconds, self._march.steps
+        outcome = recovery.recover(stats.steps + 1, outcome)
+        stats.march_seconds += recovery.seconds - seconds
         # A step can be taken, and the check of its energy stop the run.
-        if outcome == Outcome.CONVERGED or (self._march.steps > begin and not way.stuck):
-            self._soon = way.unsettled
+        is_taken = self._march.steps > begin and not recovery.is_inside_step
+        if outcome == Outcome.CONVERGED or is_taken:
+            self._steps_to_projection = recovery.steps_to_projection
             stats.steps += 1
             if stats.steps % self._save_every == 0:
                 self._append_state()
-        if not way.stuck:
+        if not recovery.is_inside_step:
             self._before = stats.steps, self._march.steps
         return outcome
 
-    def _last_look(self) -> Outcome:
-        if self._softening:
-            self._softening.warn()
+    def _check_end(self) -> Outcome:
+        if self._compliant:
+            self._compliant.warn()
         return Outcome.HAD_GAINED if self._loop.gained_energy() else Outcome.CONVERGED
 
     def _withdraw(self, outcome: Outcome) -> Outcome:
-        """Take back the steps since one that was accepted on trial."""
+        """Discard the steps since one that was accepted on trial."""
         stats = self._stats
         steps = 0 if outcome == Outcome.CONVERGED else self._loop.withdraw()
         if not steps:
@@ -134,24 +140,24 @@ class ImplicitRun(FixedStepRun):
         wide, narrow = np.empty((0, self._system.n_all)), np.empty((0, self._system.n_multipliers))
         rows = stats.steps // self._save_every + 1
         self._recorder.append(np.empty(0), wide, wide, wide, narrow, begin=rows)
-        self._before = None  # the march is further than the states
+        self._before = None  # the time loop is ahead of the states
         return Outcome.WOULD_GAIN
 
     def _count_costs(self) -> None:
-        stats, ways = self._stats, (self._softening, self._halving)
-        crossed = [event for way in ways if way for event in way.events]
+        stats, recoveries = self._stats, (self._compliant, self._halving)
+        recovered = [event for recovery in recoveries if recovery for event in recovery.events]
         count_costs(stats, self._iteration, *self._solved_with)
-        recovered = recovery_events(self._iteration.events, self._clock.begin, self._dt)
-        listed = recovered + self._exact + crossed
+        solved = recovery_events(self._iteration.events, self._clock.begin, self._dt)
+        listed = solved + self._switches + recovered
         stats.events = [event for event in listed if event.step <= stats.steps + 1]
         stats.short_steps = self._halving.short_steps if self._halving else 0
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
-        """Return the error for a run that ended with an outcome."""
+        """Return the error of a run that ended with an outcome."""
         request, steps = self._request, self._stats.steps
-        advice = ""
+        hint = ""
         if self._system.n_multipliers and outcome in RECOVERABLE_OUTCOMES:
-            advice = initial_conditions.describe_contradiction(
+            hint = initial_conditions.describe_contradiction(
                 self._system, self._march.state[0], self._clock.at(steps + 1)
             )
         return step_error(
@@ -164,6 +170,6 @@ class ImplicitRun(FixedStepRun):
             self._dt,
             request.max_energy_gain,
             path,
-            advice
+            hint
             or stepping.hint_for_fixed_steps(request.scene, self._integrator, request.max_halvings),
         )

@@ -33,14 +33,14 @@ def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
     request : Request
         The checked arguments.
     system : System
-        What moves, at its start.
-    needed : Memory
-        What the run needs in addition to factors.
+        The moving system at its start.
+    needed : MemoryEstimate
+        Memory of the run without factors.
 
     Raises
     ------
     InputError
-        If the integrator does not take the scene, or a factor does not fit.
+        If the integrator cannot handle the scene, or a factor does not fit.
     """
     if request.accuracy is not None:
         return motion.ErrorControlledRun(request, system, request.accuracy)

@@ -14,7 +14,7 @@ from ancfsparse.scene import Point, Scene
 from ancfsparse.solve import initial_conditions
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import restore_contributions
-from ancfsparse.solve.motion.arguments import Request, check_request, suited
+from ancfsparse.solve.motion.arguments import Request, check_request, select_integrator
 from ancfsparse.solve.motion.runs import build_run
 from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.solve.stepping.state_recorder import RunStorage
@@ -43,7 +43,7 @@ def simulate(
 ) -> Trajectory:
     """Integrate a scene in time, with a fixed step or to an accuracy.
 
-    Parameters, results, errors and notes are those of `ancfsparse.simulate`, which also takes a
+    Parameters, results, errors and notes are described in `ancfsparse.simulate`, which also takes a
     quantity of interest and its error.
     """
     request = check_request(
@@ -65,36 +65,36 @@ def simulate(
         start=start,
     )
     check_memory(request.memory())
-    return marched(request, system_at_start(request))
+    return run_request(request, build_system_at_start(request))
 
 
-def marched(request: Request, system: System) -> Trajectory:
-    """March a system from its start; one that was marched before goes from its start again.
+def run_request(request: Request, system: System) -> Trajectory:
+    """Integrate a system from its start; a system can be integrated several times.
 
     Raises
     ------
     AncfError
-        As `simulate`.
+        As in `simulate`.
     """
-    request = suited(request, system)
+    request = select_integrator(request, system)
     needed = request.memory()
     check_memory(needed)
     settings = request.settings
-    record = RunStorage(system, request.rows, request.save_nodes, request.output, settings)
+    storage = RunStorage(system, request.rows, request.save_nodes, request.output, settings)
     run = build_run(request, system, needed)
-    with record.open() as recorder:
+    with storage.open() as recorder:
         outcome = run.march(recorder)
-    path = record.trajectory()
+    path = storage.trajectory()
     if outcome != Outcome.CONVERGED:
         raise run.failure(outcome, path)
     return path
 
 
-def may_repeat(system: System) -> bool:
-    """Whether some constraints may repeat others.
+def may_be_redundant(system: System) -> bool:
+    """Return whether some constraints may be redundant.
 
-    Joints that hold points at one place were compared as they were added.  Beams deform in every
-    coordinate, so equations of one joint alone, or of joints at different nodes, do not.
+    Joints of points at one position were compared as they were added.  Beams deform in every
+    coordinate, so constraints of one joint alone, or of joints at different nodes, are independent.
     """
     constraints = system.constraints
     if not system.n_multipliers:
@@ -103,30 +103,30 @@ def may_repeat(system: System) -> bool:
         len(joint.nodes) == 2 and not joint.joins for joint in system.joints
     ):
         return True
-    # Several equations at one coordinate, by rods, ropes, gears and driven angles.
+    # Several constraints of one coordinate, by rods, ropes, gears and prescribed angles.
     gradients = constraints.reach(system.q0)
     gradients.data[:] = 1.0
     return bool(np.max(gradients.sum(axis=0)) > 1.0)
 
 
-def system_at_start(request: Request) -> System:
-    """Return what moves, at a start that is checked.
+def build_system_at_start(request: Request) -> System:
+    """Return the system of a request after checking its start.
 
     Raises
     ------
     InputError
-        If the start breaks a constraint or a drive, or leaves the range of numbers.
+        If the start violates a constraint or a prescribed motion, or leaves the range of numbers.
 
     Warns
     -----
     RedundantConstraintsWarning
-        If constraints repeat others.
+        If constraints are redundant.
     """
-    return at_start(request, System(request.scene, request.state))
+    return prepare_start(request, System(request.scene, request.state))
 
 
-def at_start(request: Request, system: System) -> System:
-    """Check the start of a system that was made for a request, as `system_at_start` does."""
+def prepare_start(request: Request, system: System) -> System:
+    """Check the start of a system that was built for a request, as `build_system_at_start` does."""
     restore_contributions(request.state, system)
     if system.prescribed:
         initial_conditions.start_prescribed_motions(
@@ -134,6 +134,6 @@ def at_start(request: Request, system: System) -> System:
         )
     check_energy(system)
     check_constraints(system, request.state)
-    if may_repeat(system):
+    if may_be_redundant(system):
         initial_conditions.warn_of_redundant_constraints(system)
     return system

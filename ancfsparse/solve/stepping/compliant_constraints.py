@@ -62,13 +62,13 @@ class CompliantConstraints:
         The recovered steps.
     seconds : float
         Time of the compiled loop in them [s].
-    stuck : bool
+    is_inside_step : bool
         Always False: the time loop is in a state of the run.
-    unsettled : int
-        Steps until velocities are projected next by `settle`; 0 for none.
+    steps_to_projection : int
+        Steps until velocities are projected next by `project_velocities`; 0 for none.
     """
 
-    stuck = False
+    is_inside_step = False
 
     def __init__(
         self,
@@ -82,13 +82,13 @@ class CompliantConstraints:
         self._system, self._march, self._iteration = system, march, iteration
         self._seed, self._integrator, self._clock = seed, integrator, clock
         self._scale = integrator.scale * clock.dt**2
-        self._largest, self.unsettled = 0.0, 0
+        self._largest, self.steps_to_projection = 0.0, 0
         self._at_first: int | None = None
         self.events: list[Event] = []
         self.seconds = 0.0
         iteration.yields = True
 
-    def cross(self, step: int, outcome: Outcome) -> Outcome:
+    def recover(self, step: int, outcome: Outcome) -> Outcome:
         """Try a step again, and return the outcome.
 
         Parameters
@@ -100,7 +100,7 @@ class CompliantConstraints:
         """
         if outcome == Outcome.WOULD_GAIN:
             return outcome
-        self.unsettled = 0
+        self.steps_to_projection = 0
         loads = inputs_at(self._system, np.array([self._clock.at(step)]))
         clock = time.perf_counter()
         if self._is_near():
@@ -109,7 +109,7 @@ class CompliantConstraints:
                 crossed = self._try(step, loads, outcome)
                 self._soften(0.0)
                 if crossed is not None:
-                    self.unsettled = 1
+                    self.steps_to_projection = 1
                     self.seconds += time.perf_counter() - clock
                     return crossed
         self._iteration.yields = False
@@ -118,7 +118,7 @@ class CompliantConstraints:
         self.seconds += time.perf_counter() - clock
         return outcome
 
-    def settle(self, t: float) -> int:
+    def project_velocities(self, t: float) -> int:
         """Remove velocities that violate constraints; return the steps until the next projection.
 
         The exact step after a compliant one corrects the violation, at a velocity that a scheme
@@ -133,7 +133,7 @@ class CompliantConstraints:
         Returns
         -------
         int
-            As `unsettled`.
+            As `steps_to_projection`.
         """
         system = self._system
         q, v, _, lam = self._march.state
@@ -149,8 +149,10 @@ class CompliantConstraints:
         change[:n] = self._seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         self._march.change_step(self._clock.dt, self._integrator, 0.0 * change, change)
         self._iteration.mark_stale()
-        self.unsettled = 2 * self.unsettled if self.unsettled < LAST_PROJECTION else 0
-        return self.unsettled
+        self.steps_to_projection = (
+            2 * self.steps_to_projection if self.steps_to_projection < LAST_PROJECTION else 0
+        )
+        return self.steps_to_projection
 
     def warn(self) -> None:
         """Warn of the recovered steps.

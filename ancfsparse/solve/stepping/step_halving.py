@@ -48,14 +48,14 @@ class StepHalving:
         Accepted parts of steps.
     seconds : float
         Time of the compiled loop in them [s].
-    stuck : bool
+    is_inside_step : bool
         Whether the time loop is inside a step, in a state that is not one of the run.
-    unsettled : int
+    steps_to_projection : int
         Always 0: no projection of velocities follows.
         Always 0: the next steps need no care.
     """
 
-    unsettled = 0
+    steps_to_projection = 0
 
     def __init__(
         self,
@@ -74,9 +74,9 @@ class StepHalving:
         iteration.halves = True
         self.events: list[Event] = []
         self.short_steps, self.seconds = 0, 0.0
-        self.stuck = False
+        self.is_inside_step = False
 
-    def cross(self, step: int, outcome: Outcome) -> Outcome:
+    def recover(self, step: int, outcome: Outcome) -> Outcome:
         """Try a step in parts, each attempt from the state that the last one has reached.
 
         Parameters
@@ -108,7 +108,7 @@ class StepHalving:
             remaining += outcome != Outcome.CONVERGED
         self._iteration.halves = True
         self._change(self._dt)
-        self.stuck = level > 0 and remaining > 0
+        self.is_inside_step = level > 0 and remaining > 0
         if outcome == Outcome.CONVERGED:
             name = f"{2**level} steps of {self._dt / 2**level:.3g} s"
             self.events.append(Event(step, self._clock.at(step), name, CAUSE_NAMES[cause], rate))

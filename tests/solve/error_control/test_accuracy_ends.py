@@ -83,7 +83,7 @@ def test_what_there_is_of_the_first_motion_is_in_the_file_while_it_runs(tmp_path
 
 def test_a_run_that_fails_carries_the_best_motion_so_far(monkeypatch):
     scene, _ = pendulum("thin", 4)
-    monkeypatch.setattr("ancfsparse.solve.error_control.select_solution.MOST_RUNS", 2)
+    monkeypatch.setattr("ancfsparse.solve.error_control.select_solution.MAX_RUNS", 2)
     with pytest.raises(AccuracyError, match="attribute `trajectory`") as caught:
         ancf.simulate(scene, 0.2, accuracy=1e-8, integrator=ancf.GeneralizedAlpha(0.9))
     assert caught.value.trajectory.t[-1] == pytest.approx(0.2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.error_control.step_size_controller import RATIO, StepSizeController
+from ancfsparse.solve.error_control.step_size_controller import STEP_RATIO, StepSizeController
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 from tests.solve.error_control.accuracy_problems import spin_up, swinging_pendulum
@@ -27,7 +27,7 @@ def test_steps_follow_the_motion_and_are_powers_of_a_root():
     stepper._change = watch
     stepper.run()
     # All but the last, with which steps come to the end.
-    levels = np.log(np.array(lengths[:-1]) / 1e-5) / math.log(RATIO)
+    levels = np.log(np.array(lengths[:-1]) / 1e-5) / math.log(STEP_RATIO)
     np.testing.assert_allclose(levels, np.round(levels), atol=1e-9)
     assert max(lengths) > 8.0 * min(lengths)
     assert stepper.stats.rejected_steps > 0

@@ -122,7 +122,7 @@ def test_solvers(make, message):
         ({"solver": "automatic"}, "did you mean 'auto'"),
         ({"max_halvings": 1, "accuracy": 1e-3}, "leave out max_halvings=1"),
         ({"max_halvings": 1, "integrator": ancf.CentralDifference()}, "max_halvings=1 does"),
-        ({"accuracy": 1e9}, "more than the scene, which measures 2 m: ask for less"),
+        ({"accuracy": 1e9}, "exceeds the size of the scene (2 m): use a smaller value"),
         ({"solver": ancf.Newton}, "solver must be 'auto', Newton(), "),
         ({"solver": None}, "solver must be 'auto'"),
         ({"solver": np.zeros(2)}, "solver must be 'auto'"),

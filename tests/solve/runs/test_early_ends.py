@@ -132,8 +132,8 @@ def test_signals_are_answered_between_two_steps(
     tmp_path, monkeypatch, alarm, integrator, error, words
 ):
     # All steps in one go, which takes many seconds.
-    monkeypatch.setattr(fixed_step_run, "CHUNK", 10**9)
-    monkeypatch.setattr(fixed_step_run, "COORDINATES", 10**12)
+    monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 10**9)
+    monkeypatch.setattr(fixed_step_run, "MAX_CHUNK_COORDINATES", 10**12)
     scene, rod = pendulum(n=50)
     n = 1_000_000
 
@@ -195,7 +195,7 @@ class Interrupter:
 
 @pytest.mark.parametrize("to_file", [False, True])
 def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, to_file):
-    monkeypatch.setattr(fixed_step_run, "CHUNK", 35)
+    monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 35)
     scene, _ = pendulum(lambda t: (0.0, 1.0 + t))
     options = {"save_every": 10, "output": tmp_path / "run.h5" if to_file else None}
     whole = np.asarray(ancf.simulate(scene, 0.1, 1e-3).q)

@@ -210,7 +210,9 @@ def test_an_interrupted_run_hands_its_states_over(tmp_path, monkeypatch, to_file
 
     path = tmp_path / "run.h5" if to_file else None
     scene, rod = pendulum(force=lambda t: (0.0, 0.0) if t < 0.0505 else interrupted(t))
-    monkeypatch.setattr(sys.modules["ancfsparse.solve.motion.fixed_step_run"], "COORDINATES", 160)
+    monkeypatch.setattr(
+        sys.modules["ancfsparse.solve.motion.fixed_step_run"], "MAX_CHUNK_COORDINATES", 160
+    )
     with pytest.raises(KeyboardInterrupt) as caught:
         ancf.simulate(scene, 1.0, 1e-3, output=path)
     run = caught.value.trajectory

@@ -41,7 +41,7 @@ def test_a_file_holds_what_memory_would(tmp_path, save_every, small_buffers, mon
     if small_buffers:
         monkeypatch.setattr(state_recorder, "BUFFER_BYTES", 1500)
         monkeypatch.setattr(
-            sys.modules["ancfsparse.solve.motion.fixed_step_run"], "COORDINATES", 300
+            sys.modules["ancfsparse.solve.motion.fixed_step_run"], "MAX_CHUNK_COORDINATES", 300
         )
     path = tmp_path / "run.h5"
     _, rod, run = swing(save_every=save_every, output=path)

@@ -19,7 +19,7 @@ import numpy as np
 import ancfsparse as ancf
 from ancfsparse.problems import lattice
 from ancfsparse.solve.stepping.explicit_setup import prepare_explicit
-from ancfsparse.solve.stepping.implicit_setup import prepare
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 
 so_far = ctypes.CDLL(None).counted_so_far
@@ -54,7 +54,7 @@ def called():
 def implicit(scene, integrator, solver, kind="complete", tolerance="default"):
     system = System(scene)
     system.prescribed.resolve(DT, 0.0, 1.0)
-    ready = prepare(system, DT, integrator, solver, tolerance, math.inf, kind=kind)
+    ready = prepare_implicit(system, DT, integrator, solver, tolerance, math.inf, kind=kind)
     return system, ready.march, ready.iteration, np.ones(1)
 
 def explicit(scene, integrator):
