@@ -1,4 +1,4 @@
-"""The flattened scene: what every solver works on."""
+"""The discrete equations of motion of a scene, on which all solvers work."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Kernels that damping adds to others: of the strains, and of the masses.
 DAMPING_KERNELS = {"residual": ("damping", "inertia"), "tangent": ("material", "mass")}
+"""Additional kernels for damping of the strains and of the masses."""
 
 
 class System(Discretization):
@@ -59,24 +59,24 @@ class System(Discretization):
         self._memory = self.assembly.memory
 
     def __reduce__(self) -> tuple[type[System], tuple[Scene, State]]:
-        """Pickle the scene, from which another process compiles its own; and where it starts.
+        """Pickle scene and initial state, from which another process compiles its own system.
 
-        The function that gave initial velocities may not be known there.
+        The function of the initial velocities may be unknown there.
         """
         return System, (self.scene, self.state(self.t0, self.q0, self.v0))
 
     def restore_memory(self, memory: Vector) -> None:
-        """Give contributions the memory of an earlier motion, which is that of the start now."""
+        """Set the internal variables of contributions, here and for the start of motions."""
         self.assembly.memory = self._memory = memory
 
     def reset_memory(self) -> None:
-        """Give contributions the memory of the start back after a motion of this system."""
+        """Reset the internal variables of contributions to those of the start."""
         if len(self._memory):
             self.assembly.memory = self._memory
 
     @cached_property
     def layout(self) -> Layout:
-        """What the coordinates are."""
+        """Meaning and indices of the coordinates."""
         return Layout(describe_coordinates(self.description), self.places, self.q_ref)
 
     def state(
@@ -88,14 +88,14 @@ class System(Discretization):
         lam: Vector | None = None,
         **more: Any,
     ) -> State:
-        """Return a state of this system; without accelerations and multipliers they are zero."""
+        """Return a state of this system; accelerations and multipliers are zero by default."""
         a = np.zeros(self.n_all) if a is None else a
         lam = np.zeros(self.n_multipliers) if lam is None else lam
         return State(self.layout, float(t), q, v, a, lam, **more)
 
     @property
     def conservative(self) -> bool:
-        """Whether all forces at rest have a potential."""
+        """True if all forces at rest have a potential."""
         return all(each.conservative for each in self.contributions)
 
     @property
@@ -107,7 +107,7 @@ class System(Discretization):
 
     @property
     def dead_load(self) -> Vector:
-        """Gravity and all constant loads together, (n_all,) [N, N m]; not to be changed."""
+        """Sum of gravity and all constant loads, (n_all,) [N, N m]; read-only."""
         constant = self.loads.constant
         return self.gravity_load + constant if constant.any() else self.gravity_load
 
@@ -116,14 +116,14 @@ class System(Discretization):
     ) -> tuple[Vector, Vector, Vector]:
         """Return kinetic, elastic and potential energies [J], each of shape (k,).
 
-        The last one is that of gravity and, in a rotating frame, of centrifugal forces.
+        The last one is the potential of gravity and, in a rotating frame, of centrifugal forces.
 
         Parameters
         ----------
         q, v : (k, n_all) float
             States.
         t : (k,) float, optional
-            Times [s], by default that of the start.
+            Times [s], by default the initial time.
         """
         kinetic = np.array([0.5 * row @ self.assembly.inertia(row) for row in v])
         times = np.full(len(q), self.t0) if t is None else t
@@ -133,23 +133,23 @@ class System(Discretization):
 
     @property
     def has_parametric_work(self) -> bool:
-        """Whether lengths or strains without force change with time."""
+        """True if stress-free lengths or strains depend on time."""
         return self.assembly.tunes and self.loads.n_amplitudes > 0
 
     def parametric_work(self, q: Vector, t: Vector) -> Vector:
-        """Return the work of what changes them between consecutive states, (k - 1,) [J].
+        """Return the work of time-dependent stress-free strains in each step, (k - 1,) [J].
 
-        It is the change of the energy at the same place, the mean of both places: the trapezoidal
-        rule where the energy is quadratic in what changes.
+        This is the change of the energy at constant coordinates, the mean of both states: the
+        trapezoidal rule for energies that are quadratic in these strains.
         """
-        given = self._energy_amplitudes(t)
+        amplitudes = self._energy_amplitudes(t)
         before, after = q[:-1], q[1:]
-        work = self._elastic(before, given[1:]) - self._elastic(before, given[:-1])
-        work += self._elastic(after, given[1:]) - self._elastic(after, given[:-1])
+        work = self._elastic(before, amplitudes[1:]) - self._elastic(before, amplitudes[:-1])
+        work += self._elastic(after, amplitudes[1:]) - self._elastic(after, amplitudes[:-1])
         return 0.5 * work
 
     def _energy_amplitudes(self, times: Vector) -> Vector:
-        """Return amplitudes for the energies at some times, (k, n_amplitudes)."""
+        """Return the amplitudes that energies depend on, (k, n_amplitudes)."""
         return (
             self.loads.amplitudes(times) if self.has_parametric_work else np.zeros((len(times), 0))
         )
@@ -159,21 +159,21 @@ class System(Discretization):
         return np.array([self.assembly.strain_energy(*row) for row in rows])
 
     def inputs(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadError | None]:
-        """Return all that changes with time, up to the first time at which a function fails.
+        """Return time-dependent inputs up to the first time at which a function fails.
 
         Parameters
         ----------
         times : (k,) float
             Times [s].
         rates : bool, optional
-            Whether to return the rates of what equations follow, too, for explicit integrators.
+            Include the rates of prescribed equations, for explicit integrators.
 
         Returns
         -------
         table : (j, n_inputs) float
-            Amplitudes of the loads, then what is prescribed.
+            Amplitudes of the loads, followed by prescribed values.
         failure : LoadError or None
-            What happened at time j.
+            Failure at time j.
         """
         table, failure = self.loads.tabulate(times)
         if self.prescribed:
@@ -182,7 +182,7 @@ class System(Discretization):
         return table, failure
 
     def power(self, q: Vector, v: Vector, t: Vector) -> Vector:
-        """Return the power of the applied forces without gravity, shape (k,) [W]."""
+        """Return the power of the applied forces except gravity, shape (k,) [W]."""
         amplitudes = self.loads.amplitudes(t)
         power = np.asarray(v @ self.loads.constant)
         for each in self.contributions:
@@ -191,11 +191,11 @@ class System(Discretization):
 
     @property
     def is_driven(self) -> bool:
-        """Whether anything is prescribed over time."""
+        """True if coordinates or equations are prescribed over time."""
         return bool(self.prescribed)
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector:
-        """Return the power that damping takes, shape (k,) [W], of states (k, n_all), (k, m)."""
+        """Return the power dissipated by damping in states (k, n_all), (k, m), shape (k,) [W]."""
         if not self.damped:
             return np.zeros(len(q))
         states = zip(q, v, strict=True)
@@ -204,11 +204,11 @@ class System(Discretization):
 
     @property
     def depends_on_reactions(self) -> bool:
-        """Whether friction depends on the forces of joints."""
+        """True if friction depends on joint forces."""
         return any(each.depends_on_reactions for each in self.contributions)
 
     def energy_scale(self, q: Vector) -> float:
-        """Return the size of the terms that cancel in the strain energy [J]: max |K_ii| q_i^2."""
+        """Return the magnitude of cancelling terms of the strain energy [J]: max |K_ii| q_i^2."""
         return float(np.max(np.abs(self.stiffness_diagonal(q)) * q[: self.n_free] ** 2))
 
     def stiffness_diagonal(self, q: Vector) -> Vector:
@@ -227,7 +227,7 @@ class System(Discretization):
     def mass_diagonal(self) -> Vector:
         """Diagonal of the mass matrix over the free coordinates, (n_free,) [kg, kg m2].
 
-        With that of equations which are added to it, since some coordinates may have no mass.
+        Includes the masses of equations, because some coordinates may have no mass.
         """
         values = self.assembly.mass
         if any(self.constraints.mass):
@@ -236,20 +236,20 @@ class System(Discretization):
         return np.asarray(values)[self.pattern.indptr[: self.n_free]]
 
     def operations(self, kernel: str) -> int:
-        """Arithmetic operations of one evaluation of a kernel over all elements.
+        """Return the arithmetic operations of one evaluation of a kernel for all elements.
 
-        Those of ``"residual"`` and ``"tangent"`` include damping, where there is any.
+        For ``"residual"`` and ``"tangent"`` they include damping.
         """
         of_strains, of_mass = DAMPING_KERNELS.get(kernel, ("", ""))
         total = 0
         for beam in self.scene.beams:
             kind = self.kind_of(beam)
-            each = kind.operations[kernel]
+            count = kind.operations[kernel]
             if of_strains and beam.strains_damped:
-                each += kind.operations[of_strains]
+                count += kind.operations[of_strains]
             if of_mass and beam.masses_damped:
-                each += kind.operations[of_mass]
-            total += beam.n_elements * each
+                count += kind.operations[of_mass]
+            total += beam.n_elements * count
         return total
 
     def _gravity(self) -> Vector:

@@ -1,7 +1,7 @@
-"""Holonomic constraints as sums of terms ``c (q_i - a) (q_j - a)`` and ``c q_i``, a row for each.
+"""Holonomic constraints as sums of terms ``c (q_i - a) (q_j - a)`` and ``c q_i``.
 
-Quadratic terms reach further than they seem: rigid rods, rigid bodies in natural coordinates and
-nearly all joints between them are of this form, and its second derivative is constant.
+Rigid rods, rigid bodies in natural coordinates and nearly all joints between them have this form,
+whose second derivative is constant (Garcia de Jalon and Bayo, 1994).
 """
 
 from __future__ import annotations
@@ -28,31 +28,31 @@ EQUATION_FIELDS = ("offset", "offset_size", "mass", "labels", "source")
 
 @dataclass
 class Constraints:
-    """Terms of all constraint equations, and where each equation comes from.
+    """Terms of all constraint equations, and their sources.
 
     Attributes
     ----------
     row, i, j : lists of int
-        Equation of each term and the places it multiplies; ``j = LINEAR`` in a linear term.
+        Equation of each term and the indices of its factors; ``j = LINEAR`` in a linear term.
     coefficient : list of float
-        Its factor [1 or 1/m].
+        Coefficient of each term [1 or 1/m].
     about : list of float
-        What both places of a quadratic term are counted from [m]: the square of a short way far
-        from the origin would be lost in the squares of long ones.
+        Origin of both factors of a quadratic term [m]: far from the coordinate origin the square of
+        a short length would be lost to rounding.
     offset : list of float
         Constant of each equation [m].
     offset_size : list of float
-        Size of the terms that it was added up from [m].
+        Magnitude of the terms of this sum [m].
     mass : list of float
         Weight of the gradients of each equation in the mass matrix [kg], see
         ``ANCF_EQUATION_MASS`` in abi/system_abi.h.
     labels : list of str
-        What each equation holds, for messages.
+        Description of each equation, for messages.
     source : list of (int, int)
-        Which body or joint states each equation, by its ``id``, and the number of it among those.
+        The ``id`` of the body or joint of each equation, and the number of the equation in it.
     measures : list of (int, float, Measure)
-        Terms that are not quadratic: equation, factor [1 or m] and an angle or a length of a joint,
-        or how far a point is off its track.
+        Other terms: equation, factor [1 or m], and a joint coordinate or the offset of a point from
+        its sliding curve.
     """
 
     row: list[int] = field(default_factory=list)
@@ -78,7 +78,7 @@ class Constraints:
         measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
         source: tuple[int, int] = (0, 0),
     ) -> None:
-        """Add the equation ``offset + sum of terms = 0``, the offset from terms of a size [m]."""
+        """Add the equation ``offset + sum of terms = 0``, its offset of magnitude `size` [m]."""
         self.measures += [(len(self.offset), factor, each) for factor, each in measures]
         for (coefficient, i, j), a in zip(terms, about or [0.0] * len(terms), strict=True):
             self.row.append(len(self.offset))
@@ -121,7 +121,7 @@ class Constraints:
         return Constraints(**of_terms | of_rows | {"row": row}, measures=measures)
 
     def arm(self, row: int) -> float:
-        """Return the length that an equation of angles alone counts them at [m], else 0."""
+        """Return the length that converts an equation of angles to metres [m], 0 for others."""
         terms = [(factor, each.is_angle) for k, factor, each in self.measures if k == row]
         if row in self.row or not all(is_angle for _, is_angle in terms):
             return 0.0
@@ -129,7 +129,7 @@ class Constraints:
 
     @property
     def linear(self) -> bool:
-        """Whether no equation has a quadratic term."""
+        """True if no equation has a quadratic term."""
         return not self.measures and all(j == LINEAR for j in self.j)
 
     def sizes(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -163,9 +163,9 @@ class Constraints:
         return sp.csr_array((np.concatenate(values), places), shape=(len(self.offset), len(q)))
 
     def reach(self, q: NDArray[np.float64]) -> sp.csr_array:
-        """Return a one for every coordinate that gradients may have, (m or more, n_all).
+        """Return the pattern of possible gradients, (m or more, n_all).
 
-        A point on a track has a row for each element that it may come to.
+        A sliding point has a row for each element that it may reach.
         """
         import scipy.sparse as sp
 
@@ -178,7 +178,7 @@ class Constraints:
         return parts[0] if len(parts) == 1 else sp.csr_array(sp.vstack(parts))
 
     def curvature(self, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return (phi_q v)_q v, shape (m,) [m/s2]: what phi_q a must cancel."""
+        """Return (phi_q v)_q v, shape (m,) [m/s2], so that phi_q a + (phi_q v)_q v = 0."""
         out = np.zeros(len(self.offset))
         for row, i, j, c in zip(self.row, self.i, self.j, self.coefficient, strict=True):
             if j != LINEAR:

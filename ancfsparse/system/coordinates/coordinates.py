@@ -1,4 +1,4 @@
-"""Where points, slopes and nodes of a scene stand among its coordinates."""
+"""Indices and interpolation weights of points, slopes and nodes in the coordinate vector."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from ancfsparse.system.coordinates.numbering import Places
 Vector = NDArray[np.float64]
 Handle = TypeVar("Handle", Body, Point)
 
-# Of a node, whose vectors are coordinates.
-UNIT_WEIGHT = np.ones(1)
+UNIT_WEIGHT = np.ones(1)  # of a node, whose vectors are coordinates
 
 
 class Coordinates:
@@ -33,9 +32,9 @@ class Coordinates:
     bodies : tuple of Body
         Its bodies.
     kinds : list of ElementKind
-        The element of each.
+        Element of each body.
     places : list of (n_rows, n_c) int32 arrays
-        Of each the place in q of every coordinate of every row.
+        Indices in q of the coordinates of every row of each body.
     """
 
     dim: int
@@ -45,22 +44,22 @@ class Coordinates:
     _index: dict[int, int]
 
     def vectors(self, name: str) -> list[Places]:
-        """Return the places of a nodal vector, ``"r"`` or ``"r_x"``, ..., a table for each body.
+        """Return the indices of a nodal vector, ``"r"``, ``"r_x"``, ..., a table for each body.
 
-        Each has shape (n_rows, k), with as many columns as its element has components of it.
+        Each table has shape (n_rows, k) with the k components that the element has of the vector.
         """
         pairs = zip(self.kinds, self.places, strict=True)
         return [places[:, kind.columns(name)] for kind, places in pairs]
 
     @property
     def positions(self) -> Places:
-        """Places of the positions of all rows, (n,), those that rows share several times."""
+        """Indices of the positions of all rows, (n,); shared positions are repeated."""
         return np.concatenate([places.ravel() for places in self.vectors("r")])
 
     def resolve(self, handle: Handle) -> Handle:
-        """Return a handle of the scene that was solved, for one of the scene a plan was made for.
+        """Return the handle in this scene of a handle in the scene of a plan.
 
-        The element or mesh of a beam was open there; its points are found by arc length.
+        There, element or mesh of a beam are unspecified; points are located by arc length.
         """
         body = handle.beam if isinstance(handle, Point) else handle
         if not body.automatic or id(body) in self._index:
@@ -68,33 +67,33 @@ class Coordinates:
         return decided(self.bodies[self._index_of(body)], handle)
 
     def rows(self, node: Point) -> Places:
-        """Return the places of the coordinates of all rows of a node, shape (k, n_c)."""
+        """Return the indices of the coordinates of all rows of a node, shape (k, n_c)."""
         node = self.resolve(node)
         return self.places[self._index_of(node.beam)][node.beam.rows_of(node.index)]
 
     def place(self, node: Point) -> Places:
-        """Return the places of a node's coordinates, shape (n_c,).
+        """Return the indices of the coordinates of a node, shape (n_c,).
 
         Raises
         ------
         InputError
-            If the node of a mesh has more slopes than one.
+            If the node of a mesh has several slopes.
         """
         rows = self.rows(node)
         if len(rows) > 1:
             raise InputError(
-                f"{node!r} has {len(rows)} slopes, one for each line through it: ask for a point "
-                "on an edge beside it, mesh.at(edge, s)"
+                f"{node!r} has {len(rows)} slopes, one for each line through it: take a point "
+                "on an edge next to it, mesh.at(edge, s)"
             )
         return np.asarray(rows[0])
 
     def elements(self, beam: Body) -> Places:
-        """Return the places of a beam's element coordinates, shape (n_e, 2 n_c)."""
+        """Return the indices of the element coordinates of a beam, shape (n_e, 2 n_c)."""
         beam = self.resolve(beam)
         return self.places[self._index_of(beam)][beam.ends].reshape(beam.n_elements, -1)
 
     def point(self, node: Point) -> tuple[Places, Vector]:
-        """Return places (dim, p) and weights (p,) of a position: r = sum of weights q[places]."""
+        """Return indices (dim, p) and weights (p,) of a position: r = sum of weights q[indices]."""
         node = self.resolve(check_point("a position", node))
         if not node.xi:
             return self._interpolate(node, "r", UNIT_WEIGHT)
@@ -102,18 +101,18 @@ class Coordinates:
         return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
     def slope(self, node: Point) -> tuple[Places, Vector]:
-        """Return places (dim, p) and weights (p,) of the slope r'.
+        """Return indices (dim, p) and weights (p,) of the slope r'.
 
         Raises
         ------
         InputError
-            At a node of a string, where it jumps.
+            At a node of a string, where the slope is discontinuous.
         """
         node = self.resolve(check_point("a slope", node))
         straight = self.kind_of(node.beam).is_string
         if straight and node.is_node:
             raise InputError(
-                f"the slope of a string jumps at its nodes, such as {node!r}: ask for it at a "
+                f"the slope of a string jumps at its nodes, such as {node!r}: take a "
                 "point inside an element"
             )
         if not node.xi:
@@ -121,9 +120,9 @@ class Coordinates:
         return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
 
     def frame(self, node: Point) -> Places:
-        """Return the places (3, dim) of those of r_x, r_y and r_z at a node that a moment acts on.
+        """Return the indices (3, dim) of the vectors r_x, r_y, r_z of a node under a moment, or -1.
 
-        -1 stands for the others.  In the plane a moment cannot twist and acts on one vector.
+        In the plane a moment cannot twist and acts on one vector.
         """
         places, kind = self.place(node), self.kind_of(node.beam)
         out = np.full((3, self.dim), -1, dtype=np.int32)
@@ -132,7 +131,7 @@ class Coordinates:
         return out
 
     def _interpolate(self, node: Point, vector: str, weights: Vector) -> tuple[Places, Vector]:
-        """Weigh the ends of an element, or take this vector of a node as it is."""
+        """Interpolate a vector between the ends of an element, or return that of a node."""
         kind = self.kind_of(node.beam)
         offsets = node.offsets if vector == "r" else ()
         if offsets and not node.xi:
@@ -145,25 +144,25 @@ class Coordinates:
 
     @staticmethod
     def _length(point: Point) -> float:
-        """Length of the element a point is inside of [m]; 1 at a node, where none is needed."""
+        """Return the length of the element that contains a point [m], 1 at a node."""
         return 1.0 if point.xi == 0.0 else float(point.beam.lengths[point.index])
 
     def describe(self, place: int) -> str:
-        """Describe which beam, node and coordinate a place in q is."""
+        """Return beam, node and name of a coordinate by its index in q."""
         for beam, kind, places in zip(self.bodies, self.kinds, self.places, strict=True):
-            found = np.argwhere(places == place)
-            if len(found):
-                row, coordinate = found[0]
+            hits = np.argwhere(places == place)
+            if len(hits):
+                row, coordinate = hits[0]
                 node = beam.row_nodes[row]
                 return f"{beam.name}, node {node}, {kind.node_coordinates[coordinate]}"
-        raise IndexError(f"no coordinate stands at place {place}")
+        raise IndexError(f"no coordinate has the index {place}")
 
     def unit(self, place: int) -> str:
-        """Return the unit of the force that belongs to a place in q, N or N m."""
+        """Return the unit of the generalized force of a coordinate, N or N m."""
         return "N" if any((places == place).any() for places in self.vectors("r")) else "N m"
 
     def kind_of(self, beam: Body) -> ElementKind:
-        """Return the element that a beam of the scene is made of."""
+        """Return the element type of a beam of the scene."""
         return self.kinds[self._index_of(beam)]
 
     def _index_of(self, beam: Body) -> int:

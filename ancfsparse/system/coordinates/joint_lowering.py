@@ -1,4 +1,4 @@
-"""What the joints of a scene are lowered to: coordinates held and shared, and equations."""
+"""Lowering of joints to fixed, prescribed and shared coordinates, and to equations."""
 
 from __future__ import annotations
 
@@ -22,34 +22,33 @@ if TYPE_CHECKING:
 
 Places = NDArray[np.int32]
 
-# Share of the gradient of an equation by free coordinates that is rounding.
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # gradient of an equation by free coordinates, over its entire gradient
 
 
 class Lowering:
-    """The `Builder` that joints are given; it counts all coordinates, held and shared ones too.
+    """The `Builder` to which joints are lowered; it counts all coordinates separately.
 
     Parameters
     ----------
     scene : Scene
         The bodies and joints.
     kinds : sequence of ElementKind
-        The element of each body.
+        Element type of each body.
     turns, lines : bool, optional
-        Whether angles may be prescribed, and slides held, by numbering.
+        Allow prescribed angles and sliding joints by numbering.
 
     Attributes
     ----------
     turned : bool
-        Whether some are.
+        True if angles are prescribed by numbering.
     raw : list of (n_rows, n_c) int32 arrays
-        Per body the number of each coordinate of each row.
+        Raw index of each coordinate of each row, per body.
     n_raw : int
-        How many there are.
+        Number of raw coordinates.
     on_lines : list of (k,) int32 arrays
-        Coordinates held in place of equations.
+        Coordinates fixed in place of equations.
     courses : list of Course
-        What coordinates follow that are prescribed.
+        Motions of prescribed coordinates.
     """
 
     def __init__(
@@ -85,7 +84,7 @@ class Lowering:
             joint.lower(self)
 
     def kind(self, node: Point) -> ElementKind:
-        """Return the element at a node."""
+        """Return the element type at a node."""
         return self._kinds[id(node.beam)]
 
     def rows(self, node: Point) -> Places:
@@ -97,7 +96,7 @@ class Lowering:
         return self.rows(node)[0, self.kind(node).columns("r")]
 
     def ends(self, node: Point) -> Places:
-        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
+        """Return the coordinates of all rows that a point depends on, (k, n_c)."""
         if not node.xi:
             return self.rows(node)
         return np.asarray(self.raw[self._index[id(node.beam)]][node.beam.ends[node.index]])
@@ -113,20 +112,20 @@ class Lowering:
         )
 
     def fix(self, coordinates: Places) -> None:
-        """Hold coordinates at their reference values."""
+        """Fix coordinates at their reference values."""
         self._fixed.append(coordinates)
 
     def hold(self, coordinates: Places) -> None:
-        """Hold coordinates in place of equations."""
+        """Fix coordinates in place of equations."""
         self.on_lines.append(coordinates)
 
     def drive(self, coordinates: Places, course: PrescribedMotion) -> None:
-        """Let coordinates follow a prescribed motion, one component of it each."""
+        """Prescribe the motion of coordinates, one component each."""
         self._driven.append(coordinates)
         self.courses.append(course)
 
     def share(self, one: Places, other: Places) -> None:
-        """Make coordinates one, pair by pair."""
+        """Identify coordinates pair by pair."""
         self._one.append(one)
         self._other.append(other)
 
@@ -141,7 +140,7 @@ class Lowering:
         mass: float = 0.0,
         measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
     ) -> None:
-        """Hold an equation by a multiplier."""
+        """Add an equation with a multiplier."""
         self._rheonomic.append(rheonomic)
         self._equations.add(
             label,
@@ -156,7 +155,7 @@ class Lowering:
         self._source = self._source[0], self._source[1] + 1
 
     def owner(self) -> Places | None:
-        """Return for each coordinate the lowest one that shares its place; None where none do."""
+        """Return the lowest coordinate identified with each one; None if none are shared."""
         if not self._one:
             return None
         import scipy.sparse as sp
@@ -171,7 +170,7 @@ class Lowering:
         return owner
 
     def held(self, owner: Places | None) -> NDArray[np.bool_]:
-        """Return which coordinates are held, (n_raw,), of shared ones the owner."""
+        """Return a mask of fixed coordinates, (n_raw,); of shared ones the owner."""
         out = np.zeros(self.n_raw, dtype=bool)
         if self._fixed or self.on_lines:
             fixed = np.concatenate([each.ravel() for each in self._fixed + self.on_lines])
@@ -179,9 +178,10 @@ class Lowering:
         return out
 
     def repeats(self, owner: Places | None, q: NDArray[np.float64]) -> bool:
-        """Whether what lines hold is held again, which equations name and numbering would not.
+        """Return True if coordinates fixed in place of equations are constrained again.
 
-        The coordinates ``q`` (n_raw,) are those of the reference shape.
+        Then equations are needed, because only they report redundant constraints by name.  The
+        coordinates ``q`` (n_raw,) are those of the reference shape.
         """
         others = [each.ravel() for each in self._fixed + self._driven]
         every = np.concatenate(self.on_lines + others)
@@ -197,7 +197,7 @@ class Lowering:
         return bool(idle[np.array(self._equations.mass) == 0.0].any())
 
     def driven(self, owner: Places | None) -> Places:
-        """Return which coordinates follow `courses`, in their order; of shared ones the owner."""
+        """Return the prescribed coordinates in the order of `courses`; of shared ones the owner."""
         if not self._driven:
             return np.empty(0, dtype=np.int32)
         driven = np.concatenate(self._driven)
@@ -205,14 +205,14 @@ class Lowering:
 
     @property
     def rheonomic(self) -> list[RheonomicTerm]:
-        """What the last equations follow."""
+        """Prescribed right-hand sides of the last equations."""
         return [rheonomic for rheonomic in self._rheonomic if rheonomic is not None]
 
     def constraints(self, final: Places, still: range) -> Constraints:
-        """Return the equations by the places of coordinates; those that are led come last.
+        """Return the equations in the final indices, prescribed ones last.
 
-        Equations of bodies that hold nothing because all their coordinates are held, in the range
-        `still`, or that repeat those of a body which shares its coordinates, are left out.
+        Equations of bodies are omitted if all their coordinates are fixed, in the range `still`, or
+        if they repeat those of a body with the same coordinates.
         """
         is_rheonomic = np.array(
             [rheonomic is not None for rheonomic in self._rheonomic], dtype=bool
@@ -225,7 +225,7 @@ class Lowering:
 
 
 def _count_coordinates(body: Body, n_c: int, start: int) -> Places:
-    """Count the coordinates of a body from `start`, (n_rows, n_c), node by node."""
+    """Return raw indices of the coordinates of a body from `start` on, (n_rows, n_c), by nodes."""
     node, dim = body.row_nodes, body.dim
     rows = np.arange(len(node), dtype=np.int32)
     begins = rows.copy()  # the first row of the node that the row belongs to
@@ -241,7 +241,7 @@ def _count_coordinates(body: Body, n_c: int, start: int) -> Places:
 
 
 def _without_redundant(equations: Constraints, still: range) -> Constraints:
-    """Leave out equations with a mass that are about held coordinates alone, or repeat others."""
+    """Omit equations with a mass that have only fixed coordinates, or repeat others."""
     if not any(equations.mass):
         return equations
     pairs: dict[int, list[tuple[int, int]]] = {}

@@ -1,4 +1,4 @@
-"""The coordinates as vectors: the position of each node, and the slopes of its rows."""
+"""Coordinates as nodal vectors: positions of nodes and slopes of rows."""
 
 from __future__ import annotations
 
@@ -10,30 +10,29 @@ from numpy.typing import NDArray
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point
 
-# Numbers of a vector: components in space; in the plane, and for single ones, some remain free.
-MAX_COMPONENTS = 3
+MAX_COMPONENTS = 3  # of a vector; others are padded
 
 
 def vectors_of(
     places: Sequence[NDArray[np.int32]], kinds: Sequence[ElementKind], n_free: int
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
-    """Return the free coordinates vector by vector, and the node of each vector.
+    """Return the free coordinates by vectors, and the node of each vector.
 
     Parameters
     ----------
     places : sequence of (n_rows, n_c) int32 arrays
-        Per body the place of each coordinate of each row.
+        Indices of the coordinates of each row, per body.
     kinds : sequence of ElementKind
         The element of each body.
     n_free : int
-        Places from here on are fixed.
+        Number of free coordinates, which come first.
 
     Returns
     -------
     vectors : (n_vectors, 3) int32
-        Places, -1 where there is none or it is fixed; slopes before positions.
+        Indices, -1 for padding and fixed coordinates; slopes before positions.
     node : (n_vectors,) int32
-        Numbers from 0 on; rows that share a position are of one node.
+        Numbers of the nodes; rows with a common position belong to one node.
     """
     positions = [t[:, kind.columns("r")] for t, kind in zip(places, kinds, strict=True)]
     heads = np.concatenate([table[:, 0] for table in positions])
@@ -50,21 +49,21 @@ def vectors_of(
     nodes.append(number[heads[first_of]])
     vectors, node = np.concatenate(tables), np.concatenate(nodes)
     vectors[vectors >= n_free] = -1
-    some = (vectors >= 0).any(axis=1)
-    return vectors[some], node[some]
+    has_free = (vectors >= 0).any(axis=1)
+    return vectors[has_free], node[has_free]
 
 
 def weigh_offsets(
     kind: ElementKind, row: NDArray[np.int32], offsets: Sequence[float]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return places (dim, p) and weights (p,) of a point of a rigid body or beside a node.
+    """Return indices (dim, p) and weights (p,) of a point with offsets from a node.
 
     Parameters
     ----------
     kind : ElementKind
-        Its coordinates.
+        The element type.
     row : (n_c,) int32 array
-        Their places.
+        Their indices.
     offsets : sequence of float
         Coordinates of the point along r_x, r_y and r_z [m].
     """
@@ -76,18 +75,18 @@ def weigh_offsets(
 def weigh_ends(
     kind: ElementKind, ends: NDArray[np.int32], point: Point, weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.int32], NDArray[np.float64]]:
-    """Return places (dim, p) and weights (p,) of a point inside an element.
+    """Return indices (dim, p) and weights (p,) of a point inside an element.
 
     Parameters
     ----------
     kind : ElementKind
-        Its coordinates.
+        The element type.
     ends : (2, n_c) int32 array
-        Their places at both of its nodes.
+        Indices of the coordinates of both nodes.
     point : Point
-        The point, which may be beside the axis.
+        The point, which may have an offset from the axis.
     weights : (k,) float array
-        Of positions and slopes of both ends, see `kernels.hermite`.
+        Weights of positions and slopes of both ends, see `kernels.hermite`.
     """
     each = [end[kind.columns(name)] for end in ends for name in kind.axis]
     for name, offset in zip(("r_y", "r_z"), point.offsets[1:], strict=False):

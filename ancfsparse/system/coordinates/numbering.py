@@ -1,4 +1,4 @@
-"""The places of nodal coordinates in the vector q: free ones first, fixed ones after."""
+"""Numbering of the coordinates in q: free ones first, then fixed, then prescribed ones."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.prescribed_motion import PrescribedMotions
 from ancfsparse.system.coordinates.state import ROUNDING, State, transfer_state
 
-# Vectors of a row, in the order of `Body.vectors`.
 AXES = ("r_x", "r_y", "r_z")
+"""Vectors of a row, in the order of `Body.vectors`."""
 
 Places = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
 class Numbering:
-    """Places in q, and the reference state there.
+    """Indices of the coordinates, constraints, and initial state of a scene.
 
     Attributes
     ----------
     n_free, n_all : int
-        Free coordinates, and all of them.
+        Numbers of free and of all coordinates.
     places : list of (n_rows, n_c) int32 arrays
-        Per beam: place of each coordinate of each row (see `scene.bodies.body`; a row of a beam
-        is a node); position first, then the slope r_x.
+        Indices of the coordinates of each row, per body (see `scene.bodies.body`; a row of a beam
+        is a node): position first, then the slope r_x.
     constraints : Constraints
-        The equations of joints that numbering cannot make.
+        Equations of the joints that numbering cannot represent.
     prescribed : Prescribed
-        What the last coordinates and the last equations follow.
+        Prescribed motions of the last coordinates and the last equations.
     q_ref : (n_all,) float
         Stress-free coordinates [m, 1].
     q, v : (n_all,) float
-        Those at the start [m, 1], and velocities there [m/s, 1/s].
+        Initial coordinates [m, 1] and velocities [m/s, 1/s].
     """
 
     n_free: int
@@ -57,55 +57,54 @@ class Numbering:
 def number_coordinates(
     scene: Scene, kinds: Sequence[ElementKind], start: State | None = None
 ) -> Numbering:
-    """Give every coordinate of a scene its place.
+    """Assign indices to the coordinates of a scene.
 
-    Joints lower themselves to coordinates that are fixed or shared, and to equations for what
-    cannot be done that way.
+    Joints are lowered to fixed or shared coordinates, and to equations otherwise.
 
     Parameters
     ----------
     scene : Scene
         The beams and joints.
     kinds : sequence of ElementKind
-        The element of each beam.
+        Element type of each body.
     start : State, optional
-        Where to start; by default in the reference shape with the velocities of the beams.
+        Initial state; by default the reference shape with the initial velocities of the bodies.
 
     Raises
     ------
     InputError
-        If an initial velocity moves a held point, or the start is of another scene.
+        If an initial velocity moves a constrained point, or the state is of another scene.
     """
     lowered = Lowering(scene, kinds)
     owner = lowered.owner()
     if lowered.on_lines and lowered.repeats(owner, _raw_reference(scene, lowered)):
         lowered = Lowering(scene, kinds, lines=False)
         owner = lowered.owner()
-    held, driven = lowered.held(owner), lowered.driven(owner)
-    if lowered.turned and _has_conflict(owner, held, driven):
+    fixed, driven = lowered.held(owner), lowered.driven(owner)
+    if lowered.turned and _has_conflict(owner, fixed, driven):
         lowered = Lowering(scene, kinds, turns=False, lines=lowered.lines)
         owner = lowered.owner()
-        held, driven = lowered.held(owner), lowered.driven(owner)
-    final, n_free, n_all = _assign_indices(owner, held, driven)
-    n_still = n_all - len(driven)
+        fixed, driven = lowered.held(owner), lowered.driven(owner)
+    final, n_free, n_all = _assign_indices(owner, fixed, driven)
+    first_driven = n_all - len(driven)
     constraints = lowered.constraints(final, range(n_free, n_all))
     places, raw = [], lowered.raw
-    while raw:  # one after the other, so that only one of them is there twice
+    while raw:  # one by one, so that only one table exists twice
         places.append(final[raw.pop(0)])
-    del final, owner, held
+    del final, owner, fixed
     q_ref, v = np.empty(n_all), np.zeros(n_all)
     for beam, where in zip(scene.bodies, places, strict=True):
         q_ref[where] = reference_coordinates(beam)
     q = q_ref
     if start is not None:
         q, v = transfer_state(scene, start, places, q_ref)
-        _fix_positions(scene, places, q, q_ref, slice(n_free, n_still))
-        _fix_velocities(scene, places, v, slice(n_free, n_still))
+        _fix_positions(scene, places, q, q_ref, slice(n_free, first_driven))
+        _fix_velocities(scene, places, v, slice(n_free, first_driven))
     elif any(beam.velocity is not None for beam in scene.bodies):
-        v[:] = np.nan  # not known yet
+        v[:] = np.nan  # not yet set
         for beam, where in zip(scene.bodies, places, strict=True):
             _set_velocities(beam, where, v)
-        _fix_velocities(scene, places, v, slice(n_free, n_still))
+        _fix_velocities(scene, places, v, slice(n_free, first_driven))
     prescribed = PrescribedMotions(lowered.courses, lowered.rheonomic)
     return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
 
@@ -118,7 +117,7 @@ def _raw_reference(scene: Scene, lowered: Lowering) -> NDArray[np.float64]:
 
 
 def _has_conflict(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
-    """Whether joints hold or prescribe a coordinate twice, or leave none free."""
+    """Return True if joints fix or prescribe a coordinate twice, or leave none free."""
     free = ~held
     free[driven] = False
     if owner is not None:
@@ -129,9 +128,9 @@ def _has_conflict(owner: Places | None, held: NDArray[np.bool_], driven: Places)
 def _assign_indices(
     owner: Places | None, held: NDArray[np.bool_], driven: Places
 ) -> tuple[Places, int, int]:
-    """Return the place of every raw number, and how many are free and there.
+    """Return the index of every raw coordinate, and the numbers of free and of all indices.
 
-    Free ones come first, then held ones, and last those that are driven.
+    Free coordinates come first, then fixed, then prescribed ones.
     """
     free = ~held
     free[driven] = False
@@ -149,28 +148,29 @@ def _assign_indices(
 
 
 def _set_velocities(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
-    """Write the velocities of a beam, rest included, and refuse what another beam contradicts."""
-    given = initial_velocities(beam)
-    undefined = np.count_nonzero(~np.isfinite(given))
+    """Set the velocities of a beam, and refuse those that contradict a connected beam."""
+    values = initial_velocities(beam)
+    undefined = np.count_nonzero(~np.isfinite(values))
     if undefined:
         raise InputError(
-            f"the initial velocity of {beam.name} is not a number for {undefined} of {given.size} "
-            "coordinates: give a field that is defined beside the beam too, because slopes move "
+            f"the initial velocity of {beam.name} is not a number for {undefined} of {values.size} "
+            "coordinates: give a field that is also defined next to the beam, because slopes move "
             "with its derivative"
         )
-    known, r = v[where], beam.kind.columns("r")  # only positions are shared; NaN is nothing known
-    before, now = known[:, r], given[:, r]
-    clash = np.argwhere(np.abs(before - now) > ROUNDING * max(_largest(before), _largest(now)))
-    if len(clash):
-        row, column = clash[0]
-        more = f" ({len(clash)} coordinates in all)" if len(clash) > 1 else ""
+    r = beam.kind.columns("r")  # only positions are shared; NaN: not yet set
+    before, now = v[where][:, r], values[:, r]
+    conflicts = np.argwhere(np.abs(before - now) > ROUNDING * max(_largest(before), _largest(now)))
+    if len(conflicts):
+        row, column = conflicts[0]
+        n = len(conflicts)
+        more = f" ({n} coordinates in total)" if n > 1 else ""
         raise InputError(
-            f"{_point(beam, row)} is connected to a beam whose initial velocity is another, "
+            f"{_point(beam, row)} is connected to a beam with another initial velocity, "
             f"{now[row, column]:.6g} m/s against {before[row, column]:.6g} m/s along "
-            f"{'xyz'[column]}{more}: give connected beams velocities that agree where they meet "
+            f"{'xyz'[column]}{more}: give connected beams equal velocities at their connections "
             "(none: at rest)"
         )
-    v[where] = given
+    v[where] = values
 
 
 def _point(body: Body, row: int) -> Point:
@@ -182,18 +182,18 @@ def _fix_positions(
     places: Sequence[Places],
     q: NDArray[np.float64],
     q_ref: NDArray[np.float64],
-    held: slice,
+    fixed: slice,
 ) -> None:
-    """Set held coordinates to where joints hold them, which is where they are but for rounding."""
-    apart = np.abs(q[held] - q_ref[held])
-    if len(apart) and np.max(apart) > ROUNDING * np.max(np.abs(q)):
-        point, is_place = _locate(scene, places, held.start + int(np.argmax(apart)))
+    """Set fixed coordinates to their reference values, after a check up to rounding errors."""
+    distance = np.abs(q[fixed] - q_ref[fixed])
+    if len(distance) and np.max(distance) > ROUNDING * np.max(np.abs(q)):
+        point, is_place = _locate(scene, places, fixed.start + int(np.argmax(distance)))
         what, unit = ("position", " m") if is_place else ("slope", "")
         raise InputError(
-            f"start has the {what} of {point!r} {np.max(apart):.3g}{unit} from where a joint of "
+            f"start has the {what} of {point!r} {np.max(distance):.3g}{unit} from where a joint of "
             "this scene holds it: leave out the joint, or start from a state that it allows"
         )
-    q[held] = q_ref[held]
+    q[fixed] = q_ref[fixed]
 
 
 def _locate(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, bool]:
@@ -206,7 +206,7 @@ def _locate(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, 
 def _fix_velocities(
     scene: Scene, places: Sequence[Places], v: NDArray[np.float64], still: slice
 ) -> None:
-    """Set the velocity of held coordinates to zero, which it must be but for rounding."""
+    """Set the velocity of fixed coordinates to zero, after a check up to rounding errors."""
     held = v[still]
     moving = np.flatnonzero(np.abs(held) > ROUNDING * velocity_scales(scene, places, v)[still])
     if len(moving):
@@ -223,19 +223,19 @@ def _fix_velocities(
 def velocity_scales(
     scene: Scene, places: Sequence[Places], v: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how fast coordinates move in a scene, (n_all,) [m/s, 1/s]: what rounding is beside.
+    """Return the velocity scale of each coordinate, (n_all,) [m/s, 1/s], for rounding errors.
 
-    The largest velocity of a node for all positions, or what an element makes of the slopes' rates,
-    since points between the nodes may move where no node does; for all slopes the largest of
-    theirs, or what an element makes of that velocity.
+    For positions it is the largest nodal velocity, or the product of the largest rate of a slope
+    and the shortest element, because points between fixed nodes can move; for slopes the largest
+    rate, or the largest velocity over the length of the shortest element.
     """
     slopes = np.ones(len(v), dtype=bool)
     for body, where in zip(scene.bodies, places, strict=True):
         slopes[where[:, body.kind.columns("r")]] = False
-    straight, turning = _largest(v[~slopes]), _largest(v[slopes])
+    position_rate, slope_rate = _largest(v[~slopes]), _largest(v[slopes])
     shortest = min(body.shortest for body in scene.bodies)
-    out = np.full(len(v), max(turning, straight / shortest))
-    out[~slopes] = max(straight, turning * shortest)
+    out = np.full(len(v), max(slope_rate, position_rate / shortest))
+    out[~slopes] = max(position_rate, slope_rate * shortest)
     return out
 
 
@@ -252,7 +252,7 @@ def reference_coordinates(body: Body) -> NDArray[np.float64]:
     )
     for name in kind.vectors[1:]:
         k = AXES.index(name)
-        # A planar beam has besides the stretch of its section along z.
+        # A planar beam also has the stretch of its section along z.
         q[:, kind.columns(name)] = body.vectors[:, k] if k < body.vectors.shape[1] else 1.0
     return q
 
@@ -260,10 +260,9 @@ def reference_coordinates(body: Body) -> NDArray[np.float64]:
 def initial_velocities(body: Body) -> NDArray[np.float64]:
     """Return initial velocities of all rows, (n_rows, n_c) [m/s, 1/s].
 
-    Slopes move with the derivative of the velocity field along their vector.  Where it is no
-    `RigidMotion`, that is a central difference of fourth order over a thousandth of an element:
-    exact for rigid motions, and to twelve digits of the velocity per element for fields that the
-    mesh can follow.
+    Rates of slopes are derivatives of the velocity field along their vector.  For fields other than
+    a `RigidMotion` they are central differences of fourth order over a thousandth of an element:
+    exact for rigid motions, and accurate to twelve digits for fields that the mesh can resolve.
     """
     field = body.velocity
     nodes, kind = body.row_nodes, body.kind

@@ -1,4 +1,4 @@
-"""What drives prescribe over time: coordinates with their rates, and what equations follow."""
+"""Prescribed motions: coordinates with their rates, and right-hand sides of equations."""
 
 from __future__ import annotations
 
@@ -19,22 +19,20 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int_]
 
-# Points of a difference for the rates of a function that come without them, and the place of the
-# time itself among them.
-STENCIL_POINTS, STENCIL_CENTRE = 6, 2
-# Share of the mean rate across these points below which the rounding inside a function may matter.
-RATE_ROUNDING = 1e-9
+STENCIL_POINTS = 6  # points of a difference formula for missing rates
+STENCIL_CENTRE = 2  # index of the evaluated time among them
+RATE_ROUNDING = 1e-9  # rounding error of a function, over its variation across these points
 
 
 class PrescribedValues(NamedTuple):
-    """What is prescribed at a time.
+    """Prescribed values at a time.
 
     Attributes
     ----------
     q, v, a : (n,) float
-        Places of the driven coordinates [m], velocities, accelerations.
+        Prescribed coordinates [m], velocities, accelerations.
     s, s_rate, s_second : (n_equations,) float
-        What the led equations have [m], and its rates.
+        Right-hand sides of the prescribed equations [m], and their rates.
     """
 
     q: Vector
@@ -51,16 +49,16 @@ class PrescribedMotions:
     Parameters
     ----------
     courses : sequence of Course
-        What the last coordinates follow.
+        Motions of the last coordinates.
     led : sequence of Led
-        What the last equations follow.
+        Right-hand sides of the last equations.
 
     Attributes
     ----------
     n, n_equations : int
-        Coordinates and equations.
+        Numbers of prescribed coordinates and equations.
     courses : list of Course
-        All motions, each once.
+        All motions without repetition.
     """
 
     def __init__(
@@ -76,41 +74,41 @@ class PrescribedMotions:
         self.n_equations = len(rheonomic)
 
     def __bool__(self) -> bool:
-        """Whether anything is prescribed."""
+        """Return True if anything is prescribed."""
         return self.n + self.n_equations > 0
 
     @property
     def differences(self) -> str:
-        """Name of a motion whose rates are differences, empty if there is none."""
+        """Name of a motion with rates by differences, empty if there is none."""
         return next((table.name for table in self._tables if not table.has_rates), "")
 
     @property
     def widths(self) -> list[int]:
-        """How many columns of `tabulate` belong together: motions, their rates, and equations."""
+        """Widths of the blocks of columns of `tabulate`: motions, their rates, and equations."""
         return [*[table.width for table in self._courses] * 3, *[1] * self.n_equations]
 
     def resolve(self, step: float, begin: float, end: float) -> None:
-        """Set the distance of the points of differences and the times they lie between [s]."""
+        """Set step and interval of the difference formulas [s]."""
         for table in self._tables:
             table.step = min(step, (end - begin) / (STENCIL_POINTS - 1))
             table.begin, table.end = begin, end
 
     def tabulate(self, times: Vector, rates: bool = False) -> tuple[Vector, LoadError | None]:
-        """Return what is prescribed up to the first time at which a function fails, and how.
+        """Return prescribed values up to the first time at which a function fails.
 
         Parameters
         ----------
         times : (k,) float
             Times [s].
         rates : bool, optional
-            Whether to return the first two rates of what equations have, too.
+            Include two rates of the prescribed equations.
 
         Returns
         -------
         table : (j, 3 n + n_equations) float
-            Places, velocities, accelerations; what equations have, and then its rates.
+            Coordinates, velocities, accelerations; right-hand sides of equations, then their rates.
         failure : LoadError or None
-            What happened at time j.
+            Failure at time j.
         """
         courses, rheonomic, failure = self._evaluate(times)
         parts = [courses[:, k] for k in range(3)]
@@ -118,7 +116,7 @@ class PrescribedMotions:
         return np.concatenate(parts, axis=1), failure
 
     def at(self, time: float) -> PrescribedValues:
-        """Return what is prescribed at a time [s].
+        """Return prescribed values at a time [s].
 
         Raises
         ------
@@ -138,17 +136,17 @@ class PrescribedMotions:
         return courses[:, 1], rheonomic[:, 1]
 
     def course_of(self, k: int) -> PrescribedMotion:
-        """Return what driven coordinate k follows."""
+        """Return the motion of prescribed coordinate k."""
         ends = np.cumsum([table.width for table in self._courses])
         return self.courses[int(np.searchsorted(ends, k, side="right"))]
 
     def speed_errors(self, time: float) -> Vector:
-        """Return how far velocities of coordinates that are differences may be off, (n,) [m/s]."""
+        """Return error bounds of velocities by differences, (n,) [m/s]."""
         errors = [table.rate_error(time) for table in self._courses]
         return np.concatenate([np.zeros(0), *errors])
 
     def rate_errors(self, time: float) -> Vector:
-        """Return how far rates of equations that are differences may be off, (n_equations,) [m/s].
+        """Return error bounds of rates of equations by differences, (n_equations,) [m/s].
 
         Parameters
         ----------
@@ -168,7 +166,7 @@ class PrescribedMotions:
     def fastest(self, times: Vector) -> float:
         """Return the largest velocity of a coordinate at some times (k,) [m/s].
 
-        It is looked for up to the first time at which a function fails.
+        Times from the first failure of a function on are ignored.
         """
         return float(np.max(np.abs(self._evaluate(times)[0][:, 1]), initial=0.0))
 
@@ -210,11 +208,10 @@ class _MotionTable:
         return np.stack([column[:rows] for column in columns], axis=1), failure
 
     def rate_error(self, time: float) -> Vector:
-        """Return how far the rate at a time may be off, (width,) [m/s]: none if it was given.
+        """Return an error bound of the rate at a time, (width,) [m/s]; zero for specified rates.
 
-        With a point less the polynomial has another rate, by more than the error of the one with
-        all, or by their rounding: ten times that, a small share of the mean rate across the points,
-        and the rounding of places as large as all are.
+        It is ten times the change of the rate when one point of the polynomial is omitted, plus a
+        small fraction of the mean rate across the points, plus the rounding errors of the values.
         """
         if self.has_rates or self.step == 0.0:
             return np.zeros(self.width)
@@ -232,21 +229,21 @@ class _MotionTable:
         return np.asarray((10.0 * np.abs(rates[1] - rates[0]) + across + rounding) / self.step)
 
     def _by_differences(self, times: Vector) -> tuple[Vector, LoadError | None]:
-        """Differentiate the polynomial through points around each time, none beyond the run."""
-        if self.step == 0.0:  # no run is known: places alone
+        """Differentiate the polynomial through points around each time, within the run."""
+        if self.step == 0.0:  # without a run: values only
             values, failure = self._places.tabulate(times)
             return np.stack([values, 0.0 * values, 0.0 * values], axis=1), failure
         values, middle, failure = self._around(times)
         rows = len(values)
         weights = np.stack([_difference_weights(k) for k in range(STENCIL_POINTS)])[middle]
         centre = values[np.arange(rows), middle]
-        apart = values - centre[:, None]  # so that weights are not rounded beside the whole
+        apart = values - centre[:, None]  # avoids cancellation
         rates = np.einsum("kop,kpw->kow", weights, apart)
         rates /= np.array([self.step, self.step**2])[None, :, None]
         return np.concatenate([centre[:, None], rates], axis=1), failure
 
     def _around(self, times: Vector) -> tuple[Vector, Integers, LoadError | None]:
-        """Return values (j, POINTS, width) around times, and which of them are at the times."""
+        """Return values (j, STENCIL_POINTS, width) around times, and the indices of these times."""
         before = np.floor((times - self.begin) / self.step + 1e-6)
         after = np.floor((self.end - times) / self.step + 1e-6)
         low = np.clip(STENCIL_POINTS - 1 - after, 0, STENCIL_POINTS - 1)

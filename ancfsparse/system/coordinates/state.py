@@ -1,4 +1,4 @@
-"""Where a motion is at one time, apart from the stress-free shape it is counted from."""
+"""States of a motion: coordinates, velocities, accelerations and multipliers."""
 
 from __future__ import annotations
 
@@ -15,21 +15,20 @@ from ancfsparse.scene import Body, Point, Scene
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
-# Share of the largest coordinate by which places that must agree may differ: rounding.
-ROUNDING = 1e-9
-# Parts of a body that give its coordinates their meaning; its section and its material may change.
+ROUNDING = 1e-9  # difference of equal values, over the largest coordinate or velocity
 COORDINATE_DESCRIPTIONS = ("element", "mesh")
+"""Entries of `Scene.digest` that determine the coordinates; section and material may change."""
 
 
 class Layout(NamedTuple):
-    """What the coordinates of a system are.
+    """Meaning and indices of the coordinates of a system.
 
     Attributes
     ----------
     bodies : tuple of str
         Element and mesh of each body.
     places : list of (n_rows, n_c) int32 arrays
-        Per body the place of each coordinate of each row.
+        Indices of the coordinates of each row, per body.
     q_ref : (n_all,) float
         The stress-free shape [m, 1].
     """
@@ -39,14 +38,14 @@ class Layout(NamedTuple):
     q_ref: Vector
 
     def numbers_like(self, other: Layout) -> bool:
-        """Whether all coordinates have the same places."""
+        """Return True if all coordinates have the same indices."""
         return self is other or (
             self.bodies == other.bodies and all(map(np.array_equal, self.places, other.places))
         )
 
 
 def describe_coordinates(description: Mapping[str, str]) -> tuple[str, ...]:
-    """Return what the coordinates of each body are, from `Scene.digest`."""
+    """Return a description of the coordinates of each body, from `Scene.digest`."""
     n = sum(name.startswith(f"{COORDINATE_DESCRIPTIONS[0]} of ") for name in description)
     return tuple(
         ", ".join(description[f"{name} of body {k}"] for name in COORDINATE_DESCRIPTIONS)
@@ -64,17 +63,17 @@ class State:
     Attributes
     ----------
     layout : Layout
-        What the coordinates are.
+        Meaning of the coordinates.
     t : float
         Time [s].
     q, v, a : (n_all,) float
-        Coordinates [m for positions, 1 for slopes], their rates and second rates [1/s, 1/s2].
+        Coordinates [m for positions, 1 for slopes], velocities and accelerations [1/s, 1/s2].
     lam : (m,) float
         Multipliers of the constraints [N].
     b : (n_all,) float, optional
-        The integrator's own acceleration [m/s2, 1/s2], if it has one.
+        Auxiliary acceleration of generalized-alpha [m/s2, 1/s2], see Arnold and Bruels (2007).
     memory : mapping
-        What else the next steps of the same run depend on, empty if nothing is known.
+        Other data to continue the same run, empty if not available.
     """
 
     layout: Layout
@@ -87,7 +86,7 @@ class State:
     memory: Mapping[str, Any] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """Give time and size in one line."""
+        """Summarise time and size in one line."""
         return f"State: t = {self.t:.6g} s, {len(self.q)} coordinates, {len(self.lam)} multipliers"
 
 
@@ -112,12 +111,12 @@ class StateHistory(NamedTuple):
 
 
 def check_state(scene: Scene, state: State) -> None:
-    """Refuse a state of other bodies, or one that holds what is not a number.
+    """Refuse a state of other bodies, or with values that are not finite.
 
     Raises
     ------
     InputError
-        With the first body that differs, or the first coordinate.
+        If so; the message names the first body or coordinate.
     """
     n = len(state.layout.q_ref)
     for name, values in (("q", state.q), ("v", state.v)):
@@ -125,12 +124,12 @@ def check_state(scene: Scene, state: State) -> None:
             raise InputError(
                 f"{name} of start has shape {np.shape(values)}, and its scene has {n} coordinates"
             )
-        wrong = np.flatnonzero(~np.isfinite(values))
-        if len(wrong):
+        invalid = np.flatnonzero(~np.isfinite(values))
+        if len(invalid):
             raise InputError(
-                f"{name} of start is not finite at {len(wrong)} of {n} coordinates, the first of "
-                f"them number {wrong[0]}: take an earlier state, such as that of a run which ended "
-                "before"
+                f"{name} of start is not finite at {len(invalid)} of {n} coordinates, the first of "
+                f"them number {invalid[0]}: take an earlier state, such as that of a run which "
+                "ended before"
             )
     here, there = describe_coordinates(scene.digest()), state.layout.bodies
     if len(here) != len(there):
@@ -138,41 +137,42 @@ def check_state(scene: Scene, state: State) -> None:
             f"start is a state of {len(there)} bodies, and this scene has {len(here)}: take a "
             "state of this scene"
         )
-    for body, mine, its in zip(scene.bodies, here, there, strict=True):
-        if mine != its:
+    for body, own, other in zip(scene.bodies, here, there, strict=True):
+        if own != other:
             raise InputError(
-                f"start is a state of another scene: {body.name} is {its} there, and {mine} here"
+                f"start is a state of another scene: {body.name} is {other} there, and {own} here"
             )
 
 
 def transfer_state(
     scene: Scene, state: State, places: Sequence[Places], q_ref: Vector
 ) -> tuple[Vector, Vector]:
-    """Return coordinates and velocities of a state by the places of another numbering.
+    """Return coordinates and velocities of a state in another numbering.
 
     Raises
     ------
     InputError
-        If the reference shape differs, or nodes that a connection joins are apart.
+        If the reference shape differs, or connected nodes do not coincide.
     """
     q, v = np.full(len(q_ref), np.nan), np.zeros(len(q_ref))
     for body, new, old in zip(scene.bodies, places, state.layout.places, strict=True):
         size = ROUNDING * float(np.max(np.abs(q_ref[new])))
-        apart = np.abs(q_ref[new] - state.layout.q_ref[old])
-        if np.max(apart) > size:
+        difference = np.abs(q_ref[new] - state.layout.q_ref[old])
+        if np.max(difference) > size:
             raise InputError(
                 f"start is a state of another scene: the stress-free shape of {body.name} differs "
-                f"by up to {np.max(apart):.3g} m"
+                f"by up to {np.max(difference):.3g} m"
             )
-        known, given = q[new], state.q[old]
-        apart = np.abs(known - given)  # NaN: not known yet
-        if np.nanmax(apart, initial=0.0) > ROUNDING * np.max(np.abs(given)):
-            row, _ = np.unravel_index(int(np.nanargmax(apart)), apart.shape)
+        values = state.q[old]
+        distance = np.abs(q[new] - values)  # NaN where not yet set
+        if np.nanmax(distance, initial=0.0) > ROUNDING * np.max(np.abs(values)):
+            row, _ = np.unravel_index(int(np.nanargmax(distance)), distance.shape)
             raise InputError(
-                f"start has {_point(body, int(row))} {np.nanmax(apart):.3g} m from the point that "
-                "it is connected to: leave out the connection, or start where they meet"
+                f"start has {_point(body, int(row))} {np.nanmax(distance):.3g} m from the point "
+                "that it is connected to: leave out the connection, or start from a state in which "
+                "they coincide"
             )
-        q[new], v[new] = given, state.v[old]
+        q[new], v[new] = values, state.v[old]
     return q, v
 
 

@@ -1,4 +1,4 @@
-"""Loads that change, tabulated for many times: at once where a function can, else call by call."""
+"""Amplitudes of time-dependent loads, by one call for many times if possible."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ from ancfsparse.scene.records.time_dependent import TimeDependentValue
 
 Vector = NDArray[np.float64]
 
-# Fewer times are not worth an array of what is not a signal, and so many calls check one: the first
-# time, the last, and others spread between them.
-MIN_ARRAY_TIMES, N_CHECKS = 32, 8
-# By how much of the largest value an array and a call may differ: both round, not always alike.
-ROUNDING = 1e-12
+MIN_ARRAY_TIMES = 32  # times for a call with an array, except for signals
+N_CHECKS = 8  # single calls that check an array: first time, last time, and others between
+ROUNDING = 1e-12  # difference of an array and a single call, over the largest value
 
 
 class Amplitudes(Protocol):
@@ -27,42 +25,42 @@ class Amplitudes(Protocol):
     Attributes
     ----------
     width : int
-        How many.
+        Number of functions.
     """
 
     width: int
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
-        """Return them up to the first time at which one fails, (j, width), and how it fails."""
+        """Return values up to the first time at which a function fails, (j, width)."""
 
 
 class TimeAmplitude:
-    """The time itself, as the amplitude of what depends on it."""
+    """The time, as the amplitude of contributions that depend on it."""
 
     width = 1
 
     def tabulate(self, times: Vector) -> tuple[Vector, None]:
-        """Return the times [s] as a column, (k, 1), and that nothing fails."""
+        """Return the times [s] as a column, (k, 1)."""
         return times[:, None], None
 
 
 class ConstantAmplitude:
-    """One, at all times: the amplitude of a constant load, by which statics lets it grow."""
+    """The constant one: the amplitude of a constant load, which statics scales."""
 
     width = 1
 
     def tabulate(self, times: Vector) -> tuple[Vector, None]:
-        """Return ones as a column, (k, 1), and that nothing fails."""
+        """Return ones as a column, (k, 1)."""
         return np.ones((len(times), 1)), None
 
 
 class FunctionAmplitude:
-    """A load and the amplitudes it gives.
+    """The amplitudes of a load.
 
-    A function is given arrays of times as long as what it returns for them is what it returns for
-    single ones.  That is checked at some times of each array, and what does not depend on the time
-    is not believed.  Signals are given arrays of any length, so that their values do not depend on
-    how a run is divided: an array and a call are not always rounded alike.
+    A function is called with arrays of times as long as the results agree with those of single
+    calls, which is checked at some times of each array; constant results are not accepted.  Signals
+    are always called with arrays, so that their values do not depend on the division of a run:
+    rounding errors of array and single calls can differ.
 
     Parameters
     ----------
@@ -77,7 +75,7 @@ class FunctionAmplitude:
         self._takes_arrays = True
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
-        """Return the amplitudes up to the first time at which the load fails, and how it fails.
+        """Return the amplitudes up to the first time at which the load fails.
 
         Parameters
         ----------
@@ -89,7 +87,7 @@ class FunctionAmplitude:
         table : (j, width) float
             j is k if nothing fails [N, N m or N/m].
         failure : LoadError or None
-            What happened at time j.
+            Failure at time j.
         """
         if not callable(self.load.value):
             return np.broadcast_to(self.load.at(0.0), (len(times), self.width)), None
@@ -101,15 +99,15 @@ class FunctionAmplitude:
         return self._call_by_call(times)
 
     def _at_once(self, times: Vector) -> Vector | None:
-        """Return the amplitudes by one call with all times, or None if they are not right."""
+        """Return the amplitudes by one call with all times, or None if they are wrong."""
         function: Any = self.load.value
-        given = np.array(times)
-        given.flags.writeable = False
+        array = np.array(times)
+        array.flags.writeable = False
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
-                table = _columns(function(given), len(times), self.width)
-        except Exception:  # it may raise anything for an array; single calls show what is wrong
+                table = _columns(function(array), len(times), self.width)
+        except Exception:  # it may raise anything for an array; single calls decide
             return None
         if table is None or self._always:
             return table
@@ -118,8 +116,8 @@ class FunctionAmplitude:
         single, failure = self._call_by_call(times[at])
         if failure is not None:
             return None
-        far = np.abs(table[at] - single) > ROUNDING * np.max(np.abs(table), axis=0)
-        return None if far.any() else table
+        differs = np.abs(table[at] - single) > ROUNDING * np.max(np.abs(table), axis=0)
+        return None if differs.any() else table
 
     def _call_by_call(self, times: Vector) -> tuple[Vector, LoadError | None]:
         function: Any = self.load.value
@@ -128,11 +126,11 @@ class FunctionAmplitude:
         try:
             for t in times.tolist():
                 values.append(function(t))
-        except Exception as error:  # a function of the caller's may raise anything
+        except Exception as error:  # user functions may raise anything
             failure = self.load.failure(t, error)
             failure.__cause__ = error
         table = _rows(values, self.load.shape)
-        if table is None:  # one of them is no load: find it
+        if table is None:  # a value is invalid: find it
             table = np.empty((len(values), self.width))
             for k, value in enumerate(values):
                 try:
@@ -143,10 +141,10 @@ class FunctionAmplitude:
 
 
 def _columns(found: Any, k: int, width: int) -> Vector | None:
-    """Return what a function has returned for k times as a table (k, width), or None.
+    """Return the result of a function for k times as a table (k, width), or None.
 
-    It may be an array (k, width), or what single calls return with arrays (k,) for numbers; those
-    that stay numbers are constant.
+    Valid are an array (k, width), or the result of a single call with arrays (k,) in place of
+    numbers; remaining numbers are constant.
     """
     if isinstance(found, np.ndarray) and found.shape == (k, width):
         parts = list(found.T)
@@ -164,7 +162,7 @@ def _columns(found: Any, k: int, width: int) -> Vector | None:
 
 
 def _rows(values: list[Any], shape: tuple[int, ...]) -> Vector | None:
-    """Return what single calls have returned as a table, or None if one of them is no load."""
+    """Return the results of single calls as a table, or None if one is invalid."""
     try:
         table = np.array(values)
     except ValueError:  # of different lengths

@@ -1,4 +1,4 @@
-"""Applied forces: what is constant becomes one vector, what changes columns of amplitudes."""
+"""Applied forces: one vector of constant forces, and amplitudes of time-dependent ones."""
 
 from __future__ import annotations
 
@@ -25,52 +25,51 @@ from ancfsparse.system.loads.follower_loads import Follower, follower_at_node, f
 
 Vector = NDArray[np.float64]
 
-# Gauss points of an element for loads that follow it or vary along it: exact for the cubic times a
-# shape of degree six.
-GAUSS_POINTS = 5
+# Exact for the product of the cubic with a load of degree six.
+GAUSS_POINTS = 5  # of an element, for follower loads and loads that vary along it
 
 
 class Places(Protocol):
-    """Where the coordinates of a scene are."""
+    """Indices of the coordinates of a scene."""
 
     n_all: int
     dim: int
 
     def place(self, node: Point) -> NDArray[np.int32]:
-        """Return those of a node, (n_c,)."""
+        """Return the indices of a node, (n_c,)."""
 
     def point(self, node: Point) -> tuple[NDArray[np.int32], Vector]:
-        """Return places (dim, p) and weights (p,) of its position."""
+        """Return indices (dim, p) and weights (p,) of the position of a point."""
 
     def frame(self, node: Point) -> NDArray[np.int32]:
-        """Return places (3, dim) of those of r_x, r_y and r_z that a moment acts on, or -1."""
+        """Return the indices (3, dim) of the vectors r_x, r_y, r_z under a moment, or -1."""
 
     def elements(self, beam: Body) -> NDArray[np.int32]:
-        """Return those of the elements of a beam, (n_e, 2 n_c)."""
+        """Return the indices of the elements of a beam, (n_e, 2 n_c)."""
 
 
 @dataclass
 class Loads:
-    """Loads of a scene on its coordinates.
+    """Generalized loads of a scene.
 
     Attributes
     ----------
     constant : (n_all,) float
         Constant forces without gravity [N, N m].
     place, weight, column : lists
-        Changing forces: ``force[place] += weight * amplitude[column]``.
+        Time-dependent forces: ``force[place] += weight * amplitude[column]``.
     moment_place : list of (3, dim) int
-        Places of those of r_x, r_y and r_z that a moment acts on; -1 for the others.
+        Indices of the vectors r_x, r_y, r_z under a moment; -1 for the others.
     moment_column : list of (1,) or (3,) int
-        Their amplitudes [N m].
+        Amplitudes of the moments [N m].
     moment_axes : list of (3, 3) int, or None
-        Places of r_x, r_y and r_z where a moment follows them.
+        Indices of r_x, r_y and r_z for a follower moment.
     followers : list of Follower
-        Forces that follow sections.
+        Follower forces.
     gravity_column : list of (dim,) int
-        Amplitudes of gravity that changes [m/s2].
+        Amplitudes of time-dependent gravity [m/s2].
     sources : list of Amplitudes
-        Where the amplitudes come from, in order.
+        The functions of the amplitudes, in order.
     """
 
     constant: Vector
@@ -91,12 +90,12 @@ class Loads:
 
     @property
     def growing(self) -> NDArray[np.bool_]:
-        """Which amplitudes are loads, that a share of the loads scales, and not the time."""
+        """Mask of the amplitudes that scale with the load factor, unlike the time."""
         flags = [np.full(each.width, not isinstance(each, TimeAmplitude)) for each in self.sources]
         return np.concatenate([np.zeros(0, dtype=bool), *flags])
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
-        """Return the amplitudes up to the first time at which a load fails, and how it fails.
+        """Return the amplitudes up to the first time at which a load fails.
 
         Parameters
         ----------
@@ -108,7 +107,7 @@ class Loads:
         table : (j, n_amplitudes) float
             j is k if nothing fails [N or N m].
         failure : LoadError or None
-            What happened at time j.
+            Failure at time j.
         """
         table, failure, start = np.empty((len(times), self.n_amplitudes)), None, 0
         for source in self.sources:
@@ -119,7 +118,7 @@ class Loads:
         return table, failure
 
     def amplitudes(self, times: Vector) -> Vector:
-        """Return the amplitudes at the given times [s], shape (k, n_amplitudes) [N or N m].
+        """Return the amplitudes at times [s], shape (k, n_amplitudes) [N or N m].
 
         Raises
         ------
@@ -133,14 +132,14 @@ class Loads:
 
 
 def collect_loads(scene: Scene, system: Places) -> Loads:
-    """Spread the loads of a scene over its coordinates.
+    """Return the generalized loads of a scene.
 
     Parameters
     ----------
     scene : Scene
-        The loads.
-    system : System
-        Where the coordinates of its nodes and elements are.
+        The scene.
+    system : Places
+        Indices of the coordinates of its nodes and elements.
     """
     out = Loads(np.zeros(system.n_all))
     for load in scene.loads:
@@ -176,7 +175,7 @@ def collect_loads(scene: Scene, system: Places) -> Loads:
 
 
 def _frame_indices(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
-    """Return the places (3, 3) of r_x, r_y and r_z in space, about which a moment follows."""
+    """Return the indices (3, 3) of r_x, r_y and r_z of a follower moment in space."""
     kind, row = load.node.beam.kind, system.place(load.node)
     if kind.dim == 2:
         return None
@@ -184,7 +183,7 @@ def _frame_indices(load: PointMoment, system: Places) -> NDArray[np.int32] | Non
 
 
 def _make_follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
-    """Return a following force at the points where it acts."""
+    """Return a follower force at its points of action."""
     column = np.full(system.dim, -1)
     width = load.shape[0] if load.shape else 1
     column[:width] = np.arange(first, first + width)
@@ -208,7 +207,7 @@ def _make_follower(load: PointForce | DistributedForce, system: Places, first: i
 
 
 def _gauss_rule() -> tuple[Vector, Vector]:
-    """Return points and weights for the integral from 0 to 1."""
+    """Return Gauss points and weights on [0, 1]."""
     points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     return 0.5 * (1.0 + points), 0.5 * weights
 
@@ -222,7 +221,7 @@ def _arc_coordinates(beam: ElasticBody, xi: Vector) -> Vector:
 def _integrate_load(
     load: DistributedForce, places: NDArray[np.int32]
 ) -> tuple[NDArray[np.int32], Vector]:
-    """Places (dim, p) and weights (p,) of a force per length: integrated shape functions."""
+    """Return indices (dim, p) and weights (p,) of a distributed force by integration."""
     ends, kind = places.reshape(len(places), 2, -1), load.beam.kind
     each = [ends[:, end, kind.columns(name)] for end in (0, 1) for name in kind.axis]
     lengths = load.beam.lengths

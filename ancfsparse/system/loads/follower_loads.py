@@ -1,4 +1,4 @@
-"""Points with the axes of their sections, as sums of coordinates."""
+"""Follower forces: points and section axes as linear functions of coordinates."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ancfsparse.kernels.hermite import position_weights, slope_weights
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
-# Nodal vectors of an element that a point and the axes of its section depend on, in space.
 NODAL_VECTORS = ("r", "r_x", "r_y", "r_z")
+"""Nodal vectors that a point and the axes of its section depend on, in space."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Follower:
     Attributes
     ----------
     place : (n, width, dim) int32
-        Places of the vectors that they depend on.
+        Indices of the vectors that they depend on.
     weight : (n, 1 + n_axes, width) float
         Their weights in the position, and in each of the axes.
     column : (n, dim) int32
@@ -41,7 +41,7 @@ class Follower:
 
     @staticmethod
     def join(parts: Sequence[Follower]) -> Follower:
-        """Join blocks, of which some have fewer vectors or axes."""
+        """Join blocks with different numbers of vectors or axes."""
         width = max(each.place.shape[1] for each in parts)
         sums = max(each.weight.shape[1] for each in parts)
         places, weights = [], []
@@ -61,16 +61,16 @@ class Follower:
 def follower_at_node(
     kind: ElementKind, row: Places, offsets: Sequence[float] = ()
 ) -> tuple[Places, Vector]:
-    """Return places (1, width, dim) and weights (1, 1 + n_axes, width) at a node.
+    """Return indices (1, width, dim) and weights (1, 1 + n_axes, width) at a node.
 
     Parameters
     ----------
     kind : ElementKind
-        Its coordinates.
+        The element type.
     row : (n_c,) int32
-        Their places.
+        Indices of its coordinates.
     offsets : sequence of float, optional
-        Of a point of a rigid body or beside the axis of a beam, its coordinates [m].
+        Coordinates of a point of a rigid body, or off the axis of a beam [m].
     """
     names = _vector_names(kind)
     place = np.stack([row[kind.columns(name)] for name in names])
@@ -82,20 +82,20 @@ def follower_at_node(
 def follower_inside(
     kind: ElementKind, ends: Places, xi: Vector, lengths: Vector, offsets: Sequence[float] = ()
 ) -> tuple[Places, Vector]:
-    """Return places (n, width, dim) and weights (n, 1 + n_axes, width) inside elements.
+    """Return indices (n, width, dim) and weights (n, 1 + n_axes, width) inside elements.
 
     Parameters
     ----------
     kind : ElementKind
         The element.
     ends : (n, 2, n_c) int32
-        Places of the coordinates of both nodes.
+        Indices of the coordinates of both nodes.
     xi : (n,) float
-        Places within the elements, from 0 to 1.
+        Relative positions in the elements, from 0 to 1.
     lengths : (n,) float
-        Of the elements [m].
+        Lengths of the elements [m].
     offsets : sequence of float, optional
-        Coordinates of points beside the axis along r_x, r_y and r_z [m].
+        Offsets from the axis along r_x, r_y and r_z [m].
     """
     names = _vector_names(kind)
     k = len(names)
@@ -112,10 +112,10 @@ def follower_inside(
 
 
 def _vector_names(kind: ElementKind) -> list[str]:
-    """Return the vectors of a node; in the plane r_z is one number across it, and none of them."""
+    """Return the names of the nodal vectors; in the plane r_z is a scalar and not among them."""
     return [name for name in NODAL_VECTORS[: 1 + kind.dim] if name in kind.vectors]
 
 
 def _count_axes(kind: ElementKind) -> int:
-    """Return how many vectors give the axes of a section: in the plane one, and its normal."""
+    """Return the number of vectors that define the axes of a section: in the plane one."""
     return 1 if kind.dim == 2 else max(1, sum(name in kind.vectors for name in NODAL_VECTORS[1:]))

@@ -1,4 +1,4 @@
-"""Eigenstrains that change with time: what they do to the parameters of kernels, as amplitudes."""
+"""Time-dependent eigenstrains: changes of kernel parameters as amplitudes."""
 
 from __future__ import annotations
 
@@ -14,27 +14,26 @@ from ancfsparse.scene.bodies.strained_reference import strained_ends
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
-# Times that are evaluated together.
-TIMES_PER_BLOCK = 64
-# Turns of a section along an element [rad] and elongations [-] that show which parameters change.
+TIMES_PER_BLOCK = 64  # times that are evaluated together
 TRIAL_STRAINS = (1e-3, -1e-2)
+"""Rotations along an element [rad] and elongations [-] that detect which parameters change."""
 
 
 class TimeDependentEigenstrain:
-    """The parameters of the elements of a beam that change with its eigenstrain.
+    """Changes of the parameters of the elements of a beam with its eigenstrain.
 
     Elements with equal parameters share their columns.
 
     Parameters
     ----------
     body : Beam
-        One with ``changing`` eigenstrains.
+        A beam with ``changing`` eigenstrains.
     kind : ElementKind
-        Its element.
+        Its element type.
     ends : (n_e, 2, n_c) float
         Coordinates of both nodes of its elements in the reference shape.
     base : (n_e, n_base) float
-        Base parameters of its elements, where nothing has changed.
+        Base parameters of its elements without changes.
 
     Attributes
     ----------
@@ -46,7 +45,7 @@ class TimeDependentEigenstrain:
         assert body.eigen is not None
         self._body, self._kind = body, kind
         still = filled(kind, base)
-        # The last element fills up its block, without stiffness.
+        # The last element, without stiffness, pads its block.
         element = np.minimum(np.arange(len(still)), body.n_elements - 1)
         vectors = np.concatenate(
             [ends[:, :, kind.columns(name)] for name in kind.vectors[1:]], axis=2
@@ -67,21 +66,21 @@ class TimeDependentEigenstrain:
         self.width = len(first) * len(self._changed)
 
     def places(self, set_of: Places, lanes: int) -> tuple[Places, Places]:
-        """Return what the amplitudes change in the sets of parameters, and which amplitude does.
+        """Return the indices of changed parameters and of their amplitudes.
 
         Parameters
         ----------
         set_of : (n_blocks,) int32
-            Which set each block has, see `Layout`.
+            Parameter set of each block, see `Layout`.
         lanes : int
-            Elements of a block.
+            Elements in a block.
 
         Returns
         -------
         place : (k,) int32
-            In the flat array of parameters (n_sets, n_derived, lanes).
+            Indices in the flat array of parameters (n_sets, n_derived, lanes).
         column : (k,) int32
-            Numbers of amplitudes, from that of the first.
+            Indices of amplitudes, relative to the first.
         """
         _, block = np.unique(np.where(set_of < 0, ~set_of, set_of), return_index=True)
         sets, changed, lane = np.ogrid[: len(block), : len(self._changed), :lanes]
@@ -93,7 +92,7 @@ class TimeDependentEigenstrain:
         )
 
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
-        """Return the changes of parameters, (j, width), up to a time at which no length is left."""
+        """Return the changes of parameters, (j, width), up to a strain of -1."""
         changes = self._body.eigen_changes(times)
         lowest = changes[:, None, 0] + self._eigen[None, :, 0]
         wrong = np.flatnonzero(~(lowest > -1.0).all(axis=1))
@@ -102,7 +101,7 @@ class TimeDependentEigenstrain:
             at = int(wrong[0])
             failure = LoadError(
                 f"the eigenstrain of {self._body.name} at t = {times[at]:.6g} s is "
-                f"{lowest[at].min():g}: it must be above -1, where no length is left",
+                f"{lowest[at].min():g}: it must be above -1, the strain of zero length",
                 float(times[at]),
             )
             changes = changes[:at]
@@ -114,7 +113,7 @@ class TimeDependentEigenstrain:
         return table, failure
 
     def _unit(self) -> Vector:
-        """Return an elongation of 1 and a turn of 1 rad for each distinct element."""
+        """Return an elongation of 1 and a rotation of 1 rad for each distinct element."""
         out = np.ones_like(self._eigen)
         out[:, 1:] /= self._lengths[:, None]
         return out
