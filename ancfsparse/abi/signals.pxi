@@ -29,7 +29,7 @@ cdef inline double now() noexcept nogil:
 
 
 cdef inline bint due(Signals *self, ptrdiff_t n) noexcept nogil:
-    """Whether it is time to check for signals, after another step of n coordinates."""
+    """Return True if signals are due to be checked, after another step of n coordinates."""
     cdef double time
     self.moved += n
     if self.moved < MOVED:

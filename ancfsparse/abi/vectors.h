@@ -13,8 +13,8 @@
 #include "parallel.h"
 #include "simd.h"
 
-/* Stands in loops over the fewer than ANCF_LANES entries that are left, which the compiler would
- * otherwise vectorise: on short vectors its checks for overlap took as long as the rest. */
+/* For loops over the remaining entries, fewer than ANCF_LANES, which the compiler would otherwise
+ * vectorise: on short vectors its checks for overlap took as long as the rest. */
 #define VEC_LEFT __asm__("")
 
 /* Sum of the lanes, by halves: short sums wait for it. */

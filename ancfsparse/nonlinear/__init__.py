@@ -4,6 +4,6 @@ This package works on vectors and ``solve(r)`` and is independent of mechanics.
 """
 
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.nonlinear.outcome import Outcome, Rung
+from ancfsparse.nonlinear.outcome import Attempt, Outcome
 
-__all__ = ["Method", "ModifiedNewton", "Newton", "Outcome", "QuasiNewton", "Rung"]
+__all__ = ["Attempt", "Method", "ModifiedNewton", "Newton", "Outcome", "QuasiNewton"]

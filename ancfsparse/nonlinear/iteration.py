@@ -1,4 +1,4 @@
-"""Configure the compiled nonlinear loop: tolerances, inverse, cost of a seed in counts."""
+"""Configuration of the compiled nonlinear loop: tolerances, inverse, costs by operation counts."""
 
 from __future__ import annotations
 
@@ -21,30 +21,29 @@ if TYPE_CHECKING:
     from ancfsparse.nonlinear.loop_protocols import DenseInverse, Inverse, NonlinearLoop, OwnInverse
 
 EPSILON = float(np.finfo(float).eps)
-DENSE_LIMIT = 4000
-# Weight of an entry of a new factor.  Iterations and factors, at the ratio of their measured times
-# (2.5 for cables to 15 for nets), were added up over 100 random scenes of the soak and 21
-# pendulums, chains and nets, for modified Newton and pairs of Davidon, DFP and BFGS.  Over the best
-# weight of each scene the mean is 1.01 to 1.05 for all weights from 4 to 13; for 20 it is 1.02 to
-# 1.06, for 40 1.06 to 1.09.
-ENTRY = 9.0
-# Iterations above the mean cost since the last seed that a step may take before it is renewed.  In
-# the same sums, modified Newton takes 1.01 to 1.04 of the best for all values from 0 to 0.5, and
-# 1.05 to 1.08 for 1.  Quasi-Newton takes 1.02 to 1.03 for 0.25 and 1.06 to 1.11 for 1, with which
-# alone the paper's pendulum renews its seed in no more than 4 % of the steps.
-WAITING, WAITING_WITH_PAIRS = 0.15, 1.0
-# Of s.y and y.H y in a pair of DFP or BFGS.  On 200 random scenes 10 saves 2 to 13 % of iterations
-# with multipliers and full memory, 1 to 4 % without, and changes nothing for few pairs; 3 refuses
-# so much that seeds are renewed more often, 100 saves half as much.
-LARGEST_RATIO = 10.0
+MAX_DENSE_UNKNOWNS = 4000
+# Iterations and factorizations, at the ratio of their measured times (2.5 for cables to 15 for
+# nets), were added up over 100 random scenes of the soak and 21 pendulums, chains and nets, for
+# modified Newton and pairs of Davidon, DFP and BFGS.  Relative to the best weight of each scene the
+# mean is 1.01 to 1.05 for all weights from 4 to 13, 1.02 to 1.06 for 20, 1.06 to 1.09 for 40.
+ENTRY_COST = 9.0  # of an entry of a new factor
+# In the same sums modified Newton takes 1.01 to 1.04 of the best for all values from 0 to 0.5, and
+# 1.05 to 1.08 for 1.  Quasi-Newton takes 1.02 to 1.03 for 0.25 and 1.06 to 1.11 for 1, the only
+# value for which the paper's pendulum renews its seed in at most 4 % of the steps.
+RENEWAL_EXCESS = 0.15  # iterations of a step above the mean since the last seed, before renewal
+RENEWAL_EXCESS_WITH_PAIRS = 1.0  # the same for quasi-Newton
+# On 200 random scenes 10 saves 2 to 13 % of the iterations with multipliers and full memory, 1 to
+# 4 % without, and does not change results with few pairs; with 3 seeds are renewed more often, and
+# 100 saves half as much.
+MAX_PAIR_RATIO = 10.0  # of s.y and y.H y in a pair of DFP or BFGS
 
 
 class Equations(Protocol):
-    """What the loop solves; see ``ancf_equations`` in abi/solver_abi.h."""
+    """Equations of a step; see ``ancf_equations`` in abi/solver_abi.h."""
 
     @property
     def capsule(self) -> object:
-        """The equations, "ancf_equations"."""
+        """Structure "ancf_equations"."""
 
     def residual(self) -> NDArray[np.float64]:
         """Return the scaled residual."""
@@ -53,56 +52,56 @@ class Equations(Protocol):
         """Add a correction."""
 
 
-def tolerance_of(
-    asked: str | float,
+def make_tolerance(
+    tolerance: str | float,
     scale: float,
     *,
     force_scale: float,
-    place: float,
+    rounding: float,
     noise: float,
     floor: float,
     share: float,
     work: float,
     sure: bool,
 ) -> Tolerance:
-    """Translate what a person asks for into bounds.
+    """Return the convergence criterion for a tolerance given by the user.
 
     Parameters
     ----------
-    asked : "default", "paper" or float
+    tolerance : "default", "paper" or float
         ``"paper"``: max|r| < 1e-6 N (N m on slopes) and max|phi| < 1e-6 m, unscaled.  A number: the
-        error of the accelerations that a step may leave [m/s2].
+        largest error of the accelerations after a step [m/s2].
     scale : float
         beta dt^2 [s2].
     force_scale : float
-        Size of the terms that cancel in the residual [N]; rounding puts a floor under ``"paper"``.
-    place : float
-        Rounding of a position [m].
+        Size of the terms that cancel in the residual [N]; rounding is a lower limit of ``"paper"``.
+    rounding : float
+        Rounding error of a position [m].
     noise, floor, share, work, sure
         As in `Tolerance`; ``share`` and ``work`` apply to ``"default"``.
     """
-    if asked == "paper":
+    if tolerance == "paper":
         force = scale * max(1e-6, 4.0 * EPSILON * force_scale)
         return Tolerance(False, force, 1e-6, 0.0, noise)
-    if isinstance(asked, str) and asked != "default":
+    if isinstance(tolerance, str) and tolerance != "default":
         raise InputError(
-            "{tolerance} must be 'default', 'paper' or a number in m/s2, got {asked!r}",
+            "{tolerance} must be 'default', 'paper' or a number in m/s2, got {value!r}",
             tolerance=Parameter("tolerance"),
-            asked=asked,
+            value=tolerance,
         )
     bound = math.inf
-    if asked != "default":
-        bound, share, work = scale * check_positive("tolerance", asked, "m/s2"), math.inf, math.inf
-    return Tolerance(True, 0.0, 4.0 * place, bound, noise, share, work, floor, sure)
+    if tolerance != "default":
+        bound = scale * check_positive("tolerance", tolerance, "m/s2")
+        share, work = math.inf, math.inf
+    return Tolerance(True, 0.0, 4.0 * rounding, bound, noise, share, work, floor, sure)
 
 
 @dataclass(frozen=True)
 class Costs:
-    """Modelled cost of an iteration, of a new seed, and of turning the seed in an iteration.
+    """Modelled cost of an iteration, of a new seed, and of rotating the seed in an iteration.
 
-    All are in the same arbitrary unit.
-
-    Counts, not clocks, so that runs repeat bit for bit.
+    All are in the same arbitrary unit, from counts instead of clocks, so that runs repeat bit for
+    bit.
     """
 
     iteration: float
@@ -110,17 +109,17 @@ class Costs:
     rotation: float = 0.0
 
     @classmethod
-    def of(
+    def from_counts(
         cls, residual: int, tangent: int, seed: Seed | Fill, frame: Frame | None = None
     ) -> Costs:
-        """Weigh operation counts as the parts were measured to take them, within a factor of two.
+        """Return costs from operation counts, with measured weights right within a factor of two.
 
-        Kernels run in SIMD lanes.  Of a factor every entry has its price, where they are few for
-        each column, and every operation a small one, where they come in blocks.
+        Kernels run in SIMD lanes.  The cost of a factorization is that of its entries, if columns
+        have few, plus that of its operations, which dominates in dense blocks.
         """
         return cls(
             0.1 * residual + 0.5 * seed.solve_flops,
-            0.1 * tangent + ENTRY * seed.nnz + 0.12 * seed.factor_flops,
+            0.1 * tangent + ENTRY_COST * seed.nnz + 0.12 * seed.factor_flops,
             0.0 if frame is None else 0.5 * frame.operations,
         )
 
@@ -137,21 +136,21 @@ def make_inverse(
     Parameters
     ----------
     method : Method
-        The person's choice.
+        The method.
     seed : SparseSeed or IncompleteSeed
         Factor of the iteration matrix.
     weights : (n,) float or None
         Inner product for Broyden's update: the diagonal of the mass matrix, zero on multipliers.
-        None is the plain one of the paper, whose pairs depend on the units.
+        None is the Euclidean one of the paper, which makes pairs depend on units.
     norm : (n,) float
-        Weights of the squares of a step, in the norm by which pairs are accepted; those of a
-        difference of residuals are divided by it.
+        Weights of the squares of a step, in the norm by which pairs are accepted; weights of a
+        difference of residuals are their inverses.
     smallest_y : float
-        Differences of residuals below this are rounding, and their pairs are skipped.
+        Differences of residuals below this are rounding errors, and their pairs are skipped.
     """
     inverse: OwnInverse
     if isinstance(method, QuasiNewton) and method.is_dense:
-        if seed.n > DENSE_LIMIT:
+        if seed.n > MAX_DENSE_UNKNOWNS:
             raise InputError(
                 f"memory='full' would keep a dense inverse of {seed.n} x {seed.n} numbers, "
                 f"{8 * seed.n**2 / 1e9:.3g} GB: use QuasiNewton({method.update!r}, memory=10)"
@@ -161,7 +160,7 @@ def make_inverse(
         inverse = compiled_module("limited").Limited(seed, method.update, method.pairs, weights)
     else:
         inverse = compiled_module("limited").Limited(seed, "broyden", 0)
-    inverse.set_guard(norm, smallest_y, LARGEST_RATIO)
+    inverse.set_guard(norm, smallest_y, MAX_PAIR_RATIO)
     return inverse
 
 
@@ -181,15 +180,15 @@ def make_iteration(
     Parameters
     ----------
     equations, seed, inverse
-        What is solved, and with what.
+        Equations of a step, seed and inverse.
     method, tolerance, costs
-        How it is solved.
+        Method, convergence criterion and costs.
     frame : compiled object with a ``capsule`` "ancf_frame", optional
         Rotations of the body, needed unless `Solver.frame` is fixed.
     reach : float or (n,) float, optional
-        By how much unknowns are moved for a finite-difference seed, see `finite_difference`.
+        Increments of the unknowns for a finite-difference seed, see `finite_difference`.
     sparing : bool, optional
-        Whether pairs are taken only where corrections by sweeps contract slowly.
+        Whether pairs are stored only if corrections by sweeps contract slowly.
 
     Raises
     ------
@@ -203,7 +202,7 @@ def make_iteration(
     loop: NonlinearLoop = compiled_module("iteration").Iteration(
         equations,
         seed,
-        turned(inverse, method, frame),
+        rotate_with_frame(inverse, method, frame),
         None if seed_frame == "fixed" else frame,
         rotating=seed_frame == "rotating",
         compares_frames=seed_frame == "auto",
@@ -223,7 +222,7 @@ def make_iteration(
         cost_iteration=costs.iteration,
         cost_rotation=costs.rotation,
         cost_seed=costs.seed,
-        patience=WAITING_WITH_PAIRS if learns and not sparing else WAITING,
+        patience=RENEWAL_EXCESS_WITH_PAIRS if learns and not sparing else RENEWAL_EXCESS,
         sure=tolerance.sure,
         share=tolerance.share,
         work=tolerance.work,
@@ -242,12 +241,12 @@ def make_iteration(
     return loop
 
 
-def turned(inverse: Inverse, method: Method, frame: Frame | None) -> Inverse:
-    """Return an inverse as the loop of a method takes it: in a frame, if its seeds may turn."""
+def rotate_with_frame(inverse: Inverse, method: Method, frame: Frame | None) -> Inverse:
+    """Return an inverse that rotates with a frame, if the seeds of the method may rotate."""
     if method.frame == "fixed":
         return inverse
-    turning: Inverse = compiled_module("corotated").Corotated(inverse, frame)
-    return turning
+    corotated: Inverse = compiled_module("corotated").Corotated(inverse, frame)
+    return corotated
 
 
 def finite_difference(
@@ -258,13 +257,13 @@ def finite_difference(
     Parameters
     ----------
     equations : Equations
-        What is solved.
+        Equations of a step.
     reach : float or (n,) float, optional
-        By how much each unknown is moved; without it all are taken to be of size one.
+        Increment of each unknown; the default suits unknowns of size one.
     n_linear : int, optional
         Number of unknowns, the last ones, on which the residual depends linearly: multipliers.
-        They are moved by the largest change of a force that any other makes, beside which theirs
-        is no rounding.
+        Their increment is the largest change of a force by any other one, so that it exceeds
+        rounding errors.
     """
     n = len(equations.residual())
     matrix = np.empty((n, n))
@@ -284,7 +283,7 @@ def finite_difference(
 
 
 def describe(method: Method) -> str:
-    """Name a method in a few words."""
+    """Return the name of a method."""
     if isinstance(method, QuasiNewton):
         memory = "full memory" if method.memory == "full" else f"{method.memory} pairs"
         return f"quasi-Newton ({method.update}, {memory})"

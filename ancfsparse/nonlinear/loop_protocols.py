@@ -14,26 +14,26 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Tolerance:
-    """When a step counts as converged.
+    """Convergence criterion of a step.
 
     Attributes
     ----------
     by_correction : bool
-        Measure the residual by its length (default), or the largest entry of the residual (the
-        paper's way).
+        Whether the norm of the correction is measured (default), or the largest entry of the
+        residual, as in the paper.
     force, constraint : float
         Bounds on the entries of the scaled residual: beta dt^2 times newtons, and metres.
     correction : float
-        Bound on the length of what is left after a correction [m].
+        Bound on the norm of the remaining error after a correction [m].
     noise : float
-        Corrections shorter than this are rounding [m].
+        Corrections shorter than this are rounding errors [m].
     share, work : float
-        Bounds on what is left over the first correction of the step, and over the way that the step
-        moves the scene [-].
+        Bounds on the remaining error, relative to the first correction of the step, and to the
+        displacement in the step [-].
     floor : float
-        Rounding of the residual [m]: no bound is below it.
+        Rounding error of the residual [m], a lower limit of all bounds.
     sure : bool
-        Whether what is left is always looked at, and not foreseen by the contraction.
+        Whether the remaining error is always computed, not predicted from the contraction.
     """
 
     by_correction: bool
@@ -48,25 +48,25 @@ class Tolerance:
 
 
 class Inverse(Protocol):
-    """An approximate inverse that learns from corrections."""
+    """An approximate inverse that is updated by secant pairs."""
 
     @property
     def capsule(self) -> object:
-        """What the loop calls, "ancf_inverse"."""
+        """Structure "ancf_inverse" for the loop."""
 
 
 class OwnInverse(Inverse, Protocol):
-    """One that is complete, and not a rotation of another with the body."""
+    """An inverse that is not the rotation of another one."""
 
     def set_guard(self, weight: Vector, smallest_y: float, largest_ratio: float) -> None:
-        """Set which pairs are refused."""
+        """Set the criteria for rejecting pairs."""
 
     def set_threads(self, threads: int) -> None:
         """Set the number of threads."""
 
 
 class DenseInverse(OwnInverse, Protocol):
-    """One that is a matrix."""
+    """A dense inverse."""
 
     matrix: NDArray[np.float64]
 
@@ -82,30 +82,30 @@ class NonlinearLoop(Protocol):
 
     @property
     def capsule(self) -> object:
-        """What the time loop calls, "ancf_nonlinear"."""
+        """Structure "ancf_nonlinear" for the time loop."""
 
     @property
     def counts(self) -> dict[str, int]:
-        """Iterations, residuals, factors and recoveries so far."""
+        """Numbers of iterations, residuals, factorizations and recoveries."""
 
     @property
     def seconds(self) -> dict[str, float]:
-        """Time of each part [s]; empty where it is not taken."""
+        """Time of each part [s]; empty if not measured."""
 
     @property
     def events(self) -> list[tuple[int, int, int, float]]:
-        """Steps that were recovered: number, rung, outcome before, contraction."""
+        """Recovered steps: number, attempt, previous outcome, contraction."""
 
     @property
     def contraction(self) -> float:
-        """Factor by which the last correction changed the residual."""
+        """Ratio of residuals after and before the last correction."""
 
     @property
     def max_iterations(self) -> int:
-        """Corrections allowed in a step."""
+        """Maximum number of corrections in a step."""
 
     def take_events(self) -> list[tuple[int, int, int, float]]:
-        """Return the events so far, and forget them."""
+        """Return the events and clear the list."""
 
     def take_seed(
         self, seed: object, inverse: Inverse, rounds: bool, cost_iteration: float, cost_seed: float
@@ -119,7 +119,7 @@ class NonlinearLoop(Protocol):
         """Set the bounds of the next steps."""
 
     def mark_seeded(self) -> None:
-        """Treat the inverse as that of the present iterate."""
+        """Mark the inverse as that of the present iterate."""
 
     def mark_stale(self) -> None:
         """Renew the seed in the next step."""

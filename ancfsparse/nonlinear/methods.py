@@ -1,4 +1,4 @@
-"""What a person chooses: Newton, modified Newton, or quasi-Newton with an update and a memory."""
+"""Methods for the equations of a step: Newton, modified Newton and quasi-Newton."""
 
 from __future__ import annotations
 
@@ -14,38 +14,38 @@ SEEDS = ("tangent", "finite-difference")
 SEED_FRAMES = ("auto", "fixed", "rotating")
 
 
-class Solver:
-    """Properties that every method declares, so that no other package depends on its class."""
+class NonlinearMethod:
+    """Properties that every method declares, so that other packages do not depend on its class."""
 
     @property
     def is_dense(self) -> bool:
-        """Whether it keeps a dense inverse, which is never renewed."""
+        """True if it stores a dense inverse, which is never renewed."""
         return False
 
     @property
     def by_differences(self) -> bool:
-        """Whether its first inverse comes from finite differences."""
+        """True if its first inverse is that of a matrix of finite differences."""
         return False
 
     @property
     def pairs(self) -> int:
-        """Secant pairs that it keeps on a sparse seed."""
+        """Number of secant pairs that it stores on a sparse seed."""
         return 0
 
     @property
     def frame(self) -> str:
-        """Which frame its seeds have: "auto", "fixed" or "rotating"."""
+        """Frame of its seeds: "auto", "fixed" or "rotating"."""
         return "fixed"
 
 
 @dataclass(frozen=True)
-class Newton(Solver):
-    """Full Newton: the generated tangent is factored again in every iteration.
+class Newton(NonlinearMethod):
+    """Newton's method: the generated tangent is factored in every iteration.
 
     Parameters
     ----------
     max_iterations : int, optional
-        Corrections allowed in a step before the recovery ladder is entered.
+        Maximum number of corrections in a step before the recovery sequence.
     """
 
     max_iterations: int = 25
@@ -56,16 +56,16 @@ class Newton(Solver):
 
 
 @dataclass(frozen=True)
-class ModifiedNewton(Solver):
-    """Newton with one factor for many steps, renewed when the counts show that it pays.
+class ModifiedNewton(NonlinearMethod):
+    """Modified Newton: one factorization for many steps, renewed if counts show a saving.
 
     Parameters
     ----------
     max_iterations : int, optional
-        Corrections allowed in a step before the recovery ladder is entered.
+        Maximum number of corrections in a step before the recovery sequence.
     seed_frame : {"auto", "fixed", "rotating"}, optional
-        Whether the factor stays as it was taken or is turned with the nodes of the body, or is
-        tried both ways and used in the way that costs fewer operations per step.
+        Whether the factor is fixed or rotates with the nodes of the body; ``"auto"`` tries both and
+        uses the one with fewer operations per step.
     """
 
     max_iterations: int = 25
@@ -78,13 +78,13 @@ class ModifiedNewton(Solver):
 
     @property
     def frame(self) -> str:
-        """Which frame its seeds have."""
+        """Frame of its seeds."""
         return self.seed_frame
 
 
 @dataclass(frozen=True)
-class QuasiNewton(Solver):
-    """Quasi-Newton: an inverse that is updated from the corrections (equations 12 to 16).
+class QuasiNewton(NonlinearMethod):
+    """Quasi-Newton method: an inverse updated by secant pairs (equations 12 to 16).
 
     Parameters
     ----------
@@ -92,20 +92,20 @@ class QuasiNewton(Solver):
         Broyden's first method (equation 13), Davidon's symmetric rank-one (14), Davidon, Fletcher,
         Powell (15, "DPF" in the paper), Broyden, Fletcher, Goldfarb, Shanno (16).
     memory : "full" or int
-        ``"full"``: a dense inverse that is never forgotten, the paper's form, for up to a few
-        thousand coordinates.  A number: that many secant pairs on a sparse seed.
+        ``"full"``: a dense inverse that is never renewed, as in the paper, for up to a few thousand
+        coordinates.  A number: this many secant pairs on a sparse seed.
     carry : bool, optional
-        With a number: whether pairs outlive their step.  They save iterations and seeds, and on
-        long chains and nets cost more than they save.
+        With a number: whether pairs are carried over to the next step.  They save iterations and
+        seeds; on long chains and nets they cost more than they save.
     seed : {"tangent", "finite-difference"}, optional
         The first inverse: from the generated tangent, or from finite differences of the residual
         as in the paper (``memory="full"`` only).
     max_iterations : int, optional
-        Corrections allowed in a step before the recovery ladder is entered.
+        Maximum number of corrections in a step before the recovery sequence.
     seed_frame : {"auto", "fixed", "rotating"}, optional
-        Whether seed and pairs stay as they were taken or are turned with the nodes of the body.
-        ``"auto"`` tries both and takes what costs fewer operations per step; a dense inverse,
-        which learns the rotation by itself, it leaves fixed.
+        Whether seed and pairs are fixed or rotate with the nodes of the body; ``"auto"`` tries both
+        and uses the one with fewer operations per step.  A dense inverse, which follows rotations
+        by its updates, is fixed.
     """
 
     update: str = "davidon"
@@ -135,22 +135,22 @@ class QuasiNewton(Solver):
 
     @property
     def is_dense(self) -> bool:
-        """Whether it keeps a dense inverse, which is never renewed."""
+        """True if it stores a dense inverse, which is never renewed."""
         return self.memory == "full"
 
     @property
     def by_differences(self) -> bool:
-        """Whether its first inverse comes from finite differences."""
+        """True if its first inverse is that of a matrix of finite differences."""
         return self.seed == "finite-difference"
 
     @property
     def pairs(self) -> int:
-        """Secant pairs that it keeps on a sparse seed."""
+        """Number of secant pairs that it stores on a sparse seed."""
         return 0 if self.is_dense else int(self.memory)
 
     @property
     def frame(self) -> str:
-        """Which frame its seeds have: a dense inverse learns the rotation by itself."""
+        """Frame of its seeds: a dense inverse follows rotations by its updates."""
         return "fixed" if self.is_dense and self.seed_frame == "auto" else self.seed_frame
 
 

@@ -1,6 +1,6 @@
-"""How an attempt to solve the equations of a step ends, and what saved the step.
+"""Outcomes of an attempt to solve the equations of a step, and attempts that recover a step.
 
-Both enumerations are declared in abi/outcome.h, with what each name stands for.
+Both enumerations are declared, with the meaning of each name, in abi/outcome.h.
 """
 
 import re
@@ -10,18 +10,19 @@ from pathlib import Path
 HEADER = Path(__file__).parents[1] / "abi" / "outcome.h"
 
 
-def declared(enumeration: str) -> dict[str, int]:
-    """Return the codes of an enumeration of `HEADER`, with which compiled code is built."""
+def read_codes(enumeration: str) -> dict[str, int]:
+    """Return the codes of an enumeration in `HEADER`, which compiled code includes."""
     text = HEADER.read_text(encoding="utf-8")
     body = text.partition(f"enum {enumeration} {{")[2].partition("};")[0]
     return {name: int(code) for name, code in re.findall(r"ANCF_(\w+) = (\d+)", body)}
 
 
-_OUTCOMES, _RUNGS = declared("ancf_outcome"), declared("ancf_rung")
+_OUTCOMES = read_codes("ancf_outcome")
+_ATTEMPTS = read_codes("ancf_rung")
 
 
 class Outcome(IntEnum):
-    """Reasons as the compiled loop returns them; `message` describes each."""
+    """Outcomes as the compiled loop returns them; `message` describes each."""
 
     CONVERGED = _OUTCOMES["CONVERGED"]
     TOO_MANY = _OUTCOMES["TOO_MANY"]
@@ -36,7 +37,7 @@ class Outcome(IntEnum):
 
     @property
     def message(self) -> str:
-        """The outcome in words, to be completed with time and place."""
+        """Description of the outcome, to be completed with time and step."""
         return {
             Outcome.CONVERGED: "converged",
             Outcome.TOO_MANY: "did not converge within the allowed iterations",
@@ -44,31 +45,31 @@ class Outcome(IntEnum):
             Outcome.GAINED_ENERGY: "gained energy that nothing had given",
             Outcome.HAD_GAINED: "had gained energy that nothing had given",
             Outcome.WOULD_GAIN: "would gain energy that nothing has given",
-            Outcome.TOO_INACCURATE: "had a larger error than it may have",
-            Outcome.MAY_GROW: "was more accurate than it has to be",
+            Outcome.TOO_INACCURATE: "exceeded the tolerance of its error",
+            Outcome.MAY_GROW: "was more accurate than necessary",
             Outcome.NOT_FINITE: "left the range of numbers (infinite or undefined residual)",
             Outcome.INDEFINITE: "did not converge on a seed whose pivots had a wrong sign",
         }[self]
 
 
-class Rung(IntEnum):
-    """What saved a step, or tried to, in the order of the attempts; `words` names it in tables."""
+class Attempt(IntEnum):
+    """Attempts at a step, in their order; `description` names each in tables."""
 
-    METHOD = _RUNGS["METHOD"]
-    NEW_SEED = _RUNGS["NEW_SEED"]
-    DAMPED_NEWTON = _RUNGS["DAMPED_NEWTON"]
-    NEWTON = _RUNGS["NEWTON"]
-    COASTING = _RUNGS["COASTING"]
-    DESCENT = _RUNGS["DESCENT"]
+    METHOD = _ATTEMPTS["METHOD"]
+    NEW_SEED = _ATTEMPTS["NEW_SEED"]
+    DAMPED_NEWTON = _ATTEMPTS["DAMPED_NEWTON"]
+    NEWTON = _ATTEMPTS["NEWTON"]
+    COASTING = _ATTEMPTS["COASTING"]
+    DESCENT = _ATTEMPTS["DESCENT"]
 
     @property
-    def words(self) -> str:
-        """The rung in words."""
+    def description(self) -> str:
+        """Name of the attempt."""
         return {
-            Rung.METHOD: "the method itself",
-            Rung.NEW_SEED: "new seed",
-            Rung.DAMPED_NEWTON: "damped Newton",
-            Rung.NEWTON: "Newton",
-            Rung.COASTING: "Newton from rest",
-            Rung.DESCENT: "descent",
+            Attempt.METHOD: "the method itself",
+            Attempt.NEW_SEED: "new seed",
+            Attempt.DAMPED_NEWTON: "damped Newton",
+            Attempt.NEWTON: "Newton",
+            Attempt.COASTING: "Newton from rest",
+            Attempt.DESCENT: "descent",
         }[self]

@@ -1,4 +1,4 @@
-"""Factorizations of symmetric matrices on a fixed sparse pattern, exact and incomplete."""
+"""Seeds: complete and incomplete factorizations of symmetric matrices on a fixed pattern."""
 
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed, fill_of
 from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed

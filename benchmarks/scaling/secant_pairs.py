@@ -186,7 +186,7 @@ def _run_in_turn(name: str, scene: Scene, steps: int, rounds: int, bar: Any) -> 
     """Run all methods on a scene in turn."""
     system = System(scene)
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    costs = Costs.of(system.operations("residual"), system.operations("tangent"), seed)
+    costs = Costs.from_counts(system.operations("residual"), system.operations("tangent"), seed)
     candidates = methods(LENGTHS)
 
     def run(method: Method | str) -> RunStats:

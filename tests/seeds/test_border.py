@@ -34,7 +34,7 @@ def held(rng, m=5, epsilon=1e-9, repeat=False):
 def seed_of(a, threads=1):
     indptr, indices, values = lower_csc(a)
     own = leading(indptr, indices, N)
-    groups = Groups.of(*own, np.arange(N).reshape(-1, 3), np.arange(N // 3))
+    groups = Groups.from_matrix(*own, np.arange(N).reshape(-1, 3), np.arange(N // 3))
     return IncompleteSeed(indptr, indices, groups, threads), values
 
 
@@ -115,8 +115,8 @@ def test_of_equations_that_repeat_one_another_one_is_enough(rng):
 
 
 def test_threads_do_not_change_a_digit_with_equations(rng, monkeypatch):
-    monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", 2)
-    monkeypatch.setattr(groups_module, "CYCLES_FROM", 1e-9)
+    monkeypatch.setattr(groups_module, "MIN_TWO_FRONTS", 2)
+    monkeypatch.setattr(groups_module, "MIN_CYCLES", 1e-9)
     a, r, found = held(rng), rng.normal(size=N + 5), []
     for threads in (1, 2):
         seed, values = seed_of(a, threads)
@@ -131,14 +131,14 @@ def test_equations_cost_sweeps_and_little_memory(rng):
     a = held(rng)
     with_equations, _ = seed_of(a)
     indptr, indices, _ = lower_csc(a[:N, :N])
-    groups = Groups.of(indptr, indices, np.arange(N).reshape(-1, 3), np.arange(N // 3))
+    groups = Groups.from_matrix(indptr, indices, np.arange(N).reshape(-1, 3), np.arange(N // 3))
     without = IncompleteSeed(indptr, indices, groups)
     assert with_equations.nnz == without.nnz
     assert with_equations.solve_flops == 2 * without.solve_flops
     assert with_equations.factor_flops == without.factor_flops + 5 * without.solve_flops
     # 24 bytes for each of 20 terms, and their entries and those of E in the pattern; S is dense.
     assert with_equations.nbytes - without.nbytes == 24 * 20 + 4 * 25 + 8 * 5**2
-    border = Border.of(*lower_csc(a)[:2], N, np.arange(N).reshape(-1, 3))
+    border = Border.from_matrix(*lower_csc(a)[:2], N, np.arange(N).reshape(-1, 3))
     np.testing.assert_array_equal(border.first, 4 * np.arange(6))
     assert len(border.own) == 5
 

@@ -26,7 +26,7 @@ def seed_of(matrix):
     lower.sort_indices()
     n = matrix.shape[0]
     members = np.arange(n).reshape(-1, 3)
-    groups = Groups.of(lower.indptr, lower.indices, members, np.arange(n // 3))
+    groups = Groups.from_matrix(lower.indptr, lower.indices, members, np.arange(n // 3))
     return DeflatedSeed(lower.indptr, lower.indices, groups), lower.data
 
 

@@ -41,8 +41,8 @@ def dense_factor(seed):
 
 def assert_factors(seed, a):
     full, pivot, permutation = dense_factor(seed)
-    permuted = a[np.ix_(permutation, permutation)]
-    error = np.abs(full * pivot @ full.T - permuted).max()
+    permute_upper = a[np.ix_(permutation, permutation)]
+    error = np.abs(full * pivot @ full.T - permute_upper).max()
     assert error <= 1e-13 * np.abs(full * np.abs(pivot) @ np.abs(full.T)).max()
 
 
@@ -54,9 +54,9 @@ def test_factor_is_the_one_of_cholmod(kind, rng):
     assert seed.factor(lower_csc(a)[2]) == 0
     full, pivot, permutation = dense_factor(seed)
     # CHOLMOD again, asked here and not through the package, for the matrix in the order found.
-    permuted = sp.csc_matrix(a[np.ix_(permutation, permutation)])
-    cholmod = analyze(permuted, mode="simplicial", ordering_method="natural")
-    cholmod.cholesky_inplace(permuted)
+    permute_upper = sp.csc_matrix(a[np.ix_(permutation, permutation)])
+    cholmod = analyze(permute_upper, mode="simplicial", ordering_method="natural")
+    cholmod.cholesky_inplace(permute_upper)
     lower, diagonal = cholmod.L_D()
     order = cholmod.P()
     assert (order == np.arange(len(a))).all()

@@ -47,7 +47,9 @@ def tree(rng, n):
 def seed_of(a, groups, node=None):
     indptr, indices, values = lower_csc(a)
     node = np.arange(len(groups)) if node is None else node
-    return IncompleteSeed(indptr, indices, Groups.of(indptr, indices, groups, node)), values
+    return IncompleteSeed(
+        indptr, indices, Groups.from_matrix(indptr, indices, groups, node)
+    ), values
 
 
 def inverse_of(seed):
@@ -235,15 +237,15 @@ def test_what_is_no_number_is_not_mended(rng):
 
 def test_too_many_blocks_are_refused(rng, monkeypatch):
     a, groups = coupled(rng, 16, grid(4)[1])
-    monkeypatch.setattr("ancfsparse.seeds.incomplete.incomplete_seed.MOST_BLOCKS", 30)
+    monkeypatch.setattr("ancfsparse.seeds.incomplete.incomplete_seed.MAX_BLOCKS", 30)
     with pytest.raises(InputError, match="at most 30 blocks, and this one would have 41"):
         seed_of(a, groups)
 
 
 def two_fronts(monkeypatch, least=2):
     """Divide factors however small they are."""
-    monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", least)
-    monkeypatch.setattr(groups_module, "CYCLES_FROM", 1e-9)  # all but trees
+    monkeypatch.setattr(groups_module, "MIN_TWO_FRONTS", least)
+    monkeypatch.setattr(groups_module, "MIN_CYCLES", 1e-9)  # all but trees
 
 
 def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
@@ -251,7 +253,7 @@ def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
     components = [grid(8)[1] + 64 * k for k in range(3)]  # the cut is inside the second
     a, groups = coupled(rng, 192, np.concatenate(components), 3, 3.0)
     indptr, indices, _ = lower_csc(a)
-    order, first = Groups.of(indptr, indices, groups, np.arange(192)).fronts()
+    order, first = Groups.from_matrix(indptr, indices, groups, np.arange(192)).fronts()
     assert sorted(order) == list(range(192))
     part = np.empty(192, dtype=int)
     part[order] = np.repeat([0, 1, 2], np.diff(first))
@@ -281,7 +283,7 @@ def test_threads_do_not_change_a_digit(rng, monkeypatch):
     two_fronts(monkeypatch)
     a, groups = springs(rng, 400, grid(20)[1], 1e-3)
     indptr, indices, values = lower_csc(a)
-    made = Groups.of(indptr, indices, groups, np.arange(400))
+    made = Groups.from_matrix(indptr, indices, groups, np.arange(400))
     r, found = rng.normal(size=len(a)), []
     for threads in (1, 2):
         seed = IncompleteSeed(indptr, indices, made, threads)
@@ -296,7 +298,7 @@ def test_threads_do_not_change_a_digit(rng, monkeypatch):
 def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
     a, groups = coupled(rng, 36, grid(6)[1])
     indptr, indices, _ = lower_csc(a)
-    made = Groups.of(indptr, indices, groups, np.arange(36))
+    made = Groups.from_matrix(indptr, indices, groups, np.arange(36))
     assert made.fronts()[1] == (0, 36, 36, 36)
     assert IncompleteSeed(indptr, indices, made, 2).threads == 1
     two_fronts(monkeypatch)
@@ -305,7 +307,7 @@ def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
     indptr, indices, _ = lower_csc(a)
     assert (
         IncompleteSeed(
-            indptr, indices, Groups.of(indptr, indices, groups, np.arange(40)), 2
+            indptr, indices, Groups.from_matrix(indptr, indices, groups, np.arange(40)), 2
         ).threads
         == 1
     )
@@ -325,7 +327,7 @@ def test_solves_repeat_bit_for_bit(rng):
 @pytest.mark.parametrize(("dim", "side", "parts"), [(2, 9, 1), (3, 8, 3)])
 def test_nets_are_eliminated_in_one_front_and_lattices_in_two(rng, monkeypatch, dim, side, parts):
     # In nets two fronts take more than twice the sweeps.
-    monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", 2)
+    monkeypatch.setattr(groups_module, "MIN_TWO_FRONTS", 2)
     number = np.arange(side**dim).reshape((side,) * dim)
     edges = [
         np.stack(
@@ -335,5 +337,5 @@ def test_nets_are_eliminated_in_one_front_and_lattices_in_two(rng, monkeypatch, 
     ]
     a, groups = coupled(rng, side**dim, np.concatenate(edges), 3, 3.0)
     indptr, indices, _ = lower_csc(a)
-    _, first = Groups.of(indptr, indices, groups, np.arange(side**dim)).fronts()
+    _, first = Groups.from_matrix(indptr, indices, groups, np.arange(side**dim)).fronts()
     assert np.count_nonzero(np.diff(first)) == parts

@@ -33,7 +33,7 @@ def steel(n, dt, make=lattice):
 def seed_of(system, slides=None, threads=1):
     pattern = system.pattern
     vectors = vectors_of(system.places, system.kinds, system.n_free)
-    groups = Groups.of(pattern.indptr, pattern.indices, *vectors)
+    groups = Groups.from_matrix(pattern.indptr, pattern.indices, *vectors)
     return IncompleteSeed(pattern.indptr, pattern.indices, groups, threads, slides)
 
 
@@ -134,7 +134,7 @@ def test_cables_that_fill_the_coarse_matrix_in_do_without(monkeypatch):
 
 
 def test_threads_do_not_change_a_digit(monkeypatch):
-    monkeypatch.setattr(groups_module, "TWO_FRONTS_FROM", 2)
+    monkeypatch.setattr(groups_module, "MIN_TWO_FRONTS", 2)
     system, values, whole, slides = steel(6, LONG)
     r = np.random.default_rng(1).normal(size=system.n_free) * np.sqrt(whole.diagonal())
     found = []

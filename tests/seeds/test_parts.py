@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.seeds.complete.supernodes import Shape, parts_of
+from ancfsparse.seeds.complete.supernodes import SupernodeTree, divide_among_threads
 from tests.seeds.matrices import chain, lower_csc, net
 
 
@@ -107,8 +107,10 @@ def test_a_chain_in_its_natural_order_cannot_be_divided():
     n = 100
     parent = np.append(np.arange(1, n), -1).astype(np.int32)
     first = np.arange(n + 1, dtype=np.int32)
-    shape = Shape(first, first[:-1], parent, np.minimum(first, n - 1).astype(np.int64), first, 0, 0)
-    assert parts_of(shape, 2) is None
+    shape = SupernodeTree(
+        first, first[:-1], parent, np.minimum(first, n - 1).astype(np.int64), first, 0, 0
+    )
+    assert divide_among_threads(shape, 2) is None
 
 
 def test_parts_are_even_and_do_not_update_one_another():

@@ -33,7 +33,7 @@ def rng():
 
 @pytest.fixture
 def always_single(monkeypatch):
-    monkeypatch.setattr(sparse_seed, "SINGLE_FROM", 0.0)
+    monkeypatch.setattr(sparse_seed, "MIN_SINGLE_BYTES", 0.0)
 
 
 def factored(name, threads, rng):
@@ -91,7 +91,7 @@ def test_runs_with_rounded_seeds_do_the_same_and_take_no_more(young, solver, mon
     # Not Davidon's: its denominators let the last digits decide on iterations, also in double.
     runs = []
     for smallest in (np.inf, 0.0):
-        monkeypatch.setattr(sparse_seed, "SINGLE_FROM", smallest)
+        monkeypatch.setattr(sparse_seed, "MIN_SINGLE_BYTES", smallest)
         scene = pendulum(youngs_modulus=young).scene
         runs.append(ancf.simulate(scene, 0.2, 5e-4, solver=solver))
     double, single = runs
@@ -116,7 +116,7 @@ def test_newton_and_dense_inverses_keep_their_digits(solver, always_single):
 def test_multipliers_need_no_more_corrections(make, solver, monkeypatch):
     runs = []
     for smallest in (np.inf, 0.0):
-        monkeypatch.setattr(sparse_seed, "SINGLE_FROM", smallest)
+        monkeypatch.setattr(sparse_seed, "MIN_SINGLE_BYTES", smallest)
         runs.append(ancf.simulate(make().scene, 0.2, 1e-3, solver=solver))
     double, single = runs
     assert single.lam.shape[1] > 0

@@ -97,7 +97,7 @@ cdef class Explicit:
     cdef double[:, ::1] q, v
     cdef ptrdiff_t now, first  # buffer of the current state; row of `rate` with its acceleration
     cdef object owner
-    cdef int trouble  # why there is no acceleration
+    cdef int trouble  # reason for a missing acceleration
     cdef readonly ptrdiff_t steps  # accepted so far
     cdef readonly bint finite  # whether there is an acceleration at the start
 
@@ -168,7 +168,7 @@ cdef class Explicit:
 
     @property
     def memory(self):
-        """What the next steps depend on besides the state: energy watch, history of the loads."""
+        """Return the memory of the loop besides the state: energy watch, history of the loads."""
         out = {"watch": watch_memory(&self.watch), "amplitudes0": np.array(self.load)}
         for row, name in enumerate(REMEMBERED):
             out[name] = np.array(self.history[row])
@@ -196,7 +196,7 @@ cdef class Explicit:
         Parameters
         ----------
         inputs : (n_steps * (s - 1), n_amplitudes + 3 n_driven + 3 n_led)
-            Loads and what is prescribed, at the stages of each step after its first.
+            Loads and prescribed motions at the stages of each step after its first.
         save_every, steps_done : int
             Step number k of the run (from 1) is written to row ``k / save_every`` of the outputs.
         """

@@ -12,7 +12,7 @@ cdef accelerations_at(Explicit self, const double[:, ::1] q, const double[:, ::1
     q, v : (k, n_all) float
         The states; of the velocities those of free coordinates count.
     inputs : (k, n_amplitudes + 3 n_driven + 3 n_led) float
-        Loads and what is prescribed at their times.
+        Loads and prescribed motions at their times.
     """
     cdef ptrdiff_t k, j, other = 1 - self.now, base = self.drives.base
     cdef ptrdiff_t given = self.drives.column + 2 * self.drives.n

@@ -1,4 +1,4 @@
-"""What an accepted explicit step leaves: work of loads, memory of the system; included by `_explicit.pyx`."""
+"""Updates after an accepted explicit step: work of loads, memory of the system; included by `_explicit.pyx`."""
 
 
 cdef void add_work(Explicit self, const double *load, int next) noexcept nogil:

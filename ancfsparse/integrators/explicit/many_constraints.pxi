@@ -1,6 +1,6 @@
 """Accelerations and projections under any number of constraints; included by the explicit time loop.
 
-With G = phi_q, s(t) what the last equations follow, and W the mass of the equations (see
+With G = phi_q, s(t) the prescribed values of the last equations, and W the mass of the equations (see
 ``ANCF_EQUATION_MASS``), one factor of
 
     [ M + G^T W G   G^T ]

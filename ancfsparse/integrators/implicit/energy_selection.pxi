@@ -6,9 +6,8 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
 
     Such a step can have several solutions.  One whose energy rises is compared with others, and a
     saddle point of the potential gives way to a minimum below it.  One that gains energy is
-    rejected as long as there may be another that does not, or as the step can be shortened; if all
-    gain energy, the one with the smallest gain passes on trial unless that is large, and the next
-    regular check decides.  Under step size control the step is shortened at once.
+    rejected while another may not, or the step can be shortened; if all gain energy, the one with
+    the smallest gain passes on trial unless that is large, and the next regular check decides.  Under step size control the step is shortened at once.
     """
     cdef ancf_watch before = self.watch, best
     cdef bint varies = self.scheme.control.seed == NULL
@@ -51,7 +50,7 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
 
 
 cdef bint is_pending(const Motion *self) noexcept nogil:
-    """Whether a step on trial has gained too much for the energy exchanged up to now."""
+    """Return True if a step on trial has gained too much for the energy exchanged up to now."""
     return self.scheme.most_tried > self.watch.limit * self.watch.exchanged
 
 
@@ -70,7 +69,7 @@ cdef void try_it(Motion *self) noexcept nogil:
 
 cdef inline bint conserves_better(const ancf_watch *now, const ancf_watch *best,
                                   const ancf_watch *before) noexcept nogil:
-    """Whether the energy rises by less than in the best solution, and falls by no more."""
+    """Return True if the energy rises by less than in the best solution, and falls by no more."""
     return ancf_watch_rises(best, now) and before.gain - now.gain <= best.gain - before.gain
 
 

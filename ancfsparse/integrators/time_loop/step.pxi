@@ -97,7 +97,7 @@ cdef void add_work(Motion *self) noexcept nogil:
 
 
 cdef bint is_still(const Motion *self) noexcept nogil:
-    """Whether the displacement in the current step is no larger than rounding error."""
+    """Return True if the displacement in the current step is no larger than rounding error."""
     return way(self, 0, self.n_free) <= STILL * weighed(self, self.q0, 0, self.n_free)
 
 

@@ -182,7 +182,7 @@ cdef class TimeLoop:
 
     @property
     def memory(self):
-        """What the next steps depend on besides the state: energy watch, history of the loads.
+        """Return the memory of the loop besides the state: energy watch, history of the loads.
 
         The arrays are not copied, since copies would set the peak of large runs: no step may follow.
         """
@@ -223,7 +223,7 @@ cdef class TimeLoop:
         return 0
 
     def gained_energy(self):
-        """Whether the energy gain was ever too large: the final check of a run."""
+        """Return True if the energy gain was ever too large: the final check of a run."""
         measure(&self.motion)
         ancf_watch_remember(&self.motion.watch)
         return bool(ancf_watch_gained(&self.motion.watch))
@@ -253,7 +253,7 @@ cdef class TimeLoop:
         return out[: self.interface.n_values]
 
     def material(self):
-        """Return those of its positive definite approximation, without geometric stiffness."""
+        """Return the same for the positive definite approximation, without geometric stiffness."""
         out = np.empty(self.interface.n_values + 1)
         cdef double[::1] view = out
         material(&self.motion, &view[0])

@@ -155,7 +155,7 @@ cdef class Iteration:
 
     @property
     def by_correction(self):
-        """Whether convergence is judged by corrections, not by the residual."""
+        """Return True if convergence is judged by corrections, not by the residual."""
         return bool(self.loop.by_correction)
 
     def set_tolerance(self, tolerance):
@@ -178,7 +178,7 @@ cdef class Iteration:
 
     @property
     def yields(self):
-        """Whether a step is given up that a new seed does not save, without any other attempt."""
+        """Return True if a step that a new seed does not save is given up at once."""
         return bool(self.loop.yields)
 
     @yields.setter
@@ -187,7 +187,7 @@ cdef class Iteration:
 
     @property
     def halves(self):
-        """Whether shorter steps will be tried before descent."""
+        """Return True if shorter steps will be tried before descent."""
         return bool(self.loop.halves)
 
     @halves.setter

@@ -105,7 +105,7 @@ cdef void start_from_seed(Loop *self) noexcept nogil:
 
 
 cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noexcept nogil:
-    """Whether a new seed is cheaper than the corrections still needed at this contraction.
+    """Return True if a new seed is cheaper than the corrections still needed at this contraction.
 
     A new seed needs two corrections; an incomplete one, as many as at its first contraction.
     """

@@ -64,12 +64,12 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
 
 
 cdef bint has_saddles(const Loop *self) noexcept nogil:
-    """Whether there is a potential, and its matrix was indefinite in the current step."""
+    """Return True if a matrix of a potential in the current step was indefinite."""
     return self.n == self.equations.n_coordinates and self.counts.indefinite > self.indefinite_before
 
 
 cdef bint is_saddle(const Loop *self) noexcept nogil:
-    """Whether there is a potential, and its last matrix in the current step was indefinite."""
+    """Return True if the last matrix of a potential in the current step was indefinite."""
     return has_saddles(self) and self.indefinite
 
 

@@ -60,12 +60,12 @@ cdef void set_guard(Guard *guard, dict own, weight, double smallest_y, double la
 
 
 cdef inline bint vanishes(double product, double one, double other) noexcept nogil:
-    """Whether a product of two vectors is small relative to their norms, given squared."""
+    """Return True if a product of two vectors is small relative to their norms, given squared."""
     return not fabs(product) >= SMALLEST_COSINE * sqrt(one * other)  # true for NaN
 
 
 cdef inline bint alike(double a, double b, double ratio) noexcept nogil:
-    """Whether two numbers have the same sign and magnitudes within a ratio; true if infinite."""
+    """Return True if two numbers have one sign and magnitudes within a ratio, or it is infinite."""
     return ratio == INFINITY or ((a > 0.0) == (b > 0.0) and fabs(a) < ratio * fabs(b)
                                  and fabs(b) < ratio * fabs(a))
 

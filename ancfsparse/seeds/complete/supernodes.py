@@ -1,4 +1,4 @@
-"""Supernodes of a factor, and their division among threads: disjoint subtrees, and a root."""
+"""Supernodes of a factor, and their division among threads into disjoint subtrees and a root."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds.interface.index_arrays import Triangle
 
-# Share of the work at which the root, which one thread does alone, ends the search; and share of
-# the ideal gain that a division must bring.
-MOST_ROOT, SMALLEST_GAIN = 0.2, 0.6
+MAX_ROOT_FRACTION = 0.2  # of the work, in the root, which one thread does alone
+MIN_EFFICIENCY = 0.6  # speed-up over the number of threads
 
 
 @dataclass(frozen=True)
-class Shape:
+class SupernodeTree:
     """Supernodes of L and their tree.
 
     Attributes
@@ -29,7 +28,7 @@ class Shape:
     parent : (n_super,) int32
         Their tree; -1 at its roots.
     row_start : (n_super + 1,) int64
-        Where the rows below each supernode start.
+        Start of the rows below each supernode.
     part : (n_parts + 2,) int32
         First supernode of each part, of the root, and the end.
     nnz, flops : int
@@ -57,8 +56,10 @@ class Shape:
         return rows
 
 
-def shape_of(upper: Triangle, sizes: Sequence[int] | NDArray[np.int64] = ()) -> Shape:
-    """Find the supernodes of a permuted matrix.
+def find_supernodes(
+    upper: Triangle, sizes: Sequence[int] | NDArray[np.int64] = ()
+) -> SupernodeTree:
+    """Return the supernodes of a permuted matrix.
 
     Parameters
     ----------
@@ -74,14 +75,14 @@ def shape_of(upper: Triangle, sizes: Sequence[int] | NDArray[np.int64] = ()) -> 
     part = np.append(0, np.searchsorted(first, ends)).astype(np.int32)
     wide = lengths.astype(np.int64)
     flops = int(np.sum(wide * (wide + 3)))
-    return Shape(first, super_of, up, row_start, part, int(wide.sum()), flops)
+    return SupernodeTree(first, super_of, up, row_start, part, int(wide.sum()), flops)
 
 
-def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
-    """Give every supernode to a part, or to the root, which comes last.
+def divide_among_threads(shape: SupernodeTree, threads: int) -> NDArray[np.int32] | None:
+    """Assign every supernode to a part, or to the root, which is last.
 
-    The heaviest subtree is split into the subtrees of its children, its top going to the root, for
-    as long as that may shorten what the slowest thread and the root take together.
+    The heaviest subtree is split into the subtrees of its children, and its top goes to the root,
+    while that may reduce the time of the slowest thread and the root together.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     Returns
     -------
     (n_super,) int32 or None
-        Part of each supernode, `threads` for the root; None where no even division is found.
+        Part of each supernode, `threads` for the root; None without an even division.
     """
     import heapq
 
@@ -104,38 +105,42 @@ def parts_of(shape: Shape, threads: int) -> NDArray[np.int32] | None:
     below = compiled_module("tree").subtree_sums(parent, work)
     by_parent = np.argsort(parent, kind="stable").astype(np.int32)
     child_start = np.searchsorted(parent[by_parent], np.arange(-1, len(parent) + 1))
-    children = [by_parent[: child_start[1]]]  # of nobody: the roots of the tree
-    heap = [(-int(below[s]), int(s)) for s in children[0]]
+    roots = by_parent[: child_start[1]]
+    heap = [(-int(below[s]), int(s)) for s in roots]
     heapq.heapify(heap)
     in_root, split = 0, list[int]()
-    best, least = (list[tuple[int, int]](), 0), total
-    # With all below it dealt out evenly the root alone shows when no better division is possible.
-    while heap and in_root <= MOST_ROOT * total and in_root + (total - in_root) / threads < least:
-        time = in_root + max(load for load, _ in _deal(heap, threads))
-        if time < least:
-            best, least = (heap.copy(), len(split)), time
+    best, best_time = (list[tuple[int, int]](), 0), total
+
+    def may_improve() -> bool:
+        """Return True if an even division of the work below the root would take less time."""
+        return in_root + (total - in_root) / threads < best_time
+
+    while heap and in_root <= MAX_ROOT_FRACTION * total and may_improve():
+        time = in_root + max(load for load, _ in _distribute(heap, threads))
+        if time < best_time:
+            best, best_time = (heap.copy(), len(split)), time
         _, top = heapq.heappop(heap)
         split.append(top)
         in_root += int(work[top])
         for child in by_parent[child_start[top + 1] : child_start[top + 2]]:
             heapq.heappush(heap, (-int(below[child]), int(child)))
-    if least * SMALLEST_GAIN * threads > total:
+    if best_time * MIN_EFFICIENCY * threads > total:
         return None
     owner = np.full(len(parent), -1, dtype=np.int32)
-    for part, (_, subtrees) in enumerate(_deal(best[0], threads)):
+    for part, (_, subtrees) in enumerate(_distribute(best[0], threads)):
         owner[subtrees] = part
     owner[split[: best[1]]] = threads
     compiled_module("tree").inherit(parent, owner)
     return owner
 
 
-def _deal(subtrees: list[tuple[int, int]], threads: int) -> list[tuple[int, list[int]]]:
-    """Give the heaviest subtree left to the part with the least work, again and again."""
+def _distribute(subtrees: list[tuple[int, int]], threads: int) -> list[tuple[int, list[int]]]:
+    """Assign subtrees, the heaviest first, each to the part with the least work."""
     import heapq
 
     parts: list[tuple[int, int, list[int]]] = [(0, part, []) for part in range(threads)]
     for minus_work, top in sorted(subtrees):
-        load, part, mine = heapq.heappop(parts)
-        heapq.heappush(parts, (load - minus_work, part, [*mine, top]))
+        load, part, tops = heapq.heappop(parts)
+        heapq.heappush(parts, (load - minus_work, part, [*tops, top]))
     parts.sort(key=lambda each: each[1])
-    return [(load, mine) for load, _, mine in parts]
+    return [(load, tops) for load, _, tops in parts]

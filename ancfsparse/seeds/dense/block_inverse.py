@@ -1,4 +1,4 @@
-"""Dense inverse of a small matrix, in the blocks it falls apart into."""
+"""Dense inverse of a small matrix by uncoupled blocks."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds.interface.index_arrays import Indices
 
 if TYPE_CHECKING:
-    from ancfsparse.seeds.interface.protocols import Solver
+    from ancfsparse.seeds.interface.protocols import CompiledSeed
 
 
 class BlockInverse:
-    """Inverse of a symmetric positive definite matrix whose values never change.
+    """Inverse of a constant symmetric positive definite matrix.
 
-    A mass matrix couples the x components of a beam with one another and not with the y
-    components: its inverse has one dense block for each.
+    A mass matrix couples the x components of a beam with one another, not with the y components:
+    its inverse has one dense block for each.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class BlockInverse:
     solve_flops : int
         Operations of one product.
     error : None
-        What went wrong while compiled code was running: nothing can.
+        Errors in calls from compiled code: there are none.
     """
 
     error: BaseException | None = None
@@ -51,22 +51,22 @@ class BlockInverse:
         order = np.argsort(label, kind="stable")
         self._members = np.split(order, np.cumsum(np.bincount(label, minlength=count))[:-1])
         self.solve_flops = 2 * sum(len(block) ** 2 for block in self._members)
-        self._blocks: Solver | None = None
+        self._blocks: CompiledSeed | None = None
 
     @property
     def capsule(self) -> object:
         """The structure ``ancf_seed`` for compiled callers; its ``factor`` is null."""
-        return self._inverted().capsule
+        return self._invert().capsule
 
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
-        return self._inverted().solve(r)
+        return self._invert().solve(r)
 
-    def _inverted(self) -> Solver:
-        """Invert at first use: the operations are asked for before it is known who needs them."""
+    def _invert(self) -> CompiledSeed:
+        """Invert on first use, since operation counts alone may be needed."""
         if self._blocks is None:
             dense = [self._matrix[np.ix_(block, block)].toarray() for block in self._members]
             inverses = [np.linalg.inv(a) for a in dense]
-            made: Solver = compiled_module("blocks").Blocks(self._members, inverses)
-            self._blocks = made
+            blocks: CompiledSeed = compiled_module("blocks").Blocks(self._members, inverses)
+            self._blocks = blocks
         return self._blocks

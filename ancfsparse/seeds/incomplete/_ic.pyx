@@ -176,7 +176,7 @@ cdef class Ic:
 
     @property
     def plain(self):
-        """Whether a solve is one sweep."""
+        """Return True if a solve is one sweep."""
         return self.data.mode == PLAIN
 
     def take_modes(self, modes):
@@ -235,7 +235,7 @@ cdef class Ic:
 
     @property
     def slides(self):
-        """Whether conjugate gradients use the modes with this factor."""
+        """Return True if conjugate gradients use the modes with this factor."""
         return bool(self.data.slides)
 
     def set_threads(self, ptrdiff_t threads):

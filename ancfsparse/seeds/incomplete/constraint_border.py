@@ -1,4 +1,4 @@
-"""Constraint equations beside an incomplete factor: their entries in the matrix, and their cost."""
+"""Constraint equations as a border of an incomplete factor: entries in the matrix, and cost."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 Numbers = NDArray[np.int32]
-Places = NDArray[np.int64]
+LongIndices = NDArray[np.int64]
 
-# Largest number of equations: each takes a sweep, up to a seventh of a factorisation, and their
-# dense matrix takes at most 2 MB.
-MOST_EQUATIONS = 500
+# Each equation takes a sweep, up to a seventh of a factorization, and their dense matrix takes at
+# most 2 MB.
+MAX_EQUATIONS = 500
 
 
-def leading(indptr: Places, indices: Numbers, n: int) -> tuple[Places, Numbers]:
+def leading(indptr: LongIndices, indices: Numbers, n: int) -> tuple[LongIndices, Numbers]:
     """Return the pattern of the first n unknowns: a lower triangle by columns."""
     if n == len(indptr) - 1:
         return indptr, indices
-    kept = indices[: indptr[n]] < n
-    before = np.zeros(len(kept) + 1, dtype=np.int64)
-    np.cumsum(kept, out=before[1:])
-    return before[indptr[: n + 1]], indices[: indptr[n]][kept]
+    is_inside = indices[: indptr[n]] < n
+    before = np.zeros(len(is_inside) + 1, dtype=np.int64)
+    np.cumsum(is_inside, out=before[1:])
+    return before[indptr[: n + 1]], indices[: indptr[n]][is_inside]
 
 
 @dataclass(frozen=True)
 class Border:
-    """Equations B x - E l = g of a matrix, as ``ic_border.h`` takes them.
+    """Equations B x - E l = g of a matrix, for ``ic_border.h``.
 
     Attributes
     ----------
@@ -39,19 +39,19 @@ class Border:
     entry : (n_terms,) int64
         Entry of the matrix of each term.
     unknown, place : (n_terms,) int32
-        Its coordinate, and where that is in vectors over triples, four numbers each.
+        Its coordinate, and the index of that in vectors over triples, four numbers each.
     own : (n_own,) int64
         Entries of the lower triangle of -E in the matrix.
     own_place : (n_own,) int32
-        Where they are in E by rows.
+        Their indices in E by rows.
     """
 
     n: int
     first: Numbers
-    entry: Places
+    entry: LongIndices
     unknown: Numbers
     place: Numbers
-    own: Places
+    own: LongIndices
     own_place: Numbers
 
     @property
@@ -60,10 +60,10 @@ class Border:
         return 24.0 * len(self.entry) + 8.0 * self.n**2
 
     @classmethod
-    def of(
-        cls, indptr: Places, indices: Numbers, n: int, unknown: NDArray[np.integer[Any]]
+    def from_matrix(
+        cls, indptr: LongIndices, indices: Numbers, n: int, unknown: NDArray[np.integer[Any]]
     ) -> Border:
-        """Find the equations of a matrix whose first n unknowns are coordinates.
+        """Return the equations of a matrix with n coordinates as its first unknowns.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Border:
         n : int
             Number of coordinates.
         unknown : (n_triples, 3) int32
-            Coordinates of each triple in order of elimination; -1 where none is.
+            Coordinates of each triple in order of elimination; -1 for none.
         """
         m = len(indptr) - 1 - n
         entry = np.flatnonzero(indices[: indptr[n]] >= n)

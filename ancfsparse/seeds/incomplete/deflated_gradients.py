@@ -1,4 +1,4 @@
-"""Conjugate gradients on an incomplete factor and coarse modes: solutions to many digits."""
+"""Deflated conjugate gradients, preconditioned by an incomplete factor, for accurate solutions."""
 
 from __future__ import annotations
 
@@ -17,19 +17,15 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-# Share of a right-hand side that a solution may leave, in the norm of the sweeps, and most sweeps.
-# Newton's corrections on solutions to 1e-2 are half as many again, to 1e-6 as many.
-REST, MOST = 1e-4, 5000
-# What is added to the diagonal of the matrix of the coarse modes, each of unit energy: some may be
-# sums of others.
-RIDGE = 1e-10
-# Bytes for an entry of the matrix beside the incomplete factor, as measured on lattices: both
-# triangles, room to make them, and coarse modes.
-ENTRY = 180.0
+# Solutions to 1e-2 take half as many Newton corrections again, solutions to 1e-6 the same number.
+RESIDUAL_RATIO = 1e-4  # of solution to right-hand side, in the norm of the sweeps
+MAX_ITERATIONS = 5000
+REGULARIZATION = 1e-10  # of the coarse matrix of unit diagonal; its modes may be dependent
+ENTRY_BYTES = 180.0  # per entry, for both triangles, workspace and coarse modes, as measured
 
 
 class CoarseSpace(NamedTuple):
-    """Coarse modes of unit energy in columns, what the matrix makes of them, their own factor."""
+    """Coarse modes of unit energy in columns, their products with the matrix, their factor."""
 
     modes: sp.csr_array
     images: sp.csr_array
@@ -37,11 +33,11 @@ class CoarseSpace(NamedTuple):
 
 
 class DeflatedSeed:
-    """Inverse of a sparse symmetric matrix by conjugate gradients, which many sweeps refine.
+    """Inverse of a sparse symmetric matrix by preconditioned conjugate gradients.
 
-    Sweeps through an incomplete factor hardly see motions of large parts, so in every iteration
-    coarse modes take those out of what is left (deflation: method A-DEF2 of Tang, Nabben, Vuik and
-    Erlangga 2009).  The matrix is taken in double precision.
+    Sweeps through an incomplete factor hardly reduce residuals of motions of large parts, so every
+    iteration removes their part in the coarse modes (deflation: method A-DEF2 of Tang, Nabben, Vuik
+    and Erlangga 2009).  The matrix is in double precision.
 
     Parameters
     ----------
@@ -55,9 +51,9 @@ class DeflatedSeed:
     n : int
         Number of unknowns.
     inner : (int, int)
-        Sweeps and products with the matrix so far.
+        Numbers of sweeps and of products with the matrix.
     negative_pivots : int
-        One if a direction of negative curvature was met since the last `factor`, else none.
+        1 if a direction of negative curvature was found since the last `factor`, else 0.
     """
 
     def __init__(self, indptr: Indices, indices: Indices, groups: Groups) -> None:
@@ -71,11 +67,11 @@ class DeflatedSeed:
 
     @property
     def nbytes(self) -> float:
-        """Memory of the factor and of all that is made beside it, about [bytes]."""
-        return self._incomplete.nbytes + ENTRY * len(self._indices)
+        """Approximate memory of factor, matrix and modes [bytes]."""
+        return self._incomplete.nbytes + ENTRY_BYTES * len(self._indices)
 
     def factor(self, values: Vector, modes: sp.csc_array) -> None:
-        """Factor again; only solutions find out whether the matrix is definite.
+        """Factor again; only solutions show whether the matrix is definite.
 
         Parameters
         ----------
@@ -90,10 +86,10 @@ class DeflatedSeed:
         self._incomplete.factor(values)
         lower = sp.csc_array((values, self._indices, self._indptr), shape=(self.n, self.n))
         self._matrix = (lower + sp.tril(lower, -1).T).tocsr()
-        self._coarse = self._projected(modes)
+        self._coarse = self._build_coarse_space(modes)
 
-    def _projected(self, modes: sp.csc_array) -> CoarseSpace | None:
-        """Return the coarse modes with their factor, or None where the matrix is not definite."""
+    def _build_coarse_space(self, modes: sp.csc_array) -> CoarseSpace | None:
+        """Return the coarse modes with their factor, or None if the matrix is not definite."""
         import scipy.sparse as sp
 
         assert self._matrix is not None
@@ -102,10 +98,11 @@ class DeflatedSeed:
         if np.all(energy > 0.0):
             unit = sp.diags_array(1.0 / np.sqrt(energy))
             modes, images = sp.csr_array(modes @ unit), sp.csr_array(images @ unit)
-            own = sp.csc_array(sp.tril(modes.T @ images) + RIDGE * sp.eye_array(len(energy)))
-            own.sort_indices()
-            seed = SparseSeed(own.indptr, own.indices, own.shape[0])
-            if seed.factor(own.data) == 0:
+            identity = sp.eye_array(len(energy))
+            coarse = sp.csc_array(sp.tril(modes.T @ images) + REGULARIZATION * identity)
+            coarse.sort_indices()
+            seed = SparseSeed(coarse.indptr, coarse.indices, coarse.shape[0])
+            if seed.factor(coarse.data) == 0:
                 return CoarseSpace(modes, images, seed)
         self.negative_pivots = 1
         return None
@@ -113,24 +110,24 @@ class DeflatedSeed:
     def solve(self, r: Vector) -> Vector:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``.
 
-        Where the matrix curves the wrong way, that is counted, and the solution is what there is;
-        NaN where even the first sweep is undefined, as with a zero on the diagonal.
+        A direction of negative curvature is counted, and ends the iteration with the present
+        solution; that is NaN if even the first sweep is undefined, as with a zero on the diagonal.
         """
         assert self._matrix is not None
-        x, left = np.zeros(self.n), np.array(r)
-        p = self._sweep(left)
-        whole = _dot(p, left)
-        if not whole > 0.0 and left.any():
+        x, residual = np.zeros(self.n), np.array(r)
+        p = self._sweep(residual)
+        initial = _dot(p, residual)
+        if not initial > 0.0 and residual.any():
             self.negative_pivots = 1
             return np.full(self.n, np.nan)
         if self._coarse is not None:
             modes, images, coarse = self._coarse
-            amplitudes = coarse.solve(modes.T @ left)
-            x, left = modes @ amplitudes, left - images @ amplitudes
-            p = self._corrected(self._sweep(left), left)
-        zr = _dot(p, left)
-        for k in range(MOST):
-            if not zr > REST**2 * whole:  # a NaN ends here too
+            amplitudes = coarse.solve(modes.T @ residual)
+            x, residual = modes @ amplitudes, residual - images @ amplitudes
+            p = self._deflate(self._sweep(residual), residual)
+        zr = _dot(p, residual)
+        for k in range(MAX_ITERATIONS):
+            if not zr > RESIDUAL_RATIO**2 * initial:  # also for NaN
                 break
             image = self._matrix @ p
             self.inner = self.inner[0], self.inner[1] + 1
@@ -139,9 +136,9 @@ class DeflatedSeed:
                 self.negative_pivots = 1
                 return x if k > 0 else x + p
             x += zr / curvature * p
-            left -= zr / curvature * image
-            z = self._corrected(self._sweep(left), left)
-            last, zr = zr, _dot(z, left)
+            residual -= zr / curvature * image
+            z = self._deflate(self._sweep(residual), residual)
+            last, zr = zr, _dot(z, residual)
             p *= zr / last
             p += z
         return x
@@ -151,8 +148,8 @@ class DeflatedSeed:
         z = self._incomplete.own.sweep(r)
         return z
 
-    def _corrected(self, z: Vector, r: Vector) -> Vector:
-        """Put the right share of the coarse modes into what a sweep has made of a residual."""
+    def _deflate(self, z: Vector, r: Vector) -> Vector:
+        """Correct the coarse modes in the result z of a sweep on a residual r."""
         if self._coarse is not None:
             modes, images, coarse = self._coarse
             z += modes @ coarse.solve(modes.T @ r - images.T @ z)
@@ -160,5 +157,5 @@ class DeflatedSeed:
 
 
 def _dot(a: Vector, b: Vector) -> float:
-    """Return the inner product without the threads of a BLAS, which wait where cores are busy."""
+    """Return the inner product without the threads of a BLAS, which wait on busy cores."""
     return float(np.einsum("i,i->", a, b))

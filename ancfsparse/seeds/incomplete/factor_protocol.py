@@ -15,34 +15,34 @@ Vector = NDArray[np.float64]
 
 
 class IncompleteFactor(Factor, Protocol):
-    """Blocks without fill, and conjugate gradients (_ic.pyx)."""
+    """Incomplete block factorization with conjugate gradients (_ic.pyx)."""
 
     @property
     def sweeps(self) -> int:
-        """Sweeps for compiled callers so far."""
+        """Number of sweeps for compiled callers."""
 
     @property
     def products(self) -> int:
-        """Products with the matrix for compiled callers so far."""
+        """Number of products with the matrix for compiled callers."""
 
     @property
     def sizes(self) -> Vector:
-        """Factor (m,) by which each equation is comparable with residuals of one."""
+        """Scaling factors (m,) that make equations comparable with unit residuals."""
 
     def take_modes(self, modes: SlidingModes) -> None:
-        """Use a coarse space too."""
+        """Use a deflation space as well."""
 
     def take_border(self, border: Border) -> None:
-        """Solve for multipliers too."""
+        """Solve for multipliers as well."""
 
     def set_threads(self, threads: int) -> None:
-        """Set the number of threads, of which two find work."""
+        """Set the number of threads, at most two of which are used."""
 
     def mend(self, values: Vector) -> bool:
-        """Factor with a larger diagonal; return whether that was possible."""
+        """Factor with a larger diagonal; return True if that was possible."""
 
     def sweep(self, r: Vector) -> Vector:
         """Return the product of one sweep with r (n,)."""
 
-    def solve_to(self, r: Vector, share: float, most: int) -> tuple[Vector, int]:
-        """Return a solution that leaves a share of r, and its number of rounds."""
+    def solve_to(self, r: Vector, ratio: float, max_iterations: int) -> tuple[Vector, int]:
+        """Return a solution with the ratio of its residual to r, and its number of iterations."""

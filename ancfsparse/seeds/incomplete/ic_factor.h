@@ -256,7 +256,7 @@ static ptrdiff_t ic_factor(void *context, const double *values)
     return bad;
 }
 
-/* Factor the values with a diagonal increased as far as needed; returns whether that succeeded.
+/* Factor the values with a diagonal increased until that succeeds; returns 1 if it did.
  * Conjugate gradients still use the values themselves. */
 static int ic_mend(void *context, const double *values)
 {

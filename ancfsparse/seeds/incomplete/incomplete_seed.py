@@ -1,4 +1,4 @@
-"""Incomplete seeds: a factor without fill, whose cost is linear in the mesh."""
+"""Incomplete seeds: factorizations without fill-in, with a cost linear in the mesh."""
 
 from __future__ import annotations
 
@@ -19,63 +19,56 @@ if TYPE_CHECKING:
 
     from ancfsparse.seeds.incomplete.factor_protocol import IncompleteFactor
 
-# Bytes of a block: nine numbers in double precision, and its row; and of three unknowns: five
-# vectors in single precision, their scale twice, and where they are.
-BLOCK_BYTES, TRIPLE_BYTES = 76, 144
-# What a solution from Python may leave of its right-hand side; by how much each round of conjugate
-# gradients in single precision brings it down, how many iterations that may take, and rounds.
-REST, SHARE, MOST, ROUNDS = 1e-13, 1e-5, 2000, 12
-
-
-# Blocks whose numbers, nine each, can be counted in 32 bits.
-MOST_BLOCKS = (2**31 - 1) // 9
-# Operations for each entry: a factorisation takes as long as seven sweeps.
-FACTOR_FLOPS = 45
-
-
-# Entries of the factor of the coarse matrix for each of the matrix: in lattices .01, but cables
-# that cross at other than right angles fill it in.
-MOST_COARSE = 0.1
+BLOCK_BYTES = 76  # nine numbers in double precision, and the row
+TRIPLE_BYTES = 144  # of three unknowns: five vectors in single precision, scales, indices
+RESIDUAL_RATIO = 1e-13  # of a solution from Python to its right-hand side
+ROUND_RATIO = 1e-5  # of residuals, by a round of conjugate gradients in single precision
+MAX_ITERATIONS = 2000  # of conjugate gradients in a round
+MAX_ROUNDS = 12
+MAX_BLOCKS = (2**31 - 1) // 9  # nine numbers each, counted in 32 bits
+FACTOR_FLOPS = 45  # per entry: a factorization takes as long as seven sweeps
+# The ratio is .01 in lattices; cables that cross at other than right angles cause fill-in.
+MAX_COARSE_RATIO = 0.1  # entries of the factor of the coarse matrix over those of the matrix
 
 
 class IncompleteSeed:
     """Approximate inverse of a symmetric quasi-definite matrix through an incomplete factor.
 
-    Cholesky's factor in blocks of up to three unknowns each, positions and slopes, of which only
-    the blocks are kept that the matrix has.  Nodes stand in reverse order of Cuthill and McKee,
-    which on trees is from the leaves to the root, and in a node slopes before the position: what is
-    dropped is the fill between cables that cross, on chains and trees nothing.
+    Incomplete Cholesky factorization in blocks of up to three unknowns each, positions and slopes,
+    with the block pattern of the matrix.  Nodes are in reverse order of Cuthill and McKee, from the
+    leaves to the root on trees, and in a node slopes come before the position: fill-in between
+    crossing cables is dropped; chains and trees have none.
 
-    Compiled callers get a correction: one sweep, or a few conjugate gradients on the matrix as it
-    was factored, where one sweep is found to be too little (``ic_solve.h``).  A few equations, the
-    multipliers of which come after the coordinates, are held to single precision in each, by a
-    second sweep (``ic_border.h``); of those that follow from others the multipliers are left alone.
+    Compiled callers get a correction: one sweep, or a few iterations of conjugate gradients on the
+    factored matrix, if one sweep has proved insufficient (``ic_solve.h``).  A few constraint
+    equations, with multipliers after the coordinates, are satisfied to single precision by a second
+    sweep (``ic_border.h``); multipliers of redundant equations are not changed.
 
     Parameters
     ----------
     indptr, indices : integer arrays
         Lower triangle by columns, diagonal included.
     groups : Groups
-        Up to three coordinates that are taken together, and the nodes that they belong to; in a
-        node they are eliminated in the order given.
+        Groups of up to three coordinates, and their nodes; in a node they are eliminated in the
+        given order.
     threads : int, optional
-        Most threads, of which two find work; digits do not depend on it.
+        Maximum number of threads, at most two of which are used; results do not depend on it.
     slides : Slides, optional
-        Modes that conjugate gradients use where counts show that they pay; not with equations.
+        Modes for conjugate gradients, used if counts show that they save work; not with equations.
 
     Attributes
     ----------
     n, n_positive : int
         Number of unknowns, and of coordinates, which come first.
     nnz, factor_flops : int
-        Entries below the diagonal between coordinates, as many as the matrix has; operations of one
-        factorisation, as they are measured to be for each of these.
+        Entries below the diagonal between coordinates, as in the matrix; operations of one
+        factorization, as measured per entry.
     threads : int
-        2 where the factor has two fronts and two threads are allowed, else 1.
+        2 if the factor has two fronts and two threads are allowed, else 1.
     nbytes : float
-        Memory of the factor, which is taken when it is first asked for [bytes].
+        Memory of the factor, which is allocated on first use [bytes].
     error : None
-        What went wrong while compiled code was running: nothing can.
+        Errors in calls from compiled code: there are none.
     """
 
     error: BaseException | None = None
@@ -98,36 +91,36 @@ class IncompleteSeed:
         self._own: IncompleteFactor | None = None
         self._matrix: sp.csc_array | None = None
         blocks, triples = len(order) + len(row), len(order)
-        if blocks > MOST_BLOCKS:
+        if blocks > MAX_BLOCKS:
             raise InputError(
-                f"an incomplete factor has at most {MOST_BLOCKS:,} blocks, and this one would have "
+                f"an incomplete factor has at most {MAX_BLOCKS:,} blocks, and this one would have "
                 f"{blocks:,}: try fewer elements"
             )
         self._border: Border | None = None
         self.nnz = int(self._pattern[0][self.n_positive]) - self.n_positive
         if equations:
-            self._border = Border.of(*self._pattern, self.n_positive, self._unknown)
+            self._border = Border.from_matrix(*self._pattern, self.n_positive, self._unknown)
             self.nnz -= len(self._border.entry)
         self.factor_flops = FACTOR_FLOPS * self.nnz + equations * self.sweep_flops
         self._coarse: SlidingModes | None = None
         if slides is not None and len(slides.mode) and not equations:
-            coarse = SlidingModes.of(slides, self._unknown, start, row)
-            self._coarse = coarse if coarse.factor.nnz <= MOST_COARSE * self.nnz else None
-        # The second front counts the rows of the middle from the end on, see ic.h.
+            coarse = SlidingModes.from_matrix(slides, self._unknown, start, row)
+            self._coarse = coarse if coarse.factor.nnz <= MAX_COARSE_RATIO * self.nnz else None
+        # The second front numbers the rows of the middle from the end on, see ic.h.
         _, second, middle, end = self._first
-        beside = row[start[second] : start[middle]]
-        beside[beside >= middle] += end - middle
+        rows = row[start[second] : start[middle]]
+        rows[rows >= middle] += end - middle
         self._start, self._row = start.astype(np.int32), row
         self.threads = min(threads, 1 + (second < middle))
         self.nbytes = float(BLOCK_BYTES * blocks + TRIPLE_BYTES * triples + 4 * len(indices))
-        for beside in (self._coarse, self._border):
-            self.nbytes += 0.0 if beside is None else beside.nbytes
+        for part in (self._coarse, self._border):
+            self.nbytes += 0.0 if part is None else part.nbytes
 
     @property
     def own(self) -> IncompleteFactor:
         """The compiled factor."""
         if self._own is None:
-            made: IncompleteFactor = compiled_module("ic").Ic(
+            factor: IncompleteFactor = compiled_module("ic").Ic(
                 *self._pattern,
                 self.n_positive,
                 self._unknown,
@@ -135,12 +128,12 @@ class IncompleteSeed:
                 self._row,
                 self._first,
             )
-            made.set_threads(self.threads)
+            factor.set_threads(self.threads)
             if self._coarse is not None:
-                made.take_modes(self._coarse)
+                factor.take_modes(self._coarse)
             if self._border is not None:
-                made.take_border(self._border)
-            self._own = made
+                factor.take_border(self._border)
+            self._own = factor
         return self._own
 
     @property
@@ -151,12 +144,12 @@ class IncompleteSeed:
 
     @property
     def inner(self) -> tuple[int, int]:
-        """Sweeps and products with the matrix in solutions for compiled callers so far."""
+        """Numbers of sweeps and of products with the matrix for compiled callers."""
         return self.own.sweeps, self.own.products
 
     @property
     def solve_flops(self) -> int:
-        """Operations of the plainest solve: a sweep, or two where there are equations."""
+        """Operations of the simplest solve: a sweep, or two with equations."""
         return self._sweeps * self.sweep_flops
 
     @property
@@ -167,7 +160,7 @@ class IncompleteSeed:
     def factor(self, values: NDArray[np.float64]) -> int:
         """Factor again; return 0, or 1 + the first unknown whose pivot was not positive.
 
-        In the second case there is a factor of a neighbour, with a larger diagonal.
+        In the second case the factor is that of a matrix with a larger diagonal.
 
         Parameters
         ----------
@@ -186,26 +179,26 @@ class IncompleteSeed:
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``, to rounding.
 
-        The residual in double precision is solved for again and again, to thirteen digits where the
-        matrix is definite.
+        Iterative refinement with residuals in double precision, to thirteen digits if the matrix is
+        definite.
         """
         assert self._matrix is not None
         diagonal = self._matrix.data[self._pattern[0][:-1]]
-        best, least, left = np.zeros(self.n), np.inf, r
-        whole = self._size(r)
-        for _ in range(ROUNDS):
-            x = best + self.own.solve_to(left, SHARE, MOST)[0]
-            left = r - self._matrix @ x - self._matrix.T @ x + diagonal * x
-            size = self._size(left)
-            if not size < 0.5 * least:
+        best, best_norm, residual = np.zeros(self.n), np.inf, r
+        initial = self._norm(r)
+        for _ in range(MAX_ROUNDS):
+            x = best + self.own.solve_to(residual, ROUND_RATIO, MAX_ITERATIONS)[0]
+            residual = r - self._matrix @ x - self._matrix.T @ x + diagonal * x
+            norm = self._norm(residual)
+            if not norm < 0.5 * best_norm:
                 break
-            best, least = x, size
-            if size <= REST * whole:
+            best, best_norm = x, norm
+            if norm <= RESIDUAL_RATIO * initial:
                 break
         return best
 
-    def _size(self, r: NDArray[np.float64]) -> float:
-        """Length of a residual by the diagonals of A and S, so that units do not count."""
+    def _norm(self, r: NDArray[np.float64]) -> float:
+        """Return the norm of a residual scaled by the diagonals of A and S, free of units."""
         assert self._matrix is not None
         n = self.n_positive
         diagonal = np.abs(self._matrix.data[self._pattern[0][:n]])

@@ -1,4 +1,4 @@
-"""Modes along which cables slide: a coarse space for incomplete seeds in long steps."""
+"""Modes along which cables slide: a deflation space for incomplete seeds in long steps."""
 
 from __future__ import annotations
 
@@ -10,18 +10,15 @@ from numpy.typing import NDArray
 
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed
 
-# Cosine of the angle up to which cables are coupled in the coarse matrix: those that cross at right
-# angles are some hundred times less than those side by side.
-PARALLEL = 0.3
-
-# Bytes of a way in the scale of the matrix.
-TRIPLE_BYTES = 16
+# Coupling of cables that cross at right angles is about a hundredth of that of parallel ones.
+MIN_COSINE = 0.3  # of the angle between cables that are coupled in the coarse matrix
+DIRECTION_BYTES = 16  # of a direction scaled by the matrix
 
 Numbers = NDArray[np.int32]
 
 
 class Slides(NamedTuple):
-    """Points of cables, each of which can slide along itself.
+    """Points of cables that can slide along their axes.
 
     Attributes
     ----------
@@ -40,14 +37,15 @@ class Slides(NamedTuple):
 
 @dataclass(frozen=True)
 class SlidingModes:
-    """The modes of a factor, and the coarse matrix between those that run side by side.
+    """Sliding modes of a factor, and the coarse matrix between modes that are nearly parallel.
 
     Attributes
     ----------
     triple, mode, direction
-        As in `Slides`, for each way of a triple in a mode, by triples.
+        As in `Slides`, for each direction of a triple in a mode, by triples.
     block, row, column, place : (n_terms,) int32
-        Terms of the coarse matrix: a block of the matrix between two ways, and where it is added.
+        Terms of the coarse matrix: a block of the matrix between two directions, and the index of
+        the entry to which it is added.
     factor : SparseSeed
         Complete factor of the coarse matrix.
     """
@@ -63,13 +61,15 @@ class SlidingModes:
 
     @property
     def nbytes(self) -> float:
-        """Memory of all of it [bytes]."""
-        ways = TRIPLE_BYTES + self.direction.itemsize * 3 + 2 * self.mode.itemsize
-        return ways * len(self.mode) + 16.0 * len(self.block) + self.factor.nbytes
+        """Memory [bytes]."""
+        per_mode = DIRECTION_BYTES + self.direction.itemsize * 3 + 2 * self.mode.itemsize
+        return per_mode * len(self.mode) + 16.0 * len(self.block) + self.factor.nbytes
 
     @classmethod
-    def of(cls, slides: Slides, unknown: Numbers, start: Numbers, row: Numbers) -> SlidingModes:
-        """Find out which ways meet in blocks of a matrix.
+    def from_matrix(
+        cls, slides: Slides, unknown: Numbers, start: Numbers, row: Numbers
+    ) -> SlidingModes:
+        """Return the coupling of modes in the blocks of a matrix.
 
         Parameters
         ----------
@@ -88,25 +88,25 @@ class SlidingModes:
         mode, direction = slides.mode[by_triple], slides.direction[by_triple]
         n = len(unknown)
         row = row[: start[-1]]
-        # Blocks between triples that have ways, those on the diagonal first.
+        # Blocks between triples with modes, those on the diagonal first.
         first = np.searchsorted(triple, np.arange(n + 1)).astype(np.int32)
-        ways = np.diff(first)
+        counts = np.diff(first)
         column_of = np.repeat(np.arange(n, dtype=np.int32), np.diff(start))
-        below = np.flatnonzero((ways[row] > 0) & (ways[column_of] > 0))
-        blocks = np.concatenate([np.flatnonzero(ways), n + below])
-        of_row = np.concatenate([np.flatnonzero(ways), row[below]])
-        of_column = np.concatenate([np.flatnonzero(ways), column_of[below]])
-        found = []
-        for i in range(int(ways.max())):
-            for j in range(int(ways.max())):
-                both = np.flatnonzero((i < ways[of_row]) & (j < ways[of_column]))
+        below = np.flatnonzero((counts[row] > 0) & (counts[column_of] > 0))
+        blocks = np.concatenate([np.flatnonzero(counts), n + below])
+        of_row = np.concatenate([np.flatnonzero(counts), row[below]])
+        of_column = np.concatenate([np.flatnonzero(counts), column_of[below]])
+        terms = []
+        for i in range(int(counts.max())):
+            for j in range(int(counts.max())):
+                both = np.flatnonzero((i < counts[of_row]) & (j < counts[of_column]))
                 a, b = first[of_row[both]] + i, first[of_column[both]] + j
-                along = np.abs(np.sum(direction[a] * direction[b], axis=1)) > PARALLEL
-                # Two ways of one triple are met twice, and add to one entry.
+                is_parallel = np.abs(np.sum(direction[a] * direction[b], axis=1)) > MIN_COSINE
+                # Two directions of one triple occur twice, and add to one entry.
                 once = (of_row[both] != of_column[both]) | (i < j)
-                kept = (mode[a] == mode[b]) | (along & once)
-                found.append(np.stack([blocks[both][kept], a[kept], b[kept]]))
-        block, left, right = np.concatenate(found, axis=1).astype(np.int32)
+                coupled = (mode[a] == mode[b]) | (is_parallel & once)
+                terms.append(np.stack([blocks[both][coupled], a[coupled], b[coupled]]))
+        block, left, right = np.concatenate(terms, axis=1).astype(np.int32)
         modes = int(mode.max()) + 1
         low, high = np.minimum(mode[left], mode[right]), np.maximum(mode[left], mode[right])
         key = low.astype(np.int64) * modes + high

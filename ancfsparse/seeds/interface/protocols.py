@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 
 
-class Solver(Protocol):
-    """What every compiled seed is (_blocks.pyx)."""
+class CompiledSeed(Protocol):
+    """A compiled seed (_blocks.pyx)."""
 
     @property
     def capsule(self) -> object:
-        """What the nonlinear loop calls, "ancf_seed"."""
+        """Structure "ancf_seed" for the nonlinear loop."""
 
     def solve(self, r: Vector) -> Vector:
         """Return the solution (n,) for the right-hand side (n,)."""
 
 
-class Factor(Solver, Protocol):
-    """A seed that is factored again."""
+class Factor(CompiledSeed, Protocol):
+    """A seed that can be factored again."""
 
     @property
     def nbytes(self) -> int:
@@ -36,11 +36,11 @@ class Factor(Solver, Protocol):
 
 
 class CompleteFactor(Factor, Protocol):
-    """L D L^T with all its fill (_ldl.pyx)."""
+    """Complete factorization L D L^T (_ldl.pyx)."""
 
     @property
     def negative_pivots(self) -> int | None:
-        """How many pivots are negative; None if one was zero or no number."""
+        """Number of negative pivots; None if one was zero or not a number."""
 
     @property
     def pivots(self) -> Vector:
@@ -57,4 +57,4 @@ class PythonSeed(Protocol):
 
     @property
     def capsule(self) -> object:
-        """What the nonlinear loop calls, "ancf_seed"."""
+        """Structure "ancf_seed" for the nonlinear loop."""

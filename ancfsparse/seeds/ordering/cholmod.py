@@ -14,7 +14,7 @@ with short_spin_waits():  # SuiteSparse brings OpenMP with it
 
 
 def order(indptr: Indices, indices: Indices, method: str) -> NDArray[np.int32]:
-    """Let CHOLMOD choose the order of elimination.
+    """Return CHOLMOD's order of elimination.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def order(indptr: Indices, indices: Indices, method: str) -> NDArray[np.int32]:
     Returns
     -------
     (n,) int32
-        Unknown eliminated in each place.
+        Unknown eliminated at each position.
     """
     factor = analyze(_matrix(indptr, indices), mode="simplicial", ordering_method=method)
     return np.ascontiguousarray(factor.P(), dtype=np.int32)
@@ -48,7 +48,7 @@ class Supernodal:
         self._factor = analyze(self._matrix, mode="supernodal", ordering_method=method)
 
     def factor(self, values: NDArray[np.float64]) -> int:
-        """Factor again; return 0, or 1 + the place at which the matrix is not positive definite."""
+        """Factor again; return 0, or 1 + the first column with a pivot that is not positive."""
         self._matrix.data[:] = values
         try:
             self._factor.cholesky_inplace(self._matrix)

@@ -1,4 +1,4 @@
-"""The order of elimination: least fill for coordinates, multipliers after what they hold."""
+"""Order of elimination: least fill-in for coordinates, multipliers after their coordinates."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
 from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
 
-# Orderings that are kept for matrices of the same pattern, such as those of a sweep or of pilots,
-# and the most unknowns of such a matrix.
-MOST, LARGEST = 8, 100_000
-# Patterns of up to so many bytes are compared whole.
-SMALL = 16_384
+# Orderings are cached for matrices of the same pattern, as in sweeps and trial runs.
+CACHE_SIZE = 8  # orderings
+MAX_CACHED_UNKNOWNS = 100_000
+MAX_KEY_BYTES = 16_384  # of a pattern that is compared itself; of larger ones a digest is
 _KNOWN: dict[bytes, tuple[str, NDArray[np.int32]]] = {}
 
 
 def cheapest(
     indptr: Indices, indices: Indices, n_positive: int
 ) -> tuple[str, NDArray[np.int32], Triangle]:
-    """Return the name of the ordering with the least fill, the permutation, the upper triangle.
+    """Return the name of the ordering with the least fill-in, the permutation, the upper triangle.
 
-    Orderings of the last patterns are kept, so that runs of scenes of equal structure share them.
+    Orderings of the last patterns are cached, so that runs of scenes of equal structure share them.
 
-    A multiplier comes after the last coordinate that it holds: those of one node, which are coupled
-    anyway.  Before them its pivot would be the regularization alone, over which the squares of the
-    constraint's gradient would bury the stiffness: of a fine mesh of steel, all but six digits.
+    A multiplier follows the last coordinate of its constraint: those of one node are coupled
+    anyway.  Before them its pivot would be the regularization only, and the squares of the
+    constraint gradient over it would cancel the stiffness: in a fine mesh of steel, all but six
+    digits.
 
     Parameters
     ----------
@@ -42,24 +42,24 @@ def cheapest(
         known = name, permutation.copy()
     else:
         name, permutation = known[0], known[1].copy()
-        upper = permuted(indptr, indices, permutation)
-    if len(permutation) <= LARGEST:
-        _KNOWN[key] = known  # the last one used is kept longest
-        if len(_KNOWN) > MOST:
+        upper = permute_upper(indptr, indices, permutation)
+    if len(permutation) <= MAX_CACHED_UNKNOWNS:
+        _KNOWN[key] = known  # the least recently used one is first
+        if len(_KNOWN) > CACHE_SIZE:
             del _KNOWN[next(iter(_KNOWN))]
     return name, permutation, upper
 
 
 def _key(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
-    """Return what only equal patterns have in common: a small one whole, of others 128 bits."""
+    """Return the key of a pattern: a small pattern itself, or a digest of 128 bits."""
     parts = (
         f"{n_positive} {indptr.dtype} {indices.dtype} ".encode(),
         indptr.tobytes(),
         indices.tobytes(),
     )
-    if sum(map(len, parts)) <= SMALL:
+    if sum(map(len, parts)) <= MAX_KEY_BYTES:
         return b"".join(parts)
-    from hashlib import blake2b  # loads OpenSSL, which takes longer than to set up a small scene
+    from hashlib import blake2b  # loads OpenSSL, which takes longer than setting up a small scene
 
     digest = blake2b(digest_size=16)
     for part in parts:
@@ -70,61 +70,65 @@ def _key(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
 def _cheapest(
     indptr: Indices, indices: Indices, n_positive: int
 ) -> tuple[str, NDArray[np.int32], Triangle]:
-    """Find the ordering of a matrix that is not known yet, see `cheapest`."""
+    """Return the ordering of a matrix that is not cached, see `cheapest`."""
     n = len(indptr) - 1
     if n_positive == n:
-        return _of_coordinates(indptr, indices)
+        return _order_coordinates(indptr, indices)
     column = np.repeat(np.arange(n), np.diff(indptr))
     inside = indices < n_positive
     starts = np.append(0, np.cumsum(np.bincount(column[inside], minlength=n_positive)))
-    name, order_of_coordinates, _ = _of_coordinates(
+    name, order_of_coordinates, _ = _order_coordinates(
         starts.astype(np.int64), indices[inside].astype(np.int32)
     )
-    place = np.full(n, -1.0)
-    place[order_of_coordinates] = np.arange(n_positive)
-    holds = ~inside & (column < n_positive)
-    np.maximum.at(place, indices[holds], place[column[holds]] + 0.5)
-    permutation = np.argsort(place, kind="stable").astype(np.int32)
-    return name, permutation, permuted(indptr, indices, permutation)
+    position = np.full(n, -1.0)
+    position[order_of_coordinates] = np.arange(n_positive)
+    constrains = ~inside & (column < n_positive)
+    np.maximum.at(position, indices[constrains], position[column[constrains]] + 0.5)
+    permutation = np.argsort(position, kind="stable").astype(np.int32)
+    return name, permutation, permute_upper(indptr, indices, permutation)
 
 
-def _of_coordinates(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Triangle]:
-    """Order a positive definite matrix.
+def _order_coordinates(
+    indptr: Indices, indices: Indices
+) -> tuple[str, NDArray[np.int32], Triangle]:
+    """Return the ordering of a positive definite matrix.
 
-    Where nothing fills in, as along a chain, the natural order is kept, or better taken from both
-    ends by turns: the two fronts do not wait for each other.  Nested dissection (METIS) is best for
-    nets, minimum degree (AMD) for trees and other sparse graphs; counting the fill of a bad order
-    would take longer than all the rest, so it stops where the better one ended.
+    Without fill-in, as along a chain, the natural order is used, preferably from both ends in turn:
+    the two fronts do not wait for each other.  Nested dissection (METIS) is best for nets, minimum
+    degree (AMD) for trees and other sparse graphs; the fill-in of a bad order is counted up to that
+    of the better one only, since it would take longer than everything else.
     """
     n = len(indptr) - 1
     tree = compiled_module("tree").elimination_tree
     no_fill = len(indices) - n
     natural = np.arange(n, dtype=np.int32)
-    if tree(*permuted(indptr, indices, natural), no_fill) is not None:
+    if tree(*permute_upper(indptr, indices, natural), no_fill) is not None:
         inwards = _from_both_ends(indptr, indices)
         for name, permutation in (("both ends", inwards), ("natural", natural)):
-            upper = permuted(indptr, indices, permutation)
+            upper = permute_upper(indptr, indices, permutation)
             if tree(*upper, no_fill) is not None:
                 return name, permutation, upper
-    best, most = None, np.iinfo(np.int64).max
+    best, limit = None, np.iinfo(np.int64).max
     for method in ("metis", "amd"):
         permutation = ordering.order(indptr, indices, method)
-        upper = permuted(indptr, indices, permutation)
-        found = tree(*upper, most)
-        if found is not None:
-            best, most = (method, permutation, upper), int(found[1].sum()) - 1
+        upper = permute_upper(indptr, indices, permutation)
+        counted = tree(*upper, limit)
+        if counted is not None:
+            best, limit = (method, permutation, upper), int(counted[1].sum()) - 1
     assert best is not None
     return best
 
 
 def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
-    """Return the order that takes a supernode from the front and one from the back by turns."""
+    """Return the order that takes supernodes from the front and from the back in turn."""
     n = len(indptr) - 1
     forwards = np.arange(n, dtype=np.int32)
     columns, turns = [], []
     for side, order_of_side in enumerate((forwards, forwards[::-1].copy())):
         half = (n + 1 - side) // 2
-        tree = compiled_module("tree").elimination_tree(*permuted(indptr, indices, order_of_side))
+        tree = compiled_module("tree").elimination_tree(
+            *permute_upper(indptr, indices, order_of_side)
+        )
         first = compiled_module("tree").supernodes(*tree)[0]
         width = np.diff(np.append(first[first < half], half))  # up to the middle
         columns.append(order_of_side[:half])
@@ -132,7 +136,7 @@ def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
     return np.concatenate(columns)[np.argsort(np.concatenate(turns), kind="stable")]
 
 
-def permuted(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Triangle:
+def permute_upper(indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> Triangle:
     """Return the upper triangle of the permuted matrix by columns: starts and rows."""
     upper: Triangle = compiled_module("tree").permuted_upper(indptr, indices, permutation)
     return upper

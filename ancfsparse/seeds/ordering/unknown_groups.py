@@ -1,4 +1,4 @@
-"""Unknowns in groups, such as the vectors of a node: which groups meet, and in which orders."""
+"""Groups of unknowns, such as the vectors of a node: their coupling and orders of elimination."""
 
 from __future__ import annotations
 
@@ -15,22 +15,21 @@ from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-# By how much a factor may fill in more where whole nodes are eliminated in an order of minimum
-# degree: 2.8 times in a lattice of 3 nodes a side, 1.9 from 8 on, 1.2 in nets.
-ROUGHLY = 3.0
-# Groups from which two fronts pay: so much work that a second thread can share it, and that what
-# the middle costs, where both meet in all directions, is little.
-TWO_FRONTS_FROM = 5000
-# Independent cycles per node from which they pay: nets have one, and there a factor without fill in
-# two fronts contracts half as fast (284 sweeps instead of 104 in 40 steps of a net of 40); cubic
-# lattices have two, and lose nothing.
-CYCLES_FROM = 1.5
-# More than any memory holds.
-MOST_BLOCKS = 1e15
+# Minimum degree of nodes fills in 2.8 times as much as nested dissection in a lattice of 3 nodes a
+# side, 1.9 times from 8 on, 1.2 times in nets.
+FILL_MARGIN = 3.0
+# Two fronts save time from a number of groups at which a second thread has enough work, and the
+# middle, where both fronts meet in all directions, costs little.
+MIN_TWO_FRONTS = 5000  # groups
+# Nets have one independent cycle per node, and an incomplete factor in two fronts contracts half as
+# fast there (284 sweeps instead of 104 in 40 steps of a net of 40); cubic lattices have two cycles
+# per node, and contract as fast.
+MIN_CYCLES = 1.5  # per node, for two fronts
+MAX_BLOCKS = 1e15  # beyond any memory
 
 
 class Fill(NamedTuple):
-    """What a complete factor costs, counted in whole groups.
+    """Size and cost of a complete factor, in complete groups.
 
     Attributes
     ----------
@@ -52,11 +51,11 @@ class Groups:
     Attributes
     ----------
     members : (n_groups, k) int
-        Unknowns of each group, each in one of them; -1 where a group has fewer.
+        Unknowns of each group, each in one of them; -1 in smaller groups.
     node : (n_groups,) int32
         Node of each group, numbered from 0.
     meeting : tuple of arrays
-        Lower triangle of the groups that meet, by columns: starts and rows, diagonal included.
+        Lower triangle of coupled groups, by columns: starts and rows, diagonal included.
     """
 
     members: NDArray[np.integer[Any]]
@@ -64,14 +63,14 @@ class Groups:
     meeting: Triangle
 
     @classmethod
-    def of(
+    def from_matrix(
         cls,
         indptr: Indices,
         indices: Indices,
         members: NDArray[np.integer[Any]],
         node: NDArray[np.integer[Any]],
     ) -> Groups:
-        """Find out which groups meet in a matrix.
+        """Return the groups with their coupling in a matrix.
 
         Parameters
         ----------
@@ -88,7 +87,7 @@ class Groups:
         return cls(members, np.asarray(node, dtype=np.int32), meeting)
 
     def nodes(self) -> Triangle:
-        """Return the lower triangle of the nodes that meet, by columns, diagonal included."""
+        """Return the lower triangle of coupled nodes, by columns, diagonal included."""
         lower: Triangle = compiled_module("tree").contracted(
             *self.meeting, self.node, int(self.node.max()) + 1
         )
@@ -96,7 +95,7 @@ class Groups:
 
     @property
     def cycles(self) -> int:
-        """Number of edges between nodes that a tree, or several, would not have."""
+        """Number of independent cycles of the graph of nodes."""
         from scipy.sparse.csgraph import connected_components
 
         lower = self._lower_nodes()
@@ -104,15 +103,15 @@ class Groups:
         return int(lower.nnz - n - (n - connected_components(lower, directed=False)[0]))
 
     def fronts(self) -> tuple[NDArray[np.int32], tuple[int, int, int, int]]:
-        """Return the groups in order of elimination, (n,) int32, and where its parts begin.
+        """Return the groups in order of elimination, (n,) int32, and the starts of its parts.
 
-        Node by node, in two fronts that do not meet and then the middle, which both meet: half of
-        the nodes in the order of Cuthill and McKee, the others, and in the middle what of those is
-        beside the half.  In a front, nodes come in reverse order of their distance from the middle.
-        Trees are one front, from the leaves to the root, and so are nets and what is small.  Groups
-        of a node come in their own order.
+        Node by node, in two uncoupled fronts and then the middle, which is coupled with both: half
+        of the nodes in the order of Cuthill and McKee, the others, and as the middle those of the
+        others that are adjacent to the first half.  In a front, nodes come in reverse order of
+        their distance from the middle.  Trees are one front, from the leaves to the root, and so
+        are nets and small graphs.  Groups of a node keep their order.
 
-        The second result is the place of the first group of each front and of the middle, and the
+        The second result is the index of the first group of each front and of the middle, and the
         number of groups.
         """
         import scipy.sparse as sp
@@ -122,7 +121,7 @@ class Groups:
         n = lower.shape[0]
         graph = (lower + lower.T).tocsr()
         reverse = reverse_cuthill_mckee(graph, symmetric_mode=True)
-        if len(self.members) < TWO_FRONTS_FROM or self.cycles < CYCLES_FROM * n:
+        if len(self.members) < MIN_TWO_FRONTS or self.cycles < MIN_CYCLES * n:
             return self._by_node(reverse), (0, *3 * (len(self.members),))
         rank = np.empty(n, dtype=np.int32)
         rank[reverse] = np.arange(n, dtype=np.int32)
@@ -130,7 +129,7 @@ class Groups:
         meets = np.asarray(graph @ (~second).astype(np.int32)) > 0
         part = second + np.int8(0)
         part[second & meets] = 2
-        # A breadth-first search from all of the middle, and from the last node of other components.
+        # Breadth-first search from the middle, and from the last node of other components.
         root = np.flatnonzero((part == 2) | self._ends_component(graph, rank, part))
         star = sp.csr_array(
             (np.ones(len(root), np.int8), (np.zeros(len(root), np.int32), root)), shape=(1, n)
@@ -146,7 +145,7 @@ class Groups:
     def _ends_component(
         graph: sp.csr_array, rank: NDArray[np.int32], part: NDArray[np.int8]
     ) -> NDArray[np.bool_]:
-        """Return which nodes are the last of a component that has no part in the middle."""
+        """Return a mask of the last nodes of components without a part in the middle."""
         from scipy.sparse.csgraph import connected_components
 
         n_components, component = connected_components(graph, directed=False)
@@ -156,38 +155,40 @@ class Groups:
         out: NDArray[np.bool_] = rank == last[component]
         return out
 
-    def exact_fill(self, most: float) -> Fill | None:
-        """Count the complete factor in an order of nested dissection.
+    def exact_fill(self, max_ratio: float) -> Fill | None:
+        """Return the fill-in of the complete factor in an order of nested dissection.
 
-        It is not ordered, which takes longest, if an order of minimum degree of the nodes shows
-        that it fills in far more.
+        This order, which takes most of the time, is not computed if an order of minimum degree of
+        the nodes fills in far more than allowed.
 
         Parameters
         ----------
-        most : float
-            Blocks for each of the matrix beyond which counting ends with None.
+        max_ratio : float
+            Blocks over those of the matrix; above, the result is None.
         """
         by_node = self._by_node(ordering.order(*self.nodes(), "amd"))
-        if self._lengths(by_node, ROUGHLY * most) is None:
+        if self._lengths(by_node, FILL_MARGIN * max_ratio) is None:
             return None
-        length = self._lengths(ordering.order(*self.meeting, "metis"), most)
+        length = self._lengths(ordering.order(*self.meeting, "metis"), max_ratio)
         if length is None:
             return None
         width, nnz = self._width, self._entries(float(np.sum(length)))
         flops = width**3 * float(np.sum(length.astype(float) ** 2))
         return Fill(nnz, flops, 4.0 * nnz + 2.0 * width * len(self.members))
 
-    def _lengths(self, permutation: NDArray[np.int32], most: float) -> NDArray[np.int32] | None:
-        """Return how many blocks each column of a factor has; None where they are too many."""
+    def _lengths(
+        self, permutation: NDArray[np.int32], max_ratio: float
+    ) -> NDArray[np.int32] | None:
+        """Return the number of blocks in each column of a factor; None above the ratio."""
         upper = compiled_module("tree").permuted_upper(*self.meeting, permutation)
         blocks = len(self.meeting[1]) - len(self.members)
-        limit = int(min(most * blocks, MOST_BLOCKS))
-        found = compiled_module("tree").elimination_tree(*upper, limit)
-        return None if found is None else found[1]
+        limit = int(min(max_ratio * blocks, MAX_BLOCKS))
+        tree = compiled_module("tree").elimination_tree(*upper, limit)
+        return None if tree is None else tree[1]
 
     @property
     def nnz(self) -> float:
-        """Entries below the diagonal of the matrix, counted in whole groups."""
+        """Entries below the diagonal of the matrix, in complete groups."""
         return self._entries(len(self.meeting[1]) - len(self.members))
 
     @property
@@ -196,7 +197,7 @@ class Groups:
         return float(np.count_nonzero(self.members >= 0)) / len(self.members)
 
     def _entries(self, blocks: float) -> float:
-        """Entries below the diagonal in so many blocks and those at the diagonal."""
+        """Return the entries below the diagonal in a number of blocks and the diagonal blocks."""
         width = self._width
         return width**2 * blocks + 0.5 * width * (width - 1.0) * len(self.members)
 

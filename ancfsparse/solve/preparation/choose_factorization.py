@@ -7,8 +7,8 @@ from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
-from ancfsparse.seeds.complete.sparse_seed import OWN_ENTRY
-from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS, leading
+from ancfsparse.seeds.complete.sparse_seed import LDL_ENTRY_BYTES
+from ancfsparse.seeds.incomplete.constraint_border import MAX_EQUATIONS, leading
 from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.solve import preparation
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate, check_factor_fits
@@ -92,9 +92,9 @@ def make_seed(
         If there are too many multipliers for an incomplete seed, or if no seed fits.
     """
     indptr, indices = system.pattern.indptr, system.pattern.indices
-    if kind == "incomplete" and system.n_multipliers > MOST_EQUATIONS:
+    if kind == "incomplete" and system.n_multipliers > MAX_EQUATIONS:
         raise InputError(
-            f"factorization='incomplete' takes at most {MOST_EQUATIONS} equations, and this scene "
+            f"factorization='incomplete' takes at most {MAX_EQUATIONS} equations, and this scene "
             f"has {system.n_multipliers}, the first of the {system.constraints.labels[0]}: leave "
             "out factorization, or use joints without multipliers, such as pins"
         )
@@ -128,7 +128,9 @@ def make_static_seed(
     """
     fills = kind == "incomplete"
     if fills or (kind == "auto" and _may_have_cycles(system)):
-        groups = Groups.of(indptr, indices, *vectors_of(system.places, system.kinds, system.n_free))
+        groups = Groups.from_matrix(
+            indptr, indices, *vectors_of(system.places, system.kinds, system.n_free)
+        )
         if not fills:
             fills = groups.cycles > 0 and groups.exact_fill(MAX_STATIC_FILL) is None
         if fills:
@@ -139,14 +141,14 @@ def make_static_seed(
 def unknown_groups(system: System) -> Groups:
     """Return the nodal vectors of the free coordinates, and the pairs coupled in the matrix."""
     own = leading(system.pattern.indptr, system.pattern.indices, system.n_free)
-    return Groups.of(*own, *vectors_of(system.places, system.kinds, system.n_free))
+    return Groups.from_matrix(*own, *vectors_of(system.places, system.kinds, system.n_free))
 
 
 def _may_fill_in(system: System, solver: Method | str) -> bool:
     """Return whether fill-in is possible and the solver does not need a complete factor."""
     if not isinstance(solver, str) and solver.is_dense:
         return False
-    return system.n_multipliers <= MOST_EQUATIONS and _may_have_cycles(system)
+    return system.n_multipliers <= MAX_EQUATIONS and _may_have_cycles(system)
 
 
 def _may_have_cycles(system: System) -> bool:
@@ -173,4 +175,4 @@ def _fills_in(groups: Groups, solver: Method | str, needed: MemoryEstimate, limi
     if free is None:
         return False
     remaining = free - needed.vectors - needed.states
-    return groups.exact_fill(remaining / (OWN_ENTRY * groups.nnz)) is None
+    return groups.exact_fill(remaining / (LDL_ENTRY_BYTES * groups.nnz)) is None

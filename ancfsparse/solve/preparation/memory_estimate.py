@@ -14,8 +14,8 @@ from ancfsparse.kernels.layout import MANY_BLOCKS
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
-from ancfsparse.seeds.complete.sparse_seed import BLOCK_ENTRY
-from ancfsparse.seeds.incomplete.constraint_border import MOST_EQUATIONS
+from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
+from ancfsparse.seeds.incomplete.constraint_border import MAX_EQUATIONS
 from ancfsparse.solve.preparation.choose_solver import LOW_MEMORY_PAIRS
 from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
 from ancfsparse.system_memory import GIGABYTE, MIN_CHECKED, available_memory
@@ -138,7 +138,7 @@ def estimate_memory(
         extra = 8.0 * VECTORS_PER_PAIR * LOW_MEMORY_PAIRS * coordinates
     if (
         incomplete
-        and _count_joints_with_multipliers(scene) <= MOST_EQUATIONS
+        and _count_joints_with_multipliers(scene) <= MAX_EQUATIONS
         and _count_cycles(scene) > 0.1 * n_nodes
     ):
         factor, complete = incomplete_entry * entries, _cube_factor_bytes(entries, n_nodes)
@@ -159,7 +159,7 @@ def _count_cycles(scene: Scene) -> int:
 
 def _cube_factor_bytes(entries: float, n_nodes: int) -> float:
     """Return the memory of the factor of a cube of nodes [bytes]."""
-    return BLOCK_ENTRY * CUBE_FILL_IN * entries * math.cbrt(n_nodes)
+    return CHOLMOD_ENTRY_BYTES * CUBE_FILL_IN * entries * math.cbrt(n_nodes)
 
 
 def _factor_bytes(scene: Scene, entries: float, n_nodes: int, others: float) -> float:
@@ -174,7 +174,7 @@ def _factor_bytes(scene: Scene, entries: float, n_nodes: int, others: float) -> 
     free = available_memory()
     if free is None or others + _cube_factor_bytes(entries, n_nodes) <= free:
         return FACTOR_ENTRY_BYTES * entries * 0.5 * math.log2(n_nodes)
-    return BLOCK_ENTRY * count_factor_entries(scene)
+    return CHOLMOD_ENTRY_BYTES * count_factor_entries(scene)
 
 
 def check_memory(needed: MemoryEstimate) -> None:

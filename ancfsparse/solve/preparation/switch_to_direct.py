@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.seeds import Fill, Groups, IncompleteSeed, Seed
-from ancfsparse.seeds.complete.sparse_seed import BLOCK_ENTRY
+from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
 from ancfsparse.system_memory import available_memory
 
 FIRST_COMPARISON = 5  # steps before the first comparison of costs; doubled for each further one
@@ -86,7 +86,7 @@ class SwitchToDirect:
         """Return the complete seed that the run continues with; None if it does not fit."""
         free = available_memory()
         if free is not None and (
-            self._groups.exact_fill(free / (BLOCK_ENTRY * self._groups.nnz)) is None
+            self._groups.exact_fill(free / (CHOLMOD_ENTRY_BYTES * self._groups.nnz)) is None
         ):
             return None
         return self._switch()

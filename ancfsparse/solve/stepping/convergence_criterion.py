@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators import Implicit
-from ancfsparse.nonlinear.iteration import EPSILON, tolerance_of
+from ancfsparse.nonlinear.iteration import EPSILON, make_tolerance
 from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.system import System
 
@@ -102,11 +102,11 @@ class ConvergenceCriterion:
             if self._integrator.gamma == 0.5
             else DAMPED_WORK_RATIO
         )
-        return tolerance_of(
+        return make_tolerance(
             self._tolerance if error is None else error / scale,
             scale,
             force_scale=self._force_scale,
-            place=self._several * EPSILON * self._largest,
+            rounding=self._several * EPSILON * self._largest,
             noise=self._several * EPSILON * self._size,
             floor=self._rounding(dt),
             share=CORRECTION_RATIO,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import make_march
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton
-from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration, turned
+from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration, rotate_with_frame
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
 from ancfsparse.solve import initial_conditions
 from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
@@ -143,7 +143,7 @@ def prepare_implicit(
         inverse = make_inverse(used, complete, weights, criterion.norm, noise)
         inverse.set_threads(threads)
         cost = iteration_costs(system, integrator, complete, frame)
-        rotated = turned(inverse, used, frame)
+        rotated = rotate_with_frame(inverse, used, frame)
         iteration.take_seed(complete, rotated, True, cost.iteration, cost.seed)
         return complete
 
@@ -202,4 +202,4 @@ def iteration_costs(
         sum(calls * system.operations(kernel) for kernel, calls in kernels.items())
         for kernels in (integrator.residual_kernels, integrator.matrix_kernels)
     )
-    return Costs.of(residual, tangent, seed, frame)
+    return Costs.from_counts(residual, tangent, seed, frame)

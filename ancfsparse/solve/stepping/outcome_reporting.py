@@ -14,7 +14,7 @@ from ancfsparse.errors import (
     StepError,
 )
 from ancfsparse.integrators.interface.time_loops import ControlledLoop
-from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.seeds import Seed
@@ -56,7 +56,7 @@ def recovery_events(
 ) -> list[Event]:
     """Return the recoveries of steps of a length, counted from the step before the time `now`."""
     return [
-        Event(step, now + step * dt, Rung(rung).words, CAUSE_NAMES[Outcome(cause)], rate)
+        Event(step, now + step * dt, Attempt(rung).description, CAUSE_NAMES[Outcome(cause)], rate)
         for step, rung, cause, rate in found
     ]
 

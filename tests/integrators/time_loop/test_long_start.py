@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_jerk
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 from tests.integrators.points import Point
@@ -102,7 +102,9 @@ def test_a_solution_that_gains_energy_is_refused_for_one_that_does_not():
     point = bar()
     q, *_, outcome = point.march(STEP, 1, ASYMPTOTIC, start=turned_over, largest_gain=0.01)
     assert outcome == Outcome.CONVERGED
-    assert [event[:3] for event in point.loop.events] == [(1, Rung.COASTING, Outcome.GAINED_ENERGY)]
+    assert [event[:3] for event in point.loop.events] == [
+        (1, Attempt.COASTING, Outcome.GAINED_ENERGY)
+    ]
     assert point.loop.counts["recoveries_newton"] == 1
     calm, *_ = bar().march(STEP, 1, ASYMPTOTIC)
     np.testing.assert_allclose(q, calm, rtol=0, atol=1e-9)
@@ -128,8 +130,8 @@ def test_of_solutions_that_all_gain_energy_the_one_that_gains_least_is_kept():
     )
     assert outcome == Outcome.CONVERGED  # in the first steps a gain stops no run
     assert [event[:3] for event in point.loop.events] == [
-        (1, Rung.COASTING, Outcome.GAINED_ENERGY),
-        (1, Rung.DESCENT, Outcome.GAINED_ENERGY),
+        (1, Attempt.COASTING, Outcome.GAINED_ENERGY),
+        (1, Attempt.DESCENT, Outcome.GAINED_ENERGY),
     ]
     np.testing.assert_allclose(q, both[0][0], rtol=0, atol=1e-9)
     np.testing.assert_allclose(v, both[0][1], rtol=0, atol=1e-7)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.problems import lattice
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
@@ -31,7 +31,7 @@ def test_the_minimum_is_found_where_newton_s_corrections_lead_nowhere():
     loop = equations.loop(max_iterations=6)
     assert loop.solve() == Outcome.CONVERGED
     assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)
-    assert [event[1] for event in loop.events][-1] == Rung.DESCENT
+    assert [event[1] for event in loop.events][-1] == Attempt.DESCENT
     assert loop.counts["recoveries_newton"] == 1
 
 
@@ -45,11 +45,11 @@ def test_a_step_too_long_by_far_is_shortened():
 def test_without_a_definite_seed_or_without_saddles_there_is_none():
     loop = between_wells().loop(max_iterations=6)  # no material part: the seed leads upwards
     assert loop.solve() == Outcome.DIVERGED
-    assert loop.events[-1][1] == Rung.DESCENT
+    assert loop.events[-1][1] == Attempt.DESCENT
     mild = Equations(lambda x: np.arctan(x), lambda x: np.diag(1.0 / (1.0 + x**2)), [9.0])
     loop = mild.loop(max_iterations=1)
     assert loop.solve() != Outcome.CONVERGED
-    assert Rung.DESCENT not in [event[1] for event in loop.events]
+    assert Attempt.DESCENT not in [event[1] for event in loop.events]
 
 
 def test_multipliers_leave_no_potential():
@@ -62,7 +62,7 @@ def test_multipliers_leave_no_potential():
     loop = equations.loop(max_iterations=6)
     assert loop.solve() != Outcome.CONVERGED
     assert loop.counts["indefinite"] > 0
-    assert Rung.DESCENT not in [event[1] for event in loop.events]
+    assert Attempt.DESCENT not in [event[1] for event in loop.events]
 
 
 def test_shaken_lattices_move_alike_on_all_seeds():
@@ -93,4 +93,4 @@ def test_what_is_found_is_a_minimum():
         rows = [np.zeros((2, width)) for _ in range(3)] + [np.zeros((2, 0))]
         assert march.advance(loop, 1, loads, 1, 0, *rows) == (1, Outcome.CONVERGED)
         assert tangent.factor(march.matrix()) == 0  # no pivot is negative
-    assert Rung.DESCENT in [event[1] for event in loop.events]
+    assert Attempt.DESCENT in [event[1] for event in loop.events]

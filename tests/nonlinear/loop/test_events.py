@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Event
 from ancfsparse.results.hdf5_reader import load
@@ -56,7 +56,7 @@ def test_the_first_thousand_are_kept():
     events = loop.events
     assert len(events) == 1000
     assert [event[0] for event in events[:4]] == [1, 1, 1, 2]
-    rungs = [Rung.NEW_SEED, Rung.DAMPED_NEWTON, Rung.DESCENT, Rung.NEW_SEED]
+    rungs = [Attempt.NEW_SEED, Attempt.DAMPED_NEWTON, Attempt.DESCENT, Attempt.NEW_SEED]
     assert [event[1] for event in events[:4]] == rungs
     assert events[-1][0] == 334
 
@@ -73,7 +73,7 @@ def test_causes(residual, start, cause):
     equations = Equations(residual, lambda _: np.eye(1), [start])
     loop = equations.loop(equations.limited("broyden", 0), max_iterations=2, newton=False)
     loop.solve()
-    assert loop.events[0][:3] == (1, Rung.NEW_SEED, cause)
+    assert loop.events[0][:3] == (1, Attempt.NEW_SEED, cause)
 
 
 def test_a_failed_step_names_the_contraction():

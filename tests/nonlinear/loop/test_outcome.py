@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 import ancfsparse
-from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.nonlinear.outcome import declared
 
 
-@pytest.mark.parametrize(("kind", "name"), [(Outcome, "ancf_outcome"), (Rung, "ancf_rung")])
+@pytest.mark.parametrize(("kind", "name"), [(Outcome, "ancf_outcome"), (Attempt, "ancf_rung")])
 def test_python_has_the_names_and_codes_of_the_header(kind, name):
     codes = {each.name: each.value for each in kind}
     assert codes == declared(name)
@@ -19,10 +19,10 @@ def test_python_has_the_names_and_codes_of_the_header(kind, name):
 
 def test_every_code_has_words_of_its_own():
     assert len({each.message for each in Outcome}) == len(Outcome)
-    assert len({each.words for each in Rung}) == len(Rung)
+    assert len({each.description for each in Attempt}) == len(Attempt)
 
 
 def test_no_compiled_file_types_a_code_again():
     for file in Path(ancfsparse.__file__).parent.rglob("*.p[xy][xi]"):
         typed = re.findall(r"^ +([A-Z_]+) = \d+$", file.read_text(encoding="utf-8"), re.MULTILINE)
-        assert not set(typed) & {*Outcome.__members__, *Rung.__members__}, file
+        assert not set(typed) & {*Outcome.__members__, *Attempt.__members__}, file

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import root
 
 import ancfsparse as ancf
-from ancfsparse.nonlinear import Outcome, Rung
+from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.seeds.complete import sparse_seed
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
@@ -24,14 +24,14 @@ def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
     assert loop.solve() == Outcome.CONVERGED
     root = equations.x[0]
     assert 50.0 * root**3 + root == pytest.approx(0.1, rel=1e-9)
-    assert [event[1] for event in loop.events] == [Rung.NEW_SEED]
+    assert [event[1] for event in loop.events] == [Attempt.NEW_SEED]
     assert loop.counts["recoveries_reseed"] == 1
     assert loop.counts["reseeds_inside"] > 1
 
 
 def test_a_step_lost_on_a_rounded_seed_is_the_last_on_one(monkeypatch):
     # The spring of above: the rounding is not the cause here, but it might be.
-    monkeypatch.setattr(sparse_seed, "SINGLE_FROM", 0.0)
+    monkeypatch.setattr(sparse_seed, "MIN_SINGLE_BYTES", 0.0)
     equations = Equations(
         lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [0.1]
     )
@@ -133,7 +133,7 @@ def test_the_last_rung_starts_elsewhere():
     loop = equations.loop(max_iterations=6)
     assert loop.solve() == Outcome.CONVERGED
     assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)
-    assert [event[1] for event in loop.events] == [Rung.DAMPED_NEWTON, Rung.COASTING]
+    assert [event[1] for event in loop.events] == [Attempt.DAMPED_NEWTON, Attempt.COASTING]
     assert loop.counts["recoveries_newton"] == 1
     assert loop.take_events()
     assert loop.events == []

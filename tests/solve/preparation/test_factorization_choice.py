@@ -33,7 +33,9 @@ def solver_of(scene, **options):
 
 def groups_of(system):
     indptr, indices = system.pattern.indptr, system.pattern.indices
-    return Groups.of(indptr, indices, *vectors_of(system.places, system.kinds, system.n_free))
+    return Groups.from_matrix(
+        indptr, indices, *vectors_of(system.places, system.kinds, system.n_free)
+    )
 
 
 @pytest.mark.parametrize("make", [lambda: lattice(6).scene, lambda: net(20).scene])
@@ -73,7 +75,7 @@ def test_multipliers_get_the_exact_one_up_to_twice_the_fill():
 
 def test_too_many_multipliers_get_the_exact_one(monkeypatch):
     for module in (choose_factorization, memory_estimate):
-        monkeypatch.setattr(module, "MOST_EQUATIONS", 0)
+        monkeypatch.setattr(module, "MAX_EQUATIONS", 0)
     assert INCOMPLETE not in solver_of(on_a_rod(9))
     with pytest.raises(ancf.InputError, match=r"at most 0 equations, and this scene has 1, the"):
         solver_of(on_a_rod(4), factorization="incomplete")

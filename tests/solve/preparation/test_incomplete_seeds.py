@@ -81,7 +81,7 @@ def test_set_up_without_a_march_is_linear():
         system = System(lattice(n).scene)
         vectors, node = vectors_of(system.places, system.kinds, system.n_free)
         indptr, indices = system.pattern.indptr, system.pattern.indices
-        seed = IncompleteSeed(indptr, indices, Groups.of(indptr, indices, vectors, node))
+        seed = IncompleteSeed(indptr, indices, Groups.from_matrix(indptr, indices, vectors, node))
         assert seed.nnz == system.pattern.n_values - system.n_free
         assert seed.own.nbytes == pytest.approx(seed.nbytes, rel=0.05)
         assert seed.nbytes / (3 * n * n * (n - 1)) < 1300
