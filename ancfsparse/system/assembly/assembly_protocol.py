@@ -1,4 +1,4 @@
-"""The Python interface of the compiled assembly; types only."""
+"""The interface of the compiled assembly in Python."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ class Assembly(Protocol):
 
     @property
     def capsule(self) -> object:
-        """What time loops call, "ancf_system"."""
+        """Pointer "ancf_system" for time loops."""
 
     @property
     def threads(self) -> int:
-        """How many threads share the work."""
+        """Number of threads."""
 
     @property
     def damped(self) -> bool:
-        """Whether forces depend on velocities."""
+        """True if forces depend on velocities."""
 
     @property
     def mass(self) -> Vector:
@@ -43,13 +43,13 @@ class Assembly(Protocol):
         """Set the negative diagonal of the constraint block."""
 
     def set_threads(self, threads: int) -> None:
-        """Set how many threads share the work."""
+        """Set the number of threads."""
 
     def check(self) -> None:
-        """Raise the error of a function of the motion, if any."""
+        """Raise the error of a user force, if any."""
 
     def forget(self) -> None:
-        """Call functions of the motion again that have failed."""
+        """Reset the errors of user forces."""
 
     def residual(
         self, q: Vector, v: Vector, a: Vector, lam: Vector, dead_load: Vector, amplitudes: Vector
@@ -91,11 +91,11 @@ class Assembly(Protocol):
         damping_factor: float = 0.0,
         out: Vector | None = None,
     ) -> Vector:
-        """Return those of its definite part, without what stresses add."""
+        """Return values of its definite part, without geometric stiffness."""
 
     @property
     def tunes(self) -> bool:
-        """Whether energies depend on amplitudes."""
+        """True if energies depend on amplitudes."""
 
     def load_work(
         self,
@@ -107,13 +107,13 @@ class Assembly(Protocol):
         v0: Vector | None = None,
         v1: Vector | None = None,
     ) -> float:
-        """Return the work of changing loads between two states [J]."""
+        """Return the work of time-dependent loads between two states [J]."""
 
     def accept(self, q: Vector) -> None:
-        """Let the history variables follow to coordinates that have been accepted."""
+        """Update the internal variables to accepted coordinates."""
 
     def load_reach(self, q0: Vector, q1: Vector, amplitudes: Vector) -> float:
-        """Return the most work that loads of any signs could do between two states [J]."""
+        """Return an upper bound of the work of the loads between two states [J]."""
 
     def force(self, q: Vector) -> Vector:
         """Return the elastic forces."""

@@ -1,4 +1,4 @@
-"""Columns of a sparse matrix that may be found together, since they have no row in common."""
+"""Colouring of the columns of a sparse matrix (Curtis, Powell and Reid, 1974)."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
 
 
 def colour_columns(entries: sp.csc_array) -> NDArray[np.int64]:
-    """Give columns the same number only if they have no row in common; empty ones -1."""
+    """Return a colour for each column, equal only without common rows; -1 for empty columns."""
     n = entries.shape[1]
     starts, rows = entries.indptr, entries.indices
     group = np.full(n, -1)
     columns_of = entries.tocsr()
     for column in np.flatnonzero(np.diff(starts)):
-        taken = set()
+        used = set()
         for row in rows[starts[column] : starts[column + 1]]:
             first, last = columns_of.indptr[row : row + 2]
-            taken.update(group[columns_of.indices[first:last]].tolist())
-        group[column] = next(k for k in range(len(taken) + 1) if k not in taken)
+            used.update(group[columns_of.indices[first:last]].tolist())
+        group[column] = next(k for k in range(len(used) + 1) if k not in used)
     return group

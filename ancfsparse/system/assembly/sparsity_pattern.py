@@ -1,4 +1,4 @@
-"""The sparsity pattern of the saddle point matrix, made once, and the maps that write into it."""
+"""Sparsity pattern of the saddle point matrix, and positions of its entries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Pattern:
     Attributes
     ----------
     indptr : (n + 1,) int64
-        Where each column starts; it starts with its diagonal.
+        Start of each column, at its diagonal entry.
     indices : (n_values,) int32
         Rows, sorted within each column.
     """
@@ -36,16 +36,16 @@ class Pattern:
 
     @property
     def n_values(self) -> int:
-        """Number of stored entries; this is also the slot for what must be thrown away."""
+        """Number of stored entries, also the position for discarded values."""
         return len(self.indices)
 
     def slots(self, members: Unknowns) -> NDArray[np.int32]:
-        """Return where all pairs of the unknowns in a row are stored.
+        """Return the positions of all pairs of the unknowns in a row.
 
         Parameters
         ----------
         members : (n_rows, k) int
-            Unknowns that meet; negative ones are fixed and their pairs go to the bin.
+            Coupled unknowns; negative ones are fixed, and their pairs are discarded.
 
         Returns
         -------
@@ -60,14 +60,14 @@ class Pattern:
 
 
 def build_pattern(n: int, cliques: Sequence[Unknowns]) -> Pattern:
-    """Collect the pattern of unknowns that meet in groups; the diagonal is always part of it.
+    """Build the pattern from groups of coupled unknowns, with all diagonal entries.
 
     Parameters
     ----------
     n : int
         Number of unknowns.
     cliques : sequence of (n_rows, k) int arrays
-        The unknowns in a row all meet; negative ones are left out.
+        Coupled unknowns of each row; negative ones are ignored.
     """
     tables = [np.ascontiguousarray(table, dtype=np.int32) for table in cliques if len(table)]
     sizes = [np.full(len(table), table.shape[1], dtype=np.int32) for table in tables]

@@ -11,34 +11,33 @@ from ancfsparse.kernels.layout import Layout
 
 Integers = NDArray[np.int32]
 
-# Share of the work in blocks that cannot be given to one thread, from which nothing is divided.
-MAX_COMMON_WORK = 0.2
+MAX_COMMON_WORK = 0.2  # work in blocks of no single thread, over all work
 
 
 def partition_elements(
     layouts: Sequence[Layout], n_free: int, n_all: int, threads: int
 ) -> tuple[Integers, Integers] | None:
-    """Deal the blocks of elements out to threads that write to no place in common.
+    """Assign the blocks of elements to threads that write to disjoint coordinates.
 
-    Blocks are dealt out in the order of their first place, so each thread gets a stretch of the
-    coordinates; those at the border, which touch what an earlier thread has, are left to the end.
+    Blocks are assigned in the order of their first coordinate, so that each thread has a contiguous
+    range; blocks that share coordinates with an earlier thread are evaluated at the end.
 
     Parameters
     ----------
     layouts : sequence of Layout
         The elements.
     n_free, n_all : int
-        Free coordinates, all coordinates.
+        Numbers of free and of all coordinates.
     threads : int
         Number of parts, at least 2.
 
     Returns
     -------
     run_start : (threads + 2,) int32
-        Where the runs of each part start, those that come after all parts, and the end.
+        Starts of the runs of each part, of the runs after all parts, and the end.
     runs : (n_runs, 3) int32
         Group, first block and end of each run of blocks.
-        None in place of both where too many blocks would be left to the end.
+        None in place of both if too many blocks share coordinates.
     """
     places = [_places(layout, n_free) for layout in layouts]
     sizes = [len(table) for table in places]
@@ -50,14 +49,14 @@ def partition_elements(
     done = np.cumsum(work[order])
     part[order] = np.minimum((done - work[order]) * threads // done[-1], threads - 1)
     ends = np.cumsum(sizes)[:-1]
-    taken = np.zeros(n_all, dtype=bool)
+    assigned = np.zeros(n_all, dtype=bool)
     for thread in range(threads):
-        by_others = taken.copy()
+        by_others = assigned.copy()
         for table, of_block in zip(places, np.split(part, ends), strict=True):  # split: views
-            mine = np.flatnonzero(of_block == thread)
-            common = by_others[table[mine]].any(axis=1)
-            of_block[mine[common]] = threads
-            taken[table[mine[~common]]] = True
+            members = np.flatnonzero(of_block == thread)
+            common = by_others[table[members]].any(axis=1)
+            of_block[members[common]] = threads
+            assigned[table[members[~common]]] = True
     if work[part == threads].sum() > MAX_COMMON_WORK * work.sum():
         return None
     runs, owners = [], []
@@ -73,9 +72,9 @@ def partition_elements(
 
 
 def _places(layout: Layout, n_free: int) -> Integers:
-    """Return the coordinates of each block, (n_blocks, n lanes); all fixed ones as one place.
+    """Return the coordinates of each block, (n_blocks, n lanes), with one index for fixed ones.
 
-    Kernels throw what belongs to fixed coordinates into one place of the matrix.
+    Kernels write the entries of fixed coordinates to one discarded position of the matrix.
     """
     table = layout.gather.reshape(len(layout.gather), -1)
     if len(layout.table_of):

@@ -1,6 +1,6 @@
-"""What the system asks of everything that adds to its equations of motion, in Python.
+"""The interface of a contribution to the equations of motion.
 
-What the time loop asks of the compiled part is in abi/system_abi.h.
+The interface of its compiled part for time loops is in abi/system_abi.h.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ class Compiled(Protocol):
 
     @property
     def capsule(self) -> object:
-        """What the assembly calls, "ancf_contribution"."""
+        """Pointer "ancf_contribution" for the assembly."""
 
 
 class Contribution(ABC):
-    """Something that adds to the equations of motion.
+    """A term of the equations of motion.
 
     Attributes
     ----------
     conservative : bool
-        Whether its forces at rest have a potential, so that its stiffness is symmetric.
+        True if its forces at rest have a potential, so that its stiffness is symmetric.
     is_explicit_in_time : bool
-        Whether a change of its forces with time is known from the reference shape.
+        True if the time dependence of its forces is known in the reference shape.
     is_load : bool
-        Whether it is a load or a spring, which counts for nothing where a scene is assembled.
+        True for loads and springs, which are ignored in the assembly of joints.
     depends_on_reactions : bool
-        Whether its forces depend on multipliers otherwise than by the equations of these.
+        True if its forces depend on multipliers of other equations, as friction does.
     """
 
     conservative = True
@@ -46,23 +46,20 @@ class Contribution(ABC):
     depends_on_reactions = False
 
     def cliques(self) -> list[Unknowns]:
-        """Return which unknowns meet in its part of the matrix: all those of a row of a table."""
+        """Return tables of unknowns; those of a row are coupled in the matrix."""
         return []
 
     @abstractmethod
     def compile(self, pattern: Pattern) -> Compiled:
-        """Return an object with a ``capsule`` "ancf_contribution", once the pattern is known."""
+        """Return the compiled contribution, for the pattern of the matrix."""
 
     @property
     def gyroscopic(self) -> Any:
-        """The skew-symmetric matrix of its forces by velocities, sparse (n_free, n_free) [kg/s].
-
-        None where there is none.
-        """
+        """The skew-symmetric gyroscopic matrix, sparse (n_free, n_free) [kg/s], or None."""
         return None
 
     def potential(self, q: Vector) -> Vector | float:
-        """Return what the energy of its compiled part is but strain energy, (k,) [J], q (k, n)."""
+        """Return the part of its energy that is not strain energy, (k,) [J], q (k, n)."""
         return 0.0
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
@@ -73,38 +70,37 @@ class Contribution(ABC):
         q, v : (k, n_all) float
             States.
         amplitudes : (k, n_amplitudes) float
-            What the functions of time give there.
+            Amplitudes in these states.
         """
         return 0.0
 
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector
     ) -> list[tuple[str, Vector]]:
-        """Return what begins to push somewhere on the way: its name with its unit, and (k,) values.
+        """Return names with units, and values (k,), of forces that can be inactive.
 
-        Stops, ropes and functions of the motion, of which a motion that does not reach them shows
-        nothing.
+        These are stops, ropes and user forces, on which a motion that does not reach them has no
+        information.
         """
         return []
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
-        """Return the power that its forces by multipliers take, (k,) [W], lam (k, m)."""
+        """Return the power dissipated by forces that depend on multipliers (k, m), (k,) [W]."""
         return 0.0
 
     def resisted_motions(self, q: Vector) -> Any:
-        """Return the motions that it resists in static scenes, as rows of a sparse (k, n_all).
+        """Return the motions that it resists in equilibria, as rows of a sparse (k, n_all).
 
-        Each is the gradient of a length [1].  None where it holds nothing, and for elements, which
-        resist strain alone.
+        Each is the gradient of a length [1].  None if there are none, and for elements.
         """
         return None
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
-        """Share its work among threads; return whether it has enough of it."""
+        """Divide its work among threads; return True if it is divided."""
         return False
 
 
 def matrix_unknowns(places: Places, n_free: int) -> Places:
-    """Turn places in q, in place, into numbers of unknowns in the matrix; -1 for the fixed ones."""
+    """Convert indices in q, in place, to unknowns of the matrix; fixed ones are -1."""
     places[places >= n_free] = -1
     return places

@@ -1,4 +1,4 @@
-"""Points of beams as flat arrays: position = sum of weights q[places], per direction."""
+"""Points of bodies as flat arrays: position = sum of weights q[indices], per direction."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ class Points:
     Attributes
     ----------
     start : (n + 1,) int32
-        Where the coordinates of each begin.
+        Index of the first coordinate of each point.
     place : (dim, m) int32
-        Their places in q, by direction.
+        Indices in q, by direction.
     weight : (m,) float
-        Their weights, the same for all directions.
+        Weights, equal for all directions.
     """
 
     start: Places
@@ -34,7 +34,7 @@ class Points:
 
     @classmethod
     def of(cls, system: Discretization, sums: Sequence[Sequence[tuple[float, Point]]]) -> Points:
-        """Add up points with factors; coordinates that several of a sum have count once."""
+        """Form sums of points with factors, with common coordinates combined."""
         start = [0]
         place: list[Places] = [np.empty((system.dim, 0), dtype=np.int32)]
         weight: list[Vector] = [np.empty(0)]
@@ -53,7 +53,7 @@ class Points:
         )
 
     def cliques(self, n_free: int, together: bool = False) -> list[Unknowns]:
-        """Return the unknowns of each sum, coordinate by coordinate, (1, dim p); or of all."""
+        """Return the unknowns of each sum, or of all together, (1, dim p)."""
         starts = self.start[[0, -1]] if together else self.start
         return [
             matrix_unknowns(np.array(self.place[:, begin:end].T.reshape(1, -1)), n_free)
@@ -61,6 +61,6 @@ class Points:
         ]
 
     def slots(self, pattern: Pattern, n_free: int, together: bool = False) -> Places:
-        """Return where the pairs of each sum are stored, one after the other."""
+        """Return the positions of the pairs of each sum in the matrix."""
         tables = (pattern.slots(each).ravel() for each in self.cliques(n_free, together))
         return np.concatenate([np.empty(0, dtype=np.int32), *tables])

@@ -1,4 +1,4 @@
-"""What single elements put on their nodes, for many states at a time."""
+"""Nodal forces of single elements for many states."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ def element_end_forces(
     rates: Array,
     times: Array,
 ) -> Array:
-    """Evaluate the generalised forces that hold elements in their shape, damping included.
+    """Evaluate the generalized nodal forces of elements, including damping.
 
     Parameters
     ----------
     body : Beam or Mesh
-        What the elements are of.
+        The body of the elements.
     kind : ElementKind
-        Its element.
+        Its element type.
     elements : ndarray, shape (p,)
         Numbers of the elements.
     ends, rates : ndarray, shape (k, p, 2 n_c)
-        Coordinates of both their nodes in every state, and the rates of these.
+        Coordinates and velocities of both nodes of each element in every state.
     times : ndarray, shape (k,)
         Times of the states [s].
 
     Returns
     -------
     ndarray, shape (k, p, 2 n_c)
-        What acts on the ends of each element [N, N m], nothing being summed at nodes.
+        Forces on the ends of each element [N, N m], not summed at nodes.
     """
     q = np.ascontiguousarray(ends).ravel()
     v = np.ascontiguousarray(rates).ravel()

@@ -1,4 +1,4 @@
-"""Force and moment of one joint: from its multipliers, or from what its bodies lack without it."""
+"""Force and moment of a joint from its multipliers, or from the residual without it."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ Places = NDArray[np.int32]
 
 @dataclass
 class JointRecorder:
-    """The `Builder` that shows what one joint is lowered to.
+    """The `Builder` that records the lowering of one joint.
 
     Attributes
     ----------
     lowering : Lowering
-        What gives the coordinates.
+        The lowering of all joints, with the coordinates.
     equations : list of (terms, about, measures)
-        Its equations, in the numbers of coordinates of `lowering`.
+        Its equations, with raw indices of `lowering`.
     numbers : bool
-        Whether it fixes, drives or shares coordinates.
+        True if it fixes, prescribes or shares coordinates.
     held : list of (k,) int
-        The coordinates that it fixes or drives.
+        Coordinates that it fixes or prescribes.
     shares : bool
-        Whether it shares any.
+        True if it shares coordinates.
     turns, lines : bool
-        Whether angles may be prescribed, and slides held, by numbering.
+        Allow prescribed angles and sliding joints by numbering.
     """
 
     lowering: Lowering
@@ -70,7 +70,7 @@ class JointRecorder:
         return self.lowering.position(node)
 
     def ends(self, node: Point) -> Places:
-        """Return the coordinates of all rows that a point follows from."""
+        """Return the coordinates of all rows that a point depends on."""
         return self.lowering.ends(node)
 
     def point(self, node: Point) -> tuple[Places, Vector]:
@@ -78,21 +78,21 @@ class JointRecorder:
         return self.lowering.point(node)
 
     def fix(self, coordinates: Places) -> None:
-        """Note that coordinates are held."""
+        """Record fixed coordinates."""
         self.numbers = True
         self.held.append(coordinates.ravel())
 
     def hold(self, coordinates: Places) -> None:
-        """Note that coordinates are held."""
+        """Record fixed coordinates."""
         self.fix(coordinates)
 
     def drive(self, coordinates: Places, course: PrescribedMotion) -> None:
-        """Note that coordinates are prescribed."""
+        """Record prescribed coordinates."""
         self.numbers = True
         self.held.append(coordinates.ravel())
 
     def share(self, one: Places, other: Places) -> None:
-        """Note that coordinates are shared."""
+        """Record shared coordinates."""
         self.numbers = self.shares = True
 
     def equation(
@@ -106,41 +106,39 @@ class JointRecorder:
         mass: float = 0.0,
         measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
     ) -> None:
-        """Note an equation."""
-        kept = list(terms)
-        self.equations.append((kept, list(about) or [0.0] * len(kept), measures))
+        """Record an equation."""
+        self.equations.append((list(terms), list(about) or [0.0] * len(terms), measures))
 
 
 def joint_force(
     system: System, joint: Joint, states: StateHistory
 ) -> tuple[Vector, Vector, Vector]:
-    """Return what a joint does to its first side: force, moment about its point there, and axes.
+    """Return force and moment of a joint on its first side, and its axes.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The system.
     joint : Joint
-        One of its scene.
+        A joint of its scene.
     states : StateHistory
-        Of the system.
+        States of the system.
 
     Returns
     -------
     force : (k, dim) float
         Force [N].
     moment : (k,) or (k, 3) float
-        Moment [N m], a number in the plane.
+        Moment about the point of the first side [N m], a scalar in the plane.
     axes : (k, dim, dim) float
-        Axes of the joint as rows, which turn with its second side; not a number where that has
-        none.
+        Axes of the joint as rows, which rotate with its second side; NaN if that has none.
 
     Raises
     ------
     InputError
         If it does not belong to the scene.
     SingularSceneError
-        If other joints hold the same coordinates, so that their forces cannot be separated.
+        If other joints fix the same coordinates, so that their forces cannot be separated.
     """
     if not any(joint is each for each in system.joints):
         raise InputError("the joint is not of the scene that moved: take one of its handles")
@@ -174,7 +172,7 @@ def rope_tension(system: System, rope: Rope, states: StateHistory) -> Vector:
 
 
 def _raw_coordinates(lowering: Lowering, system: System, q: Vector) -> Vector:
-    """Return states by the numbers of a lowering."""
+    """Return coordinates by the raw indices of a lowering."""
     out = np.empty((len(q), lowering.n_raw))
     for raw, places in zip(lowering.raw, system.places, strict=True):
         out[:, raw] = q[:, places]
@@ -199,33 +197,33 @@ def _forces_from_multipliers(record: JointRecorder, q: Vector, lam: Vector) -> V
 def _forces_from_residual(
     system: System, joint: Joint, record: JointRecorder, q: Vector, states: StateHistory
 ) -> tuple[Vector, Vector]:
-    """Return what is missing for the balance of a side without the joint."""
+    """Return the resultant of the residual of one side without the joint."""
     cut, lowering = _system_without(system, joint), record.lowering
     a, b = joint.sides
     if b is None and not record.shares and not record.equations:
-        # It holds single coordinates against the ground: its forces act on these alone.
-        mine, free = np.concatenate(record.held), np.empty(lowering.n_raw, dtype=bool)
+        # It fixes single coordinates to the ground, and its forces act only on these.
+        fixed, free = np.concatenate(record.held), np.empty(lowering.n_raw, dtype=bool)
         for raw, places in zip(lowering.raw, cut.places, strict=True):
             free[raw] = places < cut.n_free
-        if free[mine].all():
+        if free[fixed].all():
             forces = np.zeros_like(q)
-            forces[:, mine] = _raw_coordinates(lowering, cut, _missing_forces(system, cut, states))[
-                :, mine
-            ]
+            forces[:, fixed] = _raw_coordinates(
+                lowering, cut, _missing_forces(system, cut, states)
+            )[:, fixed]
             return _resultant(a, q, forces, lowering)
     side = next((n for n in (a, b) if n and np.all(cut.rows(n) < cut.n_free)), None)
     if side is None:
         raise SingularSceneError(
-            f"the force of the {joint.label} is not determined: other joints hold its coordinates "
-            "too, by numbering; join one of its points elsewhere than at the origin of a body, or "
-            "make a pin by as_constraint=True"
+            f"the force of the {joint.label} is not determined: other joints also fix its "
+            "coordinates by numbering; join one of its points elsewhere than at the origin of a "
+            "body, or make a pin by as_constraint=True"
         )
     forces = _raw_coordinates(lowering, cut, _missing_forces(system, cut, states))
     force, moment = _resultant(side, q, forces, lowering)
     if side is a:
         return force, moment
-    apart = _position(lowering, side, q) - _position(lowering, a, q)
-    return -force, -(moment + _cross(apart, force))
+    arm = _position(lowering, side, q) - _position(lowering, a, q)
+    return -force, -(moment + _cross(arm, force))
 
 
 def _system_without(system: System, joint: Joint) -> System:
@@ -235,7 +233,7 @@ def _system_without(system: System, joint: Joint) -> System:
 
 
 def _scene_with(system: System, joints: Sequence[Joint]) -> Scene:
-    """Return the scene as it was when the system was made, with these of its joints."""
+    """Return the scene at construction of the system, with some of its joints."""
     scene: Scene = object.__new__(type(system.scene))
     then = {"bodies": list(system.bodies), "joints": list(joints)}
     scene.__dict__.update(system.scene.__dict__ | then)
@@ -243,15 +241,15 @@ def _scene_with(system: System, joints: Sequence[Joint]) -> Scene:
 
 
 def _missing_forces(system: System, cut: System, states: StateHistory) -> Vector:
-    """Return the forces that states of a system lack without a joint, (k, n_all of `cut`)."""
+    """Return the residual of states of a system without a joint, (k, n_all of `cut`)."""
     q, v, a = (np.zeros((len(states.t), cut.n_all)) for _ in range(3))
     for there, here in zip(system.places, cut.places, strict=True):
-        for mine, its in ((q, states.q), (v, states.v), (a, states.a)):
-            mine[:, here] = its[:, there]
+        for new, old in ((q, states.q), (v, states.v), (a, states.a)):
+            new[:, here] = old[:, there]
     number = {source: k for k, source in enumerate(system.constraints.source)}
     lam = np.zeros((len(states.t), cut.n_multipliers))
     for k, source in enumerate(cut.constraints.source):
-        if source in number:  # others keep bodies rigid that shared vectors: inner forces
+        if source in number:  # others keep bodies with shared vectors rigid: internal forces
             lam[:, k] = states.lam[:, number[source]]
     amplitudes, out = cut.loads.amplitudes(states.t), np.empty_like(q)
     for k in range(len(out)):
@@ -261,7 +259,7 @@ def _missing_forces(system: System, cut: System, states: StateHistory) -> Vector
 
 
 def _resultant(node: Point, q: Vector, forces: Vector, lowering: Lowering) -> tuple[Vector, Vector]:
-    """Add up generalized forces around a point to a force and a moment about it."""
+    """Return the resultant force and moment of generalized forces about a point."""
     kind, rows = lowering.kind(node), lowering.ends(node)
     where = _position(lowering, node, q)
     # The rows of one node share its position.
@@ -282,14 +280,14 @@ def _position(lowering: Lowering, node: Point, q: Vector) -> Vector:
 
 
 def _cross(one: Vector, other: Vector) -> Vector:
-    """Return cross products (k, 3), in the plane their component across it (k,)."""
+    """Return cross products (k, 3), in the plane their normal component (k,)."""
     if one.shape[1] == 2:
         return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
     return np.cross(one, other)
 
 
 def _axes(lowering: Lowering, joint: Joint, q: Vector) -> Vector:
-    """Return the axes of a joint over time, (k, dim, dim); not a number where there are none."""
+    """Return the axes of a joint, (k, dim, dim); NaN if there are none."""
     dim = joint.nodes[0].beam.dim
     first = np.eye(dim)[0] if joint.axis is None else joint.axis
     rest = np.array([first, *normals(first)])

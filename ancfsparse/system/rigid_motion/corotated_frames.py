@@ -1,4 +1,4 @@
-"""Which vectors of a system turn with which node: the frame of a co-rotated seed."""
+"""Corotated frames of seeds: rotation of vectors with nodes."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ Places = NDArray[np.int32]
 def make_corotated_frame(system: System) -> Frame:
     """Return the compiled rotations of a system's nodes, see ``ancf_frame`` in solver_abi.h.
 
-    Positions and slopes turn with their own row; a position that several rows share, as at the
-    crossings of a net, turns with their average.  A vector stays as it is if one of its components
-    is fixed or stands in a linear constraint: those directions do not turn with the body.
+    Positions and slopes rotate with their row; a position of several rows, as at the crossings of a
+    net, rotates with their average.  A vector is not rotated if one of its components is fixed or
+    is part of a linear constraint, because these directions do not rotate with the body.
 
     Parameters
     ----------
     system : System
-        Its places, free coordinates and constraints are looked at.
+        The system.
     """
     dim, n_free = system.dim, system.n_free
-    turns = np.zeros(system.n_all, dtype=bool)
-    turns[:n_free] = True
-    turns[_in_linear_constraints(system)] = False
+    rotates = np.zeros(system.n_all, dtype=bool)
+    rotates[:n_free] = True
+    rotates[_in_linear_constraints(system)] = False
 
     n_rows = sum(len(places) for places in system.places)
     axes = np.full((n_rows, dim if dim == 2 else 6), -1, dtype=np.int32)
@@ -46,7 +46,7 @@ def make_corotated_frame(system: System) -> Frame:
             axes[rows, dim * k : dim * (k + 1)] = places[:, kind.columns(name)]
         positions[rows] = places[:, kind.columns("r")]
         for name in kind.vectors[1:]:
-            if len(kind.directions(name)) == dim:  # in the plane r_z stays as it is
+            if len(kind.directions(name)) == dim:  # not r_z in the plane
                 vectors.append(places[:, kind.columns(name)])
                 rotations.append(rows)
         begin += len(places)
@@ -55,20 +55,20 @@ def make_corotated_frame(system: System) -> Frame:
     vectors += [positions[single], positions[shared]]
     rotations += [single, n_rows + np.arange(len(shared), dtype=np.int32)]
     where, rotation_of = np.concatenate(vectors), np.concatenate(rotations)
-    turning = turns[where].all(axis=1)
+    rotating = rotates[where].all(axis=1)
     frame: Frame = compiled_module("rotation").Frame(
         n_free + system.n_multipliers,
         axes,
         start,
         rows_of,
-        np.ascontiguousarray(where[turning], dtype=np.int32),
-        np.ascontiguousarray(rotation_of[turning], dtype=np.int32),
+        np.ascontiguousarray(where[rotating], dtype=np.int32),
+        np.ascontiguousarray(rotation_of[rotating], dtype=np.int32),
     )
     return frame
 
 
 def _in_linear_constraints(system: System) -> Places:
-    """Places of the coordinates in constraints that are linear throughout."""
+    """Return the coordinates of constraints with only linear terms."""
     c = system.constraints
     row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
     curved = np.zeros(system.n_multipliers, dtype=bool)
@@ -77,21 +77,21 @@ def _in_linear_constraints(system: System) -> Places:
 
 
 def _group_by_position(positions: Places) -> tuple[Places, Places, Places, Places]:
-    """Group rows by the position they have.
+    """Group rows by their position.
 
     Parameters
     ----------
     positions : (n_rows, dim) int32
-        Places of the position of each row.
+        Indices of the position of each row.
 
     Returns
     -------
     single : (k,) int32
-        Rows that share their position with no other.
+        Rows with a position of their own.
     shared : (m,) int32
-        One row of each group that shares one.
+        One row of each group with a common position.
     start, rows : (m + 1,), (p,) int32
-        The rows of each such group, one group after another.
+        Rows of these groups.
     """
     order = np.argsort(positions[:, 0], kind="stable").astype(np.int32)
     first = positions[order, 0]

@@ -1,4 +1,4 @@
-"""Rigid pieces of a scene and the motions in which they do not strain."""
+"""Rigid parts of a scene and their rigid-body motions."""
 
 from __future__ import annotations
 
@@ -15,34 +15,32 @@ from ancfsparse.system.system import System
 Vector = NDArray[np.float64]
 Places = NDArray[np.int32]
 
-# A line that leaves its axis by less than this share of its length is straight: a cable does not
-# notice that it turns about itself.
-STRAIGHTNESS = 1e-7
-# Nodes whose moments are added up at once.
-CHUNK_SIZE = 65_536
+# A straight cable is not changed by a rotation about its axis.
+STRAIGHTNESS = 1e-7  # distance of a straight line from its axis, over its length
+CHUNK_SIZE = 65_536  # nodes whose moments are summed together
 
 
 @dataclass(frozen=True)
 class RigidPart:
-    """A piece that is rigid if nothing strains: a beam, or a line of a mesh.
+    """A part that moves rigidly without strain: a beam, or a line of a mesh.
 
-    It moves by translations of its size along the axes of space and by turns of one radian about
-    axes through its start, so all motions are of one size whatever the piece is measured in.
+    Its modes are translations by its size along the axes of space, and rotations of one radian
+    about axes through its start, so that all modes have the same magnitude in any unit of length.
 
     Attributes
     ----------
     name : str
-        For messages.
+        Name for messages.
     kind : ElementKind
-        Its element.
+        Its element type.
     places : (n_rows, n_c) int
-        Places of its coordinates.
+        Indices of its coordinates.
     start : (3,) float
-        The point about which it turns [m]; its z is zero in the plane.
+        Centre of its rotations [m]; z is zero in the plane.
     size : float
-        Length of its path in the reference shape [m].
+        Length in the reference shape [m].
     axes : (k, 3) float
-        Orthonormal axes of those turns that move anything.
+        Orthonormal axes of the rotations that displace coordinates.
     """
 
     name: str
@@ -54,15 +52,15 @@ class RigidPart:
 
     def motion(self, mode: Vector, dim: int) -> tuple[Vector, Vector]:
         """Return the translation of the start [m] and the rotation [rad], each (3,), of a mode."""
-        moved = np.zeros(3)
-        moved[:dim] = self.size * mode[:dim]
-        return moved, mode[dim:] @ self.axes
+        translation = np.zeros(3)
+        translation[:dim] = self.size * mode[:dim]
+        return translation, mode[dim:] @ self.axes
 
 
 def find_rigid_parts(system: System) -> list[RigidPart]:
     """Return the rigid parts of a scene: beams and the lines of meshes.
 
-    Of meshes with very many lines they are what is connected (`Body.parts`).
+    Meshes with very many lines are divided into connected components (`Body.parts`).
     """
     pairs = zip(system.scene.bodies, system.places, strict=True)
     return [part for body, places in pairs for part in _parts(system, body, places)]
@@ -97,10 +95,10 @@ def _parts(system: System, body: Body, all_places: Places) -> Iterator[RigidPart
 def _rotation_axes(
     system: System, kind: ElementKind, places: Places, start: Vector, size: float
 ) -> Vector:
-    """Return the axes about which a part can turn so that something moves, (k, 3)."""
+    """Return the axes of rotations that displace coordinates of a part, (k, 3)."""
     if system.dim == 2:
         return np.array([[0.0, 0.0, 1.0]])
-    # A turn w moves vectors x by w x x: the squares add up to w.(tr S - S).w, S = sum of x x^T.
+    # A rotation w displaces vectors x by w x x; sum of squares w.(tr S - S).w, S = sum of x x^T.
     moments = np.zeros((3, 3))
     for begin in range(0, len(places), CHUNK_SIZE):
         rows = system.q_ref[places[begin : begin + CHUNK_SIZE]]
@@ -115,14 +113,14 @@ def _rotation_axes(
 
 
 def _align_axes(axes: Vector) -> Vector:
-    """Return an orthonormal basis of the same turns, along coordinate axes where it can be."""
+    """Return an orthonormal basis of the same rotations, along coordinate axes if possible."""
     if len(axes) == 3:
         return np.eye(3)
     basis = []
-    left = axes.T @ axes
+    projector = axes.T @ axes
     for _ in axes:
-        # The coordinate axis that is nearest to the turns that are left.
-        nearest = left[int(np.argmax(np.diag(left)))]
+        # The coordinate axis closest to the remaining rotations.
+        nearest = projector[int(np.argmax(np.diag(projector)))]
         basis.append(nearest / np.linalg.norm(nearest))
-        left = left - np.outer(basis[-1], basis[-1] @ left)
+        projector = projector - np.outer(basis[-1], basis[-1] @ projector)
     return np.array(basis)

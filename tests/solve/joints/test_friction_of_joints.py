@@ -141,7 +141,7 @@ def test_bad_friction_is_refused():
     with pytest.raises(ancf.InputError, match=r"radius .* give that of the bearing"):
         other.joint_friction(pin, coefficient=0.1, slip=0.1)
     other.joint_friction(pin, coefficient=0.1, radius=0.1, slip=0.1)
-    with pytest.raises(ancf.InputError, match="joints by numbering do not state"):
+    with pytest.raises(ancf.InputError, match="joints by numbering do not provide"):
         ancf.simulate(other, 0.1, 0.01)
     scene.joint_friction(slide, coefficient=0.1, slip=0.1)
     with pytest.raises(ancf.InputError, match="cannot follow friction by the forces of joints"):

@@ -71,7 +71,7 @@ def test_stops_count_from_their_range():
 
     run, _, link, found = swung(attach)
     (name, passed), (_, never) = found
-    assert name.startswith("the way beyond the stop at the angle of the")
+    assert name.startswith("the penetration of the stop at the angle of the")
     assert name.endswith("[rad]")
     e_x = run.body(link).vectors[:, 1]
     angle = np.unwrap(np.arctan2(e_x[:, 1], e_x[:, 0]))

@@ -1,4 +1,4 @@
-"""Forces that follow the sections they act on."""
+"""Follower forces, fixed to the sections they act on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ancfsparse.system.loads.follower_loads import Follower
 
 
 class Followers(Contribution):
-    """The following forces of a scene."""
+    """The follower forces of a scene."""
 
     is_load = True
     conservative = False
@@ -28,7 +28,7 @@ class Followers(Contribution):
         self._all = Follower.join(system.loads.followers)
 
     def cliques(self) -> list[Unknowns]:
-        """Return the coordinates that each force acts on or depends on."""
+        """Return the coordinates of each force."""
         return [matrix_unknowns(self._places(), self._n_free)]
 
     def compile(self, pattern: Pattern) -> Compiled:
@@ -65,5 +65,5 @@ class Followers(Contribution):
 
 
 def of(system: Discretization) -> list[Followers]:
-    """Return the following forces of a system."""
+    """Return the follower forces of a system."""
     return [Followers(system)]

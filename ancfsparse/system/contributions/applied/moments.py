@@ -1,4 +1,4 @@
-"""Moments: forces on the vectors of a node, which turn with them."""
+"""Moments, as forces on the vectors of a node."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Moments(Contribution):
 
     def __init__(self, system: Discretization) -> None:
         self._n_free, self._n_all, self._dim = system.n_free, system.n_all, system.dim
-        # The force of a fixed moment in space has no potential.
+        # A moment about a fixed axis in space has no potential.
         self.conservative = system.dim == 2
         loads = system.loads
         self._place, self._column, self._axes = (
@@ -60,13 +60,13 @@ class Moments(Contribution):
             if places[0, 0] < 0:
                 power += _power_on_section(q, v, places[1:], moment)
                 continue
-            slope, spin = _spin(q, v, places[0])
-            power += np.sum(moment * spin, axis=1)
+            slope, velocity = _angular_velocity(q, v, places[0])
+            power += np.sum(moment * velocity, axis=1)
             along = np.sum(moment * slope, axis=1) / np.sum(slope**2, axis=1)
             across = [vector for vector in places[1:] if vector[0] >= 0]
             for vector in across:
-                spin = _spin(q, v, vector)[1]
-                power += along / len(across) * np.sum(slope * spin, axis=1)
+                velocity = _angular_velocity(q, v, vector)[1]
+                power += along / len(across) * np.sum(slope * velocity, axis=1)
         return power
 
     def _axes_of(self, k: int) -> NDArray[np.int32]:
@@ -95,7 +95,7 @@ def _power_on_section(q: Vector, v: Vector, places: NDArray[np.int32], moment: V
     return np.asarray(np.sum(turning * np.cross(units, rates).sum(axis=1), axis=1))
 
 
-def _spin(q: Vector, v: Vector, place: NDArray[np.int32]) -> tuple[Vector, Vector]:
+def _angular_velocity(q: Vector, v: Vector, place: NDArray[np.int32]) -> tuple[Vector, Vector]:
     """Return a vector of a node and its angular velocity u x u' / |u|^2, each (k, 3)."""
     u, rate = np.zeros((len(q), 3)), np.zeros((len(q), 3))
     u[:, : len(place)], rate[:, : len(place)] = q[:, place], v[:, place]

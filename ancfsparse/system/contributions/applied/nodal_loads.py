@@ -37,5 +37,5 @@ class Loads(Contribution):
 
 
 def of(system: Discretization) -> list[Loads]:
-    """Return the changing loads of a system."""
+    """Return the time-dependent loads of a system."""
     return [Loads(system.loads)]

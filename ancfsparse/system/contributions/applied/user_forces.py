@@ -1,4 +1,4 @@
-"""Forces that are functions of the motion."""
+"""User forces, as functions of the motion."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from ancfsparse.system.loads.amplitudes import TimeAmplitude
 
 
 class CompiledForce(Compiled, Protocol):
-    """A function of the caller's as a contribution (_forces.pyx)."""
+    """A user function as a contribution (_user_forces.pyx)."""
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector, /) -> float:
         """Return the power of the force in a state [W]."""
 
 
 class UserForce(Contribution):
-    """A force of a system that a function of the caller's gives."""
+    """A force of a system by a user function."""
 
     is_load = True
     conservative = False
@@ -35,13 +35,13 @@ class UserForce(Contribution):
     def __init__(self, system: Discretization, force: Force, clock: int) -> None:
         self._n_free, self._force, self._clock = system.n_free, force, clock
         self._points = Points.of(system, [[(1.0, node)] for node in force.points])
-        body = [node.beam for node in force.points]
-        # What motions are small beside: an element, and the speed of sound in its material.
-        self._way = min(each.shortest for each in body)
-        waves = [each.speed for each in body if each.speed is not None]
-        # Without waves the speed by which a body falls along its size.
-        falls = math.sqrt(self._way * float(np.linalg.norm(system.scene.gravity)))
-        self._speed = max(waves, default=falls or self._way)
+        bodies = [node.beam for node in force.points]
+        # Scales of small motions: an element, and the wave speed of its material.
+        self._length = min(each.shortest for each in bodies)
+        waves = [each.speed for each in bodies if each.speed is not None]
+        # Without waves: the speed of free fall along its size.
+        fall_speed = math.sqrt(self._length * float(np.linalg.norm(system.scene.gravity)))
+        self._speed = max(waves, default=fall_speed or self._length)
         self._compiled: CompiledForce
 
     def cliques(self) -> list[Unknowns]:
@@ -58,7 +58,7 @@ class UserForce(Contribution):
             points.slots(pattern, self._n_free, self._force.coupled),
             self._clock,
             self._force.coupled,
-            self._way,
+            self._length,
             self._speed,
             get_capsule(self._force.function),
             self._force.checked,
@@ -78,17 +78,17 @@ class UserForce(Contribution):
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector
     ) -> list[tuple[str, Vector]]:
-        """Return its power: a C function gives no more."""
+        """Return its power, the only output of a C function."""
         return [(f"the power of {self._force.what} [W]", self.power(q, v, amplitudes))]
 
     def _failed(self, t: float, status: int) -> LoadError:
-        """Return the error for a C function that returned a status, or 0 and no finite force."""
+        """Return the error for a nonzero status of a C function, or a force that is not finite."""
         reason = f"it returned {status}" if status else "a force is not finite"
         return self._force.failure(t, reason)
 
 
 def of(system: Discretization) -> list[UserForce]:
-    """Return the forces of a system that are functions of the motion."""
+    """Return the user forces of a system."""
     found = [each for each in system.scene.attachments if isinstance(each, Force)]
     if not found:
         return []

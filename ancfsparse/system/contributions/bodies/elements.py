@@ -1,4 +1,4 @@
-"""The elements of a scene, body by body: arrays for the calls of their kernels."""
+"""The elements of a scene by bodies, as arrays for their kernels."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class CompiledElements(Compiled, Protocol):
         """Arrays and kernels of each body."""
 
     def divide(self, run_start: Any, runs: Any) -> None:
-        """Deal the elements out to threads."""
+        """Assign the elements to threads."""
 
 
 class Elements(Contribution):
@@ -45,7 +45,7 @@ class Elements(Contribution):
     def __init__(self, system: Discretization) -> None:
         self._system = system
         self._compiled: CompiledElements
-        # By the place of a body: its strains that change, and the first amplitude of these.
+        # By body: its time-dependent eigenstrain, and the index of its first amplitude.
         self._changing: dict[int, tuple[TimeDependentEigenstrain, int]] = {}
         for k, body in enumerate(system.scene.beams):
             if isinstance(body, Beam) and body.strains_change:
@@ -82,14 +82,14 @@ class Elements(Contribution):
         return [group["layout"] for group in self._compiled.groups]
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
-        """Deal the elements out to threads, if not too many would meet at the borders."""
-        dealt = assembly.partition_elements(self.layouts, n_free, n_all, threads)
-        if dealt is not None:
-            self._compiled.divide(*dealt)
-        return dealt is not None
+        """Assign the elements to threads, unless too many share coordinates."""
+        runs = assembly.partition_elements(self.layouts, n_free, n_all, threads)
+        if runs is not None:
+            self._compiled.divide(*runs)
+        return runs is not None
 
     def _tuned(self, k: int, layout: Layout, lanes: int) -> tuple[Places, Places, Vector] | None:
-        """Return parameters of a body that change, their amplitudes, and values without these."""
+        """Return the indices of changed parameters, of their amplitudes, and constant values."""
         if k not in self._changing:
             return None
         strain, first = self._changing[k]
@@ -106,14 +106,14 @@ def of(system: Discretization) -> list[Elements]:
 
 
 def _make_eigenstrain(system: Discretization, body: Beam) -> TimeDependentEigenstrain:
-    """Return what the changing eigenstrain of a beam does to its elements."""
+    """Return the parameter changes by the time-dependent eigenstrain of a beam."""
     kind, common = system.kind_of(body), body.stiffnesses()
     base = base_parameters(body, kind, common)
     return loads.TimeDependentEigenstrain(body, kind, reference_coordinates(body)[body.ends], base)
 
 
 def _damping_arrays(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
-    """Return what the assembly needs to damp a body, as few arrays as it can."""
+    """Return the damping arrays of a body, none without damping."""
     flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
     if not any(flags.values()):
         return flags
@@ -122,9 +122,9 @@ def _damping_arrays(body: ElasticBody, kind: ElementKind, places: Places) -> dic
 
 
 def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, float]) -> Vector:
-    """Return the base parameters of every element, (n_e, n_base), without changing eigenstrains.
+    """Return the base parameters of every element, (n_e, n_base), at constant eigenstrain.
 
-    Elements have lengths and, if curved, coordinates free of strain of their own.
+    Each element has its length and, if curved, its stress-free coordinates.
     """
     base = np.empty((body.n_elements, len(kind.parameters)))
     for k, name in enumerate(kind.parameters):
@@ -137,5 +137,5 @@ def base_parameters(body: ElasticBody, kind: ElementKind, common: Mapping[str, f
 
 
 def reference_parameters(kind: ElementKind) -> NDArray[np.intp]:
-    """Return which base parameters are coordinates free of strain, in their order."""
+    """Return the indices of the base parameters that are stress-free coordinates."""
     return np.flatnonzero([name.startswith(REFERENCE) for name in kind.parameters])

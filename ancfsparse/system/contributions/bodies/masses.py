@@ -40,7 +40,7 @@ class Masses(Contribution):
 
 
 def add_lower_triangle(entries: Entries, places: Any, values: Any) -> None:
-    """Add the lower triangle of a small matrix over places."""
+    """Add the lower triangle of a small matrix at the given indices."""
     for a, i in enumerate(places.tolist()):
         for b, j in enumerate(places[: a + 1].tolist()):
             pair = (max(i, j), min(i, j))
@@ -48,12 +48,12 @@ def add_lower_triangle(entries: Entries, places: Any, values: Any) -> None:
 
 
 def _add_inertia(entries: Entries, system: Discretization, mass: PointMass) -> None:
-    """Let a body turn with the vectors of a node: 1/2 sum of P_kl r_k'.r_l', P = integral x x^T."""
+    """Add the rotary inertia of a node: 1/2 sum of P_kl r_k'.r_l', P = integral x x^T."""
     places, kind = system.place(mass.node), system.kind_of(mass.node.beam)
     names = ["r_x", "r_y", "r_z"]
     if system.dim == 3:
         spread = second_moments(mass.inertia)
-    else:  # any division of the moment among the vectors that turn is the same rotation
+    else:  # any division of the moment of inertia among the rotating vectors is equivalent
         names = [name for name in names[:2] if name in kind.section]
         spread = np.eye(len(names)) * mass.inertia[0, 0] / len(names)
     vectors = np.array([places[kind.columns(name)] for name in names])

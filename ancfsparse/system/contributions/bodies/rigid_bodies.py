@@ -1,4 +1,4 @@
-"""Masses of rigid bodies: constant entries of the mass matrix, alike in every direction."""
+"""Masses of rigid bodies: constant entries of the mass matrix, equal in every direction."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 
 
 def of(system: Discretization) -> list[Masses]:
-    """Return the masses of the bodies of a system that are not those of elements."""
+    """Return the masses of the rigid bodies of a system."""
     entries: Entries = {}
     for body, places in zip(system.scene.bodies, system.places, strict=True):
         if body.masses is not None:

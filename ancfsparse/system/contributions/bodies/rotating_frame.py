@@ -1,4 +1,4 @@
-"""Centrifugal and Coriolis forces of a frame that rotates steadily.
+"""Centrifugal and Coriolis forces of a frame with constant angular velocity.
 
 All coordinates are components of vectors, and the mass matrix is the same along every axis of
 space, M = A x 1.  With the vectors in the frame, ``q' + W q`` are their velocities in space, so
@@ -31,8 +31,7 @@ from ancfsparse.system.loads.amplitudes import ConstantAmplitude
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import Assembly
 
-# Error of a mass matrix that is not the same along every axis, relative to its forces.
-ISOTROPY_TOLERANCE = 1e-9
+ISOTROPY_TOLERANCE = 1e-9  # difference of the mass matrix between axes, relative to its forces
 
 
 class Rotation(Contribution):
@@ -43,11 +42,11 @@ class Rotation(Contribution):
     def __init__(self, system: Discretization, frame: RotatingFrame, amplitude: int) -> None:
         self._system, self._frame, self._amplitude = system, frame, amplitude
         self._place, self._centre = _collect_vectors(system, frame)
-        self._row, self._column = self._meetings()
+        self._row, self._column = self._coupled_vectors()
         self._mass = np.zeros(0)
 
-    def _meetings(self) -> tuple[Places, Places]:
-        """Return which vectors may have common masses, by rows, in both orders."""
+    def _coupled_vectors(self) -> tuple[Places, Places]:
+        """Return pairs of vectors that may have common masses, by rows, in both orders."""
         import scipy.sparse as sp
 
         number = np.full(self._system.n_all, -1)
@@ -61,11 +60,11 @@ class Rotation(Contribution):
             pairs.append(np.stack([table.repeat(k, axis=1), np.tile(table, k)]).reshape(2, -1))
         row, column = np.concatenate(pairs, axis=1)
         n = len(self._place)
-        meet = sp.coo_array((np.ones(len(row)), (row, column)), shape=(n, n)).tocsr().tocoo()
-        return meet.coords[0], meet.coords[1]
+        coupling = sp.coo_array((np.ones(len(row)), (row, column)), shape=(n, n)).tocsr().tocoo()
+        return coupling.coords[0], coupling.coords[1]
 
     def _entries(self) -> tuple[Places, Vector]:
-        """Return pairs of coordinates (j, 2) that centrifugal forces couple, and their values."""
+        """Return pairs of coordinates (j, 2) coupled by centrifugal forces, and matrix entries."""
         square, dim = self._frame.spin @ self._frame.spin, self._system.dim
         mass = self._mass if len(self._mass) else np.ones(len(self._row))
         pairs, values = [], []
@@ -108,26 +107,26 @@ class Rotation(Contribution):
         return made
 
     def _find_masses(self, pattern: Pattern) -> None:
-        """Find the mass matrix over the vectors from the inertia forces of all others."""
+        """Compute the mass matrix over the vectors from the inertia forces of all contributions."""
         import scipy.sparse as sp
 
         system, n = self._system, len(self._place)
         masses: Assembly = compiled_module("assembly").Assembly(
             system.n_free, system.n_all, system.loads.n_amplitudes, pattern.indptr, system.parts
         )
-        meet = sp.csc_array((np.ones(len(self._row)), (self._row, self._column)), shape=(n, n))
-        group = colour_columns(meet)
+        coupling = sp.csc_array((np.ones(len(self._row)), (self._row, self._column)), shape=(n, n))
+        group = colour_columns(coupling)
         self._mass = np.zeros(len(self._row))
         for each in range(int(group.max()) + 1):
             unit = np.zeros(system.n_all)
             unit[self._place[group == each, 0]] = 1.0
             force = np.asarray(masses.inertia(unit))
-            mine = group[self._column] == each
-            self._mass[mine] = force[self._place[self._row[mine], 0]]
+            members = group[self._column] == each
+            self._mass[members] = force[self._place[self._row[members], 0]]
         trial = np.random.default_rng(0).standard_normal(system.n_all)
         force = np.asarray(masses.inertia(trial))[self._place]
-        off = np.abs(force - self._matrix @ trial[self._place]).max(axis=1)
-        if np.any(off > ISOTROPY_TOLERANCE * (abs(self._matrix) @ np.ones(n))):
+        error = np.abs(force - self._matrix @ trial[self._place]).max(axis=1)
+        if np.any(error > ISOTROPY_TOLERANCE * (abs(self._matrix) @ np.ones(n))):
             raise InputError(
                 "the masses of the scene are not the same along every axis of space, as a rotating "
                 "frame needs: describe the scene in space"
@@ -158,16 +157,16 @@ class Rotation(Contribution):
 
     def potential(self, q: Vector) -> Vector:
         """Return the potential of the centrifugal forces, (k,) [J]."""
-        away = q[:, self._place] - self._centre
-        turned = away @ (self._frame.spin @ self._frame.spin)
+        arms = q[:, self._place] - self._centre
+        rotated = arms @ (self._frame.spin @ self._frame.spin)
         matrix = self._matrix
         return np.array(
-            [0.5 * np.sum(one * (matrix @ two)) for one, two in zip(away, turned, strict=True)]
+            [0.5 * np.sum(one * (matrix @ two)) for one, two in zip(arms, rotated, strict=True)]
         )
 
 
 def _collect_vectors(system: Discretization, frame: RotatingFrame) -> tuple[Places, Vector]:
-    """Return the places (n, dim) of every vector once, and what each is relative to [m]."""
+    """Return the indices (n, dim) of all vectors without repetition, and their origins [m]."""
     places, positions = [], []
     for body, kind, table in zip(system.bodies, system.kinds, system.places, strict=True):
         columns = [np.arange(table.shape[1])[kind.columns(name)] for name in kind.vectors]

@@ -1,4 +1,4 @@
-"""Gravity that changes with time: a force on each coordinate in proportion to its mass."""
+"""Time-dependent gravity: a force on each coordinate in proportion to its mass."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class ChangingGravities(Contribution):
-    """Uniform accelerations of all masses that the contributions before it have."""
+    """Uniform accelerations of all masses of the previous contributions."""
 
     is_load = True
 
@@ -56,5 +56,5 @@ class ChangingGravities(Contribution):
 
 
 def of(system: Discretization) -> list[ChangingGravities]:
-    """Return the changing gravity of a system."""
+    """Return the time-dependent gravity of a system."""
     return [ChangingGravities(system)]

@@ -24,7 +24,7 @@ from ancfsparse.system.coordinates.joint_lowering import Lowering
 
 
 class Force(NamedTuple):
-    """The force of a joint as a sum over terms of its equations, as _joint_springs.pyx takes it."""
+    """The force of a joint as a sum over terms of its equations, for _joint_springs.pyx."""
 
     row: Places
     other: Places
@@ -41,7 +41,7 @@ class Force(NamedTuple):
 
 
 class JointSprings(Contribution):
-    """What acts along the freedoms of the joints of a system."""
+    """Springs, stops and friction along the joint coordinates of a system."""
 
     is_load = True
 
@@ -83,31 +83,31 @@ class JointSprings(Contribution):
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector
     ) -> list[tuple[str, Vector]]:
-        """Return by how much stops are passed."""
+        """Return the penetration of stops."""
         out = []
         for spring, along in zip(self._springs, self._measures, strict=True):
             if spring.law == STOP:
                 x = along.values(q)
-                if along.is_angle:  # stops count turns to either side of the middle of their range
+                if along.is_angle:  # angles of stops are counted from the middle of their range
                     middle = 0.5 * (spring.low + spring.high)
                     x = middle + np.remainder(x - middle + np.pi, 2.0 * np.pi) - np.pi
-                passed = np.maximum(np.maximum(x - spring.high, spring.low - x), 0.0)
+                penetration = np.maximum(np.maximum(x - spring.high, spring.low - x), 0.0)
                 unit = "rad" if along.is_angle else "m"
-                out.append((f"the way beyond {spring.what} [{unit}]", passed))
+                out.append((f"the penetration of {spring.what} [{unit}]", penetration))
         return out
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
-        """Return the power that friction by forces of joints takes, (k,) [W]."""
+        """Return the power dissipated by friction that depends on joint forces, (k,) [W]."""
         power = np.zeros(len(q))
         for spring, along, force in zip(self._springs, self._measures, self._forces, strict=True):
             if spring.law == RUBBING:
                 rate = np.sum(along.gradients(q) * v[:, along.place], axis=1)
-                most = spring.damping * force.size(q, lam)
-                power += most * rate**2 / np.hypot(rate, spring.slip)
+                limit = spring.damping * force.size(q, lam)
+                power += limit * rate**2 / np.hypot(rate, spring.slip)
         return power
 
     def resisted_motions(self, q: Vector) -> Any:
-        """Return the gradient of the measure of each spring, which resists its change."""
+        """Return the gradient of the joint coordinate of each spring."""
         import scipy.sparse as sp
 
         found = [m for m, s in zip(self._measures, self._springs, strict=True) if s.stiffness]
@@ -120,7 +120,7 @@ class JointSprings(Contribution):
 
 
 def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Force:
-    """Return the force on the first side of a joint that rubs, no terms of others."""
+    """Return the force on the first side of a joint with friction; others have no terms."""
     rows, factors = [], []
     if spring is not None:
         body = spring.joint.sides[0].beam
@@ -135,8 +135,8 @@ def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Fo
                     factors.append((factor, about))
         if not rows:
             raise InputError(
-                f"{spring.what} depends on the force of the joint, which joints by numbering do "
-                "not state: make a pin by as_constraint=True, or join another point than the "
+                f"{spring.what} depends on the joint force, which joints by numbering do "
+                "not provide: make a pin by as_constraint=True, or join another point than the "
                 "origin of a body"
             )
     integers = np.array(rows, dtype=np.int32).reshape(-1, 3)
@@ -155,6 +155,6 @@ def _flatten_forces(forces: list[Force]) -> dict[str, Any]:
 
 
 def of(system: Discretization) -> list[JointSprings]:
-    """Return what acts along the freedoms of the joints of a system."""
+    """Return the springs, stops and friction in the joints of a system."""
     springs = [each for each in system.scene.attachments if isinstance(each, JointSpring)]
     return [JointSprings(system, springs)] if springs else []

@@ -109,18 +109,18 @@ class Ropes(Contribution):
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector
     ) -> list[tuple[str, Vector]]:
-        """Return their tensions."""
+        """Return the tensions of the ropes."""
         return [
             (f"the tension of {each.what} [N]", self.tension(each, q, v, amplitudes))
             for each in self._ropes
         ]
 
     def has(self, rope: Rope) -> bool:
-        """Whether a rope is among these."""
+        """Return True for a rope of this system."""
         return rope in self._ropes
 
     def resisted_motions(self, q: Vector) -> Any:
-        """Return the gradient of each path; where it is taut, also the way across each part."""
+        """Return the gradient of each path; of a taut rope also the normals of each part."""
         import scipy.sparse as sp
 
         lines: list[tuple[Places, Vector]] = []

@@ -25,7 +25,7 @@ class CompiledSprings(Compiled, Protocol):
 
 
 class Springs(Contribution):
-    """The springs of a system: the vector from end to end of each is a sum of coordinates."""
+    """The springs of a system; the vector between their ends is a sum of coordinates."""
 
     is_load = True
 
@@ -66,14 +66,14 @@ class Springs(Contribution):
         for k, spring in enumerate(self._springs):
             if _is_law(spring):
                 mine = slice(points.start[k], points.start[k + 1])
-                ways = self._origin[k] + q[:, points.place[:, mine]] @ points.weight[mine]
-                elongations = np.linalg.norm(ways, axis=1) - spring.length
+                vectors = self._origin[k] + q[:, points.place[:, mine]] @ points.weight[mine]
+                elongations = np.linalg.norm(vectors, axis=1) - spring.length
                 pulls = [self._compiled.pull(k, each) for each in elongations]
                 out.append((f"the force of {spring.what} [N]", np.array(pulls)))
         return out
 
     def resisted_motions(self, q: Vector) -> Any:
-        """Return the direction of each spring, or all where it is tight or has no length."""
+        """Return the direction of each spring, or all directions if it is tensioned or of length 0."""
         import scipy.sparse as sp
 
         points, n, dim = self._points, len(self._springs), self._origin.shape[1]
@@ -83,10 +83,10 @@ class Springs(Contribution):
                 continue
             mine = slice(points.start[k], points.start[k + 1])
             place, weight = points.place[:, mine], points.weight[mine]
-            way = self._origin[k] + q[place] @ weight
-            length = float(np.linalg.norm(way))
-            tight = length == 0.0 or spring.pull(length - spring.length) > 0.0
-            directions = np.eye(dim) if tight else way[None] / length
+            vector = self._origin[k] + q[place] @ weight
+            length = float(np.linalg.norm(vector))
+            in_tension = length == 0.0 or spring.pull(length - spring.length) > 0.0
+            directions = np.eye(dim) if in_tension else vector[None] / length
             for e, direction in enumerate(directions):
                 values.append(np.outer(direction, weight).ravel())
                 columns.append(place.ravel())
@@ -108,7 +108,7 @@ def _is_law(spring: Spring) -> bool:
 
 
 def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
-    """Return a C function and whether it takes data, or a Python function; and its failure."""
+    """Return a C function with its signature, or a Python function, and its error."""
     capsule = get_capsule(spring.stiffness)
     if capsule is None:
         return spring.stiffness, None, spring.failure

@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 
 class Constraints(Contribution):
-    """The equations of a system that multipliers hold."""
+    """The constraint equations of a system."""
 
     def __init__(self, system: Discretization) -> None:
         self._n_free, self._constraints = system.n_free, system.constraints
         self._massive = _terms_with_mass(system.constraints)
 
     def cliques(self) -> list[Unknowns]:
-        """Return what meets in each term, (n_terms, 3), and in each equation with a mass, (1, k).
+        """Return the unknowns of each term, (n_terms, 3), and of each equation with a mass, (1, k).
 
-        In a term it is its equation and the one or two coordinates in it.
+        The unknowns of a term are its multiplier and its one or two coordinates.
         """
         c = self._constraints
         row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
@@ -61,7 +61,7 @@ class Constraints(Contribution):
         ]
 
     def _masses(self, pattern: Pattern) -> dict[str, Places | Vector]:
-        """Return the equations with a mass: their terms, the gradients, and where squares go."""
+        """Return terms, gradients and matrix positions of the equations with a mass."""
         none = np.empty(0, dtype=np.int32)
         terms, places, own, other = (
             (list(each) for each in zip(*self._massive, strict=True))
@@ -84,11 +84,11 @@ class Constraints(Contribution):
 
 
 def _terms_with_mass(constraints: Equations) -> list[tuple[Places, Places, Places, Places]]:
-    """Return for each equation with a mass its terms, its coordinates, and which of them they have.
+    """Return the terms and coordinates of each equation with a mass, and the factors of its terms.
 
-    The last is -1 in linear terms.
+    The second factor is -1 in linear terms.
     """
-    c, found = constraints, []
+    c, equations = constraints, []
     row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
     order = np.argsort(row, kind="stable").astype(np.int32)
     begins = np.searchsorted(row[order], np.arange(len(c.offset) + 1))
@@ -97,8 +97,8 @@ def _terms_with_mass(constraints: Equations) -> list[tuple[Places, Places, Place
         both = np.concatenate([i[terms], j[terms][j[terms] != LINEAR]])
         places = np.unique(both).astype(np.int32)
         own, other = (np.searchsorted(places, x[terms]).astype(np.int32) for x in (i, j))
-        found.append((terms, places, own, np.where(j[terms] == LINEAR, -1, other)))
-    return found
+        equations.append((terms, places, own, np.where(j[terms] == LINEAR, -1, other)))
+    return equations
 
 
 def of(system: Discretization) -> list[Constraints]:

@@ -1,4 +1,4 @@
-"""Angles, lengths and displacements of joints in constraint equations."""
+"""Joint coordinates (angles, lengths, displacements) in constraint equations."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FULL_TURN = 2.0 * np.pi
 
 
 class Couplings(Contribution):
-    """The measures in the equations of a system."""
+    """The joint coordinates in the equations of a system."""
 
     def __init__(self, system: Discretization) -> None:
         self._system = system
@@ -26,7 +26,7 @@ class Couplings(Contribution):
         self._terms = [(k, c, each) for k, c, each in terms if isinstance(each, JointCoordinate)]
 
     def cliques(self) -> list[Unknowns]:
-        """Return the equation and the coordinates of each measure, (1, 1 + m)."""
+        """Return the multiplier and the coordinates of each joint coordinate, (1, 1 + m)."""
         tables = []
         for row, _, measure in self._terms:
             coordinates = matrix_unknowns(measure.place.copy(), self._n_free)
@@ -34,7 +34,7 @@ class Couplings(Contribution):
         return tables
 
     def compile(self, pattern: Pattern) -> Compiled:
-        """Return the compiled measures."""
+        """Return the compiled joint coordinates."""
         # Pairs by rows: (row, row), (i, row), (i, i), (j, row), (j, i), (j, j), ...
         pairs = [pattern.slots(each).ravel() for each in self.cliques()]
         lines = [np.split(each, _row_starts(each)[1:]) for each in pairs]
@@ -54,7 +54,7 @@ class Couplings(Contribution):
         return made
 
     def _turns(self) -> Any:
-        """Return the angles at the start, those that are driven with the turns of their drive."""
+        """Return the initial values; prescribed angles include the full turns of their motion."""
         system = self._system
         start = [float(each.values(system.q0[None])[0]) for _, _, each in self._terms]
         first = system.n_multipliers - system.prescribed.n_equations
@@ -68,7 +68,7 @@ class Couplings(Contribution):
 
 
 def flatten(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
-    """Return measures as the arrays of measures.pxi."""
+    """Return joint coordinates as the arrays of coordinate_functions.pxi."""
     return {
         "kind": np.array([each.kind for each in measures], dtype=np.int32),
         "start": np.cumsum([0, *(len(each.place) for each in measures)], dtype=np.int32),
@@ -79,11 +79,11 @@ def flatten(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
 
 
 def _row_starts(pairs: Any) -> Any:
-    """Return where the rows of a lower triangle begin that is stored by rows."""
+    """Return the starts of the rows of a lower triangle that is stored by rows."""
     n = int(np.sqrt(2 * len(pairs)))
     return np.cumsum(np.arange(n))
 
 
 def of(system: Discretization) -> list[Couplings]:
-    """Return the measures in the equations of a system."""
+    """Return the joint coordinates in the equations of a system."""
     return [Couplings(system)]

@@ -1,4 +1,4 @@
-"""Points that slide along beams, in constraint equations."""
+"""Sliding joints: points that slide along beams."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 
 
 class Tracks(Contribution):
-    """A point of a system on its track."""
+    """A point of a system on its sliding curve."""
 
     def __init__(self, system: Discretization, rows: list[int], offset: CurveOffset) -> None:
         self._n_free, self._rows, self._offset = system.n_free, rows, offset
@@ -24,13 +24,13 @@ class Tracks(Contribution):
         self._start = offset.track.nearest(system.q0)
 
     def cliques(self) -> list[Unknowns]:
-        """Return the equations, the point and an element, a row for each of these."""
+        """Return multipliers and coordinates of the point with each element, a row each."""
         coordinates = matrix_unknowns(self._offset.reach(), self._n_free)
         rows = np.full((len(coordinates), len(self._rows)), self._n_free + np.array(self._rows))
         return [np.concatenate([rows, coordinates], axis=1).astype(np.int32)]
 
     def compile(self, pattern: Pattern) -> Compiled:
-        """Return the compiled track."""
+        """Return the compiled joint."""
         track = self._offset.track
         arrays = {
             "ends": np.ascontiguousarray(track.ends, dtype=np.int32),
@@ -50,15 +50,15 @@ class Tracks(Contribution):
 
 def describe_run_off(label: str, track: SlidingCurve, s: float) -> LoadError:
     """Return the error for a point that has left its beam at an arc coordinate [m]."""
-    whole = float(track.arcs[-1])
+    length = float(track.arcs[-1])
     where = "start" if s < 0.0 else "end"
-    reason = f"the {label} ran off its {where}, to s = {s:.6g} m of {whole:.6g} m"
+    reason = f"the {label} ran off its {where}, to s = {s:.6g} m of {length:.6g} m"
     advice = "end the run before, or stop the point by a spring"
     return LoadError(f"{reason}: {advice}", math.nan)
 
 
 def of(system: Discretization) -> list[Tracks]:
-    """Return the points of a system that slide along beams, one for each."""
+    """Return the sliding joints of a system."""
     rows: dict[int, list[int]] = {}
     offsets: dict[int, CurveOffset] = {}
     for row, _, each in system.constraints.measures:
