@@ -73,7 +73,7 @@ class Springs(Contribution):
         return out
 
     def resisted_motions(self, q: Vector) -> Any:
-        """Return the direction of each spring, or all directions if it is tensioned or of length 0."""
+        """Return the directions of the springs; tensioned ones resist in all directions."""
         import scipy.sparse as sp
 
         points, n, dim = self._points, len(self._springs), self._origin.shape[1]
