@@ -30,15 +30,15 @@ digest_of_compiled() { digest ! -name '*.py' ! -name pyproject.toml; }
 
 has() { [ -e "$venv/.$1" ]; }
 
-wish=${1:-}
-case $wish in
+target=${1:-}
+case $target in
   '' | peers | all-sets | develop | plain) ;;
   check)
     # An editable install compiles on import.
     has develop || [ "$(digest_of_compiled)" = "$(cut -d ' ' -f 2 "$venv/.package" 2>/dev/null)" ] ||
       stop "compiled modules are older than their sources: run make setup, or make develop once to have imports compile what has changed."
     exit ;;
-  *) stop "unknown argument $wish; the head of tools/setup.sh lists those there are." ;;
+  *) stop "unknown argument $target; the head of tools/setup.sh lists those there are." ;;
 esac
 
 mkdir -p build
@@ -49,9 +49,9 @@ if ! flock --nonblock 9; then
 fi
 export ANCFSPARSE_HAS_LOCK=1 # for tools/ninja_in_turn.sh, which pip starts below
 
-if [ "$wish" = peers ] || has peers; then extras=dev,peers; else extras=dev; fi
-if [ "$wish" = all-sets ] || has all-sets; then sets=all; else sets=native; fi
-if [ "$wish" != plain ] && { [ "$wish" = develop ] || has develop; }; then mode=develop; else mode=plain; fi
+if [ "$target" = peers ] || has peers; then extras=dev,peers; else extras=dev; fi
+if [ "$target" = all-sets ] || has all-sets; then sets=all; else sets=native; fi
+if [ "$target" != plain ] && { [ "$target" = develop ] || has develop; }; then mode=develop; else mode=plain; fi
 requirements="$(cat pyproject.toml tools/setup.sh | sha256sum | cut -c -64) $extras"
 if [ $mode = develop ]; then # Python finds the sources themselves
   package="$(sha256sum <meson.build | cut -c -64) - $sets develop"
@@ -209,6 +209,6 @@ fi
 
 echo "$requirements" >"$venv/.requirements"
 echo "$package" >"$venv/.package"
-for each in peers all-sets develop; do if [ "$wish" = $each ]; then touch "$venv/.$each"; fi; done
-if [ "$wish" = plain ]; then rm -f "$venv/.develop"; fi
+for each in peers all-sets develop; do if [ "$target" = $each ]; then touch "$venv/.$each"; fi; done
+if [ "$target" = plain ]; then rm -f "$venv/.develop"; fi
 say "done"

@@ -175,7 +175,7 @@ def agrees_with_undamped(
     other = trials.with_integrator(GeneralizedAlpha(1.0))
     run = other.run(model, runs[-1].steps)
     trials.seconds += other.seconds
-    if run is None:  # its steps are too long, which says nothing about the quantity
+    if run is None:  # its steps are too long; the quantity is still unknown
         return True
     tolerances = absolute_tolerances(trials.goals, runs[-1])
     differences = goal_differences(trials.goals, runs[-1], run)
