@@ -6,18 +6,26 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.cli.app import main
-    from ancfsparse.cli.planned import ELEMENTS, ERROR, contest, plan_scene
-    from ancfsparse.cli.problem import listing, run_problem
+    from ancfsparse.cli.planned import ELEMENTS, ERROR, compare_with_paper, plan_scene
+    from ancfsparse.cli.problem import list_problems, run_problem
 
-__all__ = ["ELEMENTS", "ERROR", "contest", "listing", "main", "plan_scene", "run_problem"]
+__all__ = [
+    "ELEMENTS",
+    "ERROR",
+    "compare_with_paper",
+    "list_problems",
+    "main",
+    "plan_scene",
+    "run_problem",
+]
 
 __getattr__ = on_demand(
     __name__,
     {
         "ELEMENTS": "planned",
         "ERROR": "planned",
-        "contest": "planned",
-        "listing": "problem",
+        "compare_with_paper": "planned",
+        "list_problems": "problem",
         "main": "app",
         "plan_scene": "planned",
         "run_problem": "problem",

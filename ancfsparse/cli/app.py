@@ -19,7 +19,8 @@ from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendu
 from ancfsparse.cli.plan import plan
 from ancfsparse.errors import AccuracyError, InputError, StepError
 
-EXIT_FAILURE, EXIT_INPUT = 1, 2
+EXIT_FAILURE = 1  # a run failed
+EXIT_INPUT = 2  # an argument is invalid
 
 app = typer.Typer(
     name="ancfsparse",
@@ -33,7 +34,7 @@ for command in (info, plot, animate, convert, element_command, plan):
 
 
 def check_writable(target: str | None) -> str | None:
-    """Refuse a file in a folder that does not exist before the run, not after it."""
+    """Refuse a file in a missing folder before the run."""
     if target is not None and target != "-" and not Path(target).absolute().parent.is_dir():
         raise InputError(
             f"{target} cannot be written: there is no folder {Path(target).absolute().parent}"
@@ -41,8 +42,8 @@ def check_writable(target: str | None) -> str | None:
     return target
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         typer.echo(f"ancfsparse {importlib.metadata.version('ancfsparse')}")
         raise typer.Exit
 
@@ -78,19 +79,19 @@ def pendulum(
         int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")
     ] = None,
     step: Annotated[
-        float, typer.Option(help="Time step, or with --accuracy time between saved states [s].")
+        float, typer.Option(help="Time step, or with --accuracy the interval of saved states [s].")
     ] = 5e-4,
-    time: Annotated[float, typer.Option(help="Simulated time [s], whole steps.")] = 2.0,
+    time: Annotated[float, typer.Option(help="Final time [s], an integral number of steps.")] = 2.0,
     integrator: Annotated[
         str | None,
         typer.Option(
             help=", ".join(INTEGRATORS)
-            + " [default: newmark; with --accuracy whichever costs least, which is printed]."
+            + " [default: newmark; with --accuracy the cheapest one, which is printed]."
         ),
     ] = None,
     accuracy: Annotated[
         float | None,
-        typer.Option(help="Largest error of a position that the steps may cause [m]."),
+        typer.Option(help="Largest time discretization error of a position [m]."),
     ] = None,
     solver: Annotated[
         str | None,
@@ -110,13 +111,13 @@ def pendulum(
     ] = None,
     rho_inf: Annotated[
         float | None,
-        typer.Option(help="What generalised-alpha leaves of the highest frequencies [0.9]."),
+        typer.Option(help="Spectral radius of generalized-alpha at infinite frequency [0.9]."),
     ] = None,
     tolerance: Annotated[
         str | None,
         typer.Option(
-            help="'paper': residual below 1e-6. 'default': a small share of what a step changes. "
-            "A number: error that it may leave in the accelerations [m/s2] "
+            help="'paper': residual below 1e-6. 'default': a small fraction of a step's change. "
+            "A number: largest error of the accelerations [m/s2] "
             "[default: paper; default with --accuracy]."
         ),
     ] = None,
@@ -134,7 +135,7 @@ def pendulum(
     ] = None,
     json_to: JsonOption = None,
 ) -> None:
-    """Simulate the paper's flexible pendulum: a rod of 2 m falling from rest about one end."""
+    """Simulate the flexible pendulum of the paper: a rod of 2 m that falls from rest."""
     options = {"strain": strain, "section_strain": section_strain, "curvature": curvature}
     request = PendulumRun(
         element=element,
@@ -166,34 +167,34 @@ def pendulum(
 
 @app.command()
 def problem(
-    name: Annotated[str | None, typer.Argument(help="Name of a scene, see --list.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of a problem, see --list.")] = None,
     at: Annotated[str, typer.Option(help="Times [s], separated by commas.")] = "1",
     given: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="May be repeated.")
     ] = None,
     step: Annotated[
         float | None,
-        typer.Option(help="Time step [s] [default: two steps, from which it is extrapolated]."),
+        typer.Option(help="Time step [s] [default: Richardson extrapolation from two steps]."),
     ] = None,
     accuracy: Annotated[
-        float | None, typer.Option(help="Largest error of a position [m], instead of a step.")
+        float | None, typer.Option(help="Largest error of a position [m], instead of --step.")
     ] = None,
     names: Annotated[
-        bool, typer.Option("--list", help="List scenes, keys, quantities and known numbers.")
+        bool, typer.Option("--list", help="List problems, keys, quantities and reference values.")
     ] = False,
     json_to: JsonOption = None,
 ) -> None:
-    """Run a benchmark of rigid bodies and joints, and print its quantities at times."""
+    """Solve a benchmark problem of rigid bodies and joints, and print quantities at some times."""
     if names or name is None:
-        typer.echo(cli.listing())
+        typer.echo(cli.list_problems())
         return
     with in_options():
-        found = cli.run_problem(name, at, given or [], step, accuracy)
+        result = cli.run_problem(name, at, given or [], step, accuracy)
     if json_to is not None:
-        write_json(found, json_to)
+        write_json(result, json_to)
         return
-    for quantity, values in found["quantities"].items():
-        for time, value in zip(found["time"], values, strict=True):
+    for quantity, values in result["quantities"].items():
+        for time, value in zip(result["time"], values, strict=True):
             typer.echo(f"{quantity} at {time:g} s: {value}")
 
 
@@ -207,17 +208,16 @@ def write_json(data: dict[str, Any], target: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command and turn errors into one line and an exit code.
+    """Run the command, and report an error by one line and an exit code.
 
     Parameters
     ----------
     arguments : sequence of str, optional
-        Words after the name of the command; those of the process by default.
+        Arguments of the command; by default those of the process.
 
     Notes
     -----
-    Exit codes: 0, 1 if a step failed or an accuracy was not reached, 2 if an
-    argument is invalid.
+    Exit codes: 0; 1 if a step failed or an accuracy was not reached; 2 if an argument is invalid.
     """
     run_app(app, "ancfsparse", arguments)
 
@@ -232,7 +232,7 @@ def run_app(program: typer.Typer, name: str, arguments: Sequence[str] | None = N
     name : str
         Name of the program in its help and its messages.
     arguments : sequence of str, optional
-        Words after the name; those of the process by default.
+        Arguments; by default those of the process.
     """
     try:
         program(args=arguments, prog_name=name)

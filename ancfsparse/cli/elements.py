@@ -1,4 +1,4 @@
-"""The command that builds an element of a user's own."""
+"""The command ``ancfsparse element``."""
 
 from __future__ import annotations
 
@@ -12,15 +12,18 @@ from ancfsparse.kernels.building import build_element
 
 def element(
     file: Annotated[
-        Path, typer.Argument(help="Python file with ELEMENT = Element(...), its energy.")
+        Path,
+        typer.Argument(help="Python file with ELEMENT = Element(...), which declares the energy."),
     ],
-    out: Annotated[Path, typer.Option(help="Folder in which to put the package.")] = Path(),
+    out: Annotated[Path, typer.Option(help="Folder of the package.")] = Path(),
     instruction_set: Annotated[
         list[str] | None,
-        typer.Option(help="x86_64, x86_64_v3 or x86_64_v4; repeated for several [this machine's]."),
+        typer.Option(
+            help="x86_64, x86_64_v3 or x86_64_v4; may be repeated [default: of this processor]."
+        ),
     ] = None,
 ) -> None:
-    """Build an element of your own from its energy: a package whose ELEMENT add_beam takes."""
+    """Build a user element from its energy: a package with an ELEMENT for add_beam."""
     package = build_element(file, out, instruction_set or ())
     typer.echo(
         f"written: {package}\n"

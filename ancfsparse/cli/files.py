@@ -1,4 +1,4 @@
-"""Commands on the files of runs: what is in them, pictures, films, conversions."""
+"""Commands on files of runs: description, plots, animations, conversion."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from ancfsparse.errors import InputError
 from ancfsparse.results import export, plotting
 from ancfsparse.results.hdf5_reader import read_contents, read_outline
 
-PICTURES = ".pdf", ".png", ".svg"
+PLOT_SUFFIXES = ".pdf", ".png", ".svg"
 
 FileArgument = Annotated[Path, typer.Argument(help="File that simulate(..., output=...) wrote.")]
 ViewOption = Annotated[
     str | None,
     typer.Option(
         metavar="VIEW",
-        help="A plane such as xz, or elevation and azimuth of the eye in degrees such as 20,-60.",
+        help="A plane such as xz, or elevation and azimuth in degrees such as 20,-60.",
     ),
 ]
 
 
 def info(file: FileArgument) -> None:
     """Describe the file of a run."""
-    found = read_contents(file)
-    t, settings, stats = found.t, found.settings, found.stats
+    run = read_contents(file)
+    t, settings, stats = run.t, run.settings, run.stats
     typer.echo(f"{file}: {len(t)} states from t = {t[0]:.6g} s to {t[-1]:.6g} s")
     t_end = settings.get("t_end")
     if t_end is not None and t[-1] < t_end * (1.0 - 1e-9):
         typer.echo(f"  unfinished: t_end is {t_end:.6g} s")
-    typer.echo(f"  {found.n_all} coordinates, {found.n_multipliers} multipliers")
-    if found.places is not None:
-        typer.echo(f"  {len(found.places)} coordinates kept, those of save_nodes")
-    for name, values in (("settings", settings), ("scene", found.scene)):
+    typer.echo(f"  {run.n_all} coordinates, {run.n_multipliers} multipliers")
+    if run.places is not None:
+        typer.echo(f"  {len(run.places)} saved coordinates, those of save_nodes")
+    for name, values in (("settings", settings), ("scene", run.scene)):
         typer.echo(f"{name}:")
         for key, value in values.items():
             if value not in (None, ""):
@@ -50,14 +50,14 @@ def info(file: FileArgument) -> None:
 
 def plot(
     file: FileArgument,
-    picture: Annotated[Path, typer.Argument(help="Picture to write: .png, .svg or .pdf.")],
+    picture: Annotated[Path, typer.Argument(help="Plot to write: .png, .svg or .pdf.")],
     time: Annotated[
-        list[float] | None, typer.Option(help="Instant [s]; may be repeated. Six by default.")
+        list[float] | None, typer.Option(help="Time [s]; may be repeated [default: six times].")
     ] = None,
     view: ViewOption = None,
 ) -> None:
-    """Draw the shapes of a run at instants."""
-    _check_target(picture, PICTURES, "a picture")
+    """Plot the shapes of a run at some times."""
+    _check_target(picture, PLOT_SUFFIXES, "a plot")
     outline, t, q, _ = read_outline(file)
     plt = _without_display()
     plotting.draw_shapes(outline, t, q, time or None, view=_view(view))
@@ -68,13 +68,13 @@ def plot(
 
 def animate(
     file: FileArgument,
-    film: Annotated[Path, typer.Argument(help="Film to write: .gif, or .mp4 with ffmpeg.")],
-    seconds: Annotated[float | None, typer.Option(help="How long the film lasts [s].")] = None,
-    fps: Annotated[int, typer.Option(help="Pictures per second.")] = 25,
-    dpi: Annotated[int, typer.Option(help="Pixels per inch; a film is about 6 wide.")] = 100,
+    film: Annotated[Path, typer.Argument(help="Animation to write: .gif, or .mp4 with ffmpeg.")],
+    seconds: Annotated[float | None, typer.Option(help="Duration [s].")] = None,
+    fps: Annotated[int, typer.Option(help="Frames per second.")] = 25,
+    dpi: Annotated[int, typer.Option(help="Pixels per inch; the width is about 6 inches.")] = 100,
     view: ViewOption = None,
 ) -> None:
-    """Write a film of a run."""
+    """Write an animation of a run."""
     outline, t, q, _ = read_outline(file)
     _without_display()
     plotting.animate(outline, t, q, film, seconds=seconds, fps=fps, dpi=dpi, view=_view(view))
@@ -84,16 +84,16 @@ def animate(
 def convert(
     file: FileArgument,
     target: Annotated[Path, typer.Argument(help="File to write: .vtkhdf.")],
-    per_element: Annotated[int, typer.Option(help="Pieces per element.")] = 4,
+    per_element: Annotated[int, typer.Option(help="Straight pieces per element.")] = 4,
 ) -> None:
-    """Write a run as VTKHDF, with velocities and strains, without the forces of `to_vtk`."""
+    """Convert a run to VTKHDF, with velocities and strains, without axial forces."""
     outline, t, q, v = read_outline(file)
     export.write_vtk(outline, t, q, v, target, per_element=per_element)
     typer.echo(f"written: {target}")
 
 
 def _without_display() -> Any:
-    """Load matplotlib for files alone, and return its pyplot."""
+    """Load pyplot for files only."""
     import matplotlib as mpl
 
     mpl.use("Agg")

@@ -1,4 +1,4 @@
-"""Errors of the library in the terms of the command: its options instead of arguments."""
+"""Error messages with command-line options in place of Python arguments."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ from ancfsparse.errors import (
 
 
 class RunError(AncfError):
-    """A run of the command ended early; the message names the options of the command."""
+    """A run of the command failed; the message names command-line options."""
 
 
-# What the library calls what the command has options for.
 OPTIONS = {
     "t_end": "--time",
     "dt": "--step",
@@ -29,39 +28,40 @@ OPTIONS = {
     "accuracy": "--accuracy",
     "tolerance": "--tolerance",
 }
+"""Options of the command by arguments in Python."""
 ADVICE = (
-    "Try --integrator generalized-alpha --rho-inf 0.8, which damps what the steps cannot follow, a "
+    "Try --integrator generalized-alpha --rho-inf 0.8, which damps unresolved frequencies, a "
     "smaller --step, or --accuracy 1e-3 with it."
 )
 ADVICE_ON_ACCURACY = "Try a smaller --accuracy, or --rho-inf 0.8, which damps more."
 ADVICE_ON_EXPLICIT = "Try a smaller --step, or --integrator generalized-alpha."
 
 
-# Integrators that sentences of the library advise.
 INTEGRATOR_OPTIONS = {
     "GeneralizedAlpha(0.9)": "--integrator generalized-alpha",
     "GeneralizedAlpha(rho_inf)": "--integrator generalized-alpha",
 }
+"""Options of the integrators suggested in messages."""
 
 
 @contextmanager
 def in_options() -> Iterator[None]:
-    """Show errors of the library with the options of the command."""
+    """Write error messages with command-line options."""
     try:
         yield
     except InputError as error:
         raise InputError(error.message(option_style)) from error
     except (StepError, AccuracyError) as error:
-        raise RunError(_ended(error)) from error
+        raise RunError(_describe_failure(error)) from error
 
 
 def option_style(parameter: Parameter) -> str:
-    """Show an argument of the library as an option of the command, if there is one.
+    """Write an argument as a command-line option, if there is one.
 
     Parameters
     ----------
     parameter : Parameter
-        Its name may be followed by what it belongs to: ``"n_elements of beam 1"``.
+        The argument; its name may be followed by its object: ``"n_elements of beam 1"``.
     """
     if parameter.value in INTEGRATOR_OPTIONS:
         return INTEGRATOR_OPTIONS[parameter.value]
@@ -71,8 +71,8 @@ def option_style(parameter: Parameter) -> str:
     return " ".join([OPTIONS[name], *owner, *[parameter.value] * bool(parameter.value)])
 
 
-def _ended(error: StepError | AccuracyError) -> str:
-    """Return why a run ended, with advice that the command can follow; it keeps no states."""
+def _describe_failure(error: StepError | AccuracyError) -> str:
+    """Return the reason of a failure, with advice on command-line options."""
     if isinstance(error, InstabilityError):
         error.advice = ADVICE_ON_EXPLICIT
     elif isinstance(error, StepError):

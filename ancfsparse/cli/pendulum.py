@@ -1,4 +1,4 @@
-"""One run of the paper's pendulum, as the command line asks for it."""
+"""The command ``ancfsparse pendulum``: one run of the pendulum of the paper."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from ancfsparse.solve import simulate
 
 INTEGRATORS = tuple(names.BY_NAME)
 AUTO = "auto"
-"""The integrator of a run to an accuracy where none is given: whichever costs least."""
-DAMPINGS = {"alpha": "--alpha", "rho_inf": "--rho-inf"}
-"""Options of numerical damping by the parameter that they set."""
-THICK, POISSON = "thick", 0.3
-"""The element that has a Poisson's ratio, and its default."""
+"""The default integrator of an error-controlled run: the cheapest one."""
+DAMPING_OPTIONS = {"alpha": "--alpha", "rho_inf": "--rho-inf"}
+"""Options of numerical damping by parameter."""
+THICK = "thick"  # the element with a Poisson's ratio
+POISSON = 0.3  # its default
 SOLVERS = (*METHODS, "auto")
 
 
 @dataclass(frozen=True)
 class PendulumRun:
-    """What to run; the defaults are the paper's.
+    """Arguments of a run; the defaults are those of the paper.
 
     Attributes
     ----------
@@ -39,11 +39,11 @@ class PendulumRun:
     dim : int or None
         2 or 3; None takes 3 for the thick beam and 2 for the cables.
     step, time : float
-        Time step, or with an accuracy the time between saved states, and simulated time [s].
+        Time step, or with an accuracy the interval of saved states, and final time [s].
     integrator : str or None
-        One of `INTEGRATORS`; None takes Newmark's, with an accuracy whichever costs least.
+        One of `INTEGRATORS`; by default Newmark's, with an accuracy the cheapest one.
     accuracy : float or None
-        Largest error that the steps may cause [m], instead of a fixed step.
+        Largest time discretization error [m], instead of a fixed step.
     solver : str or None
         One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
     memory : str or None
@@ -60,11 +60,11 @@ class PendulumRun:
     nu : float or None
         Poisson's ratio of the thick beam; None takes 0.3 [-].
     save_every : int
-        Steps from one saved state to the next.
+        Steps between saved states.
     output : str or None
         HDF5 file for all states.
     options : dict of str to str
-        Options of the element that were given.
+        Options of the element.
     """
 
     element: str = "thin"
@@ -86,13 +86,13 @@ class PendulumRun:
     options: dict[str, str] = field(default_factory=dict)
 
 
-def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
-    """Simulate and sum up.
+def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
+    """Simulate the pendulum, and summarise the run.
 
     Parameters
     ----------
-    asked : PendulumRun
-        What to run.
+    request : PendulumRun
+        The arguments.
 
     Returns
     -------
@@ -103,35 +103,39 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         ``residual_evaluations``, ``factorizations``, ``energy_drift`` [-], ``estimated_error`` [m]
         of a run to an accuracy, and ``settings``, made of lists and numbers.
     """
-    name = asked.integrator or ("newmark" if asked.accuracy is None else AUTO)
-    asked = replace(asked, integrator=name)
-    integrator = AUTO if name == AUTO else integrator_of(name, asked)
-    fixed = asked.accuracy is None and name not in (AUTO, *names.EXPLICIT)
-    solver = asked.solver or ("davidon" if fixed else "auto")
-    memory = asked.memory or "full"
-    check_options(asked, solver)
-    options: dict[str, Any] = asked.options
-    nu = POISSON if asked.nu is None else asked.nu
-    problem = pendulum(asked.element, asked.elements, asked.dim, nu, **options)
-    tolerance = asked.tolerance or ("paper" if fixed else "default")
+    name = request.integrator or ("newmark" if request.accuracy is None else AUTO)
+    request = replace(request, integrator=name)
+    integrator = AUTO if name == AUTO else make_integrator(name, request)
+    fixed = request.accuracy is None and name not in (AUTO, *names.EXPLICIT)
+    solver = request.solver or ("davidon" if fixed else "auto")
+    memory = request.memory or "full"
+    check_options(request, solver)
+    options: dict[str, Any] = request.options
+    nu = POISSON if request.nu is None else request.nu
+    problem = pendulum(request.element, request.elements, request.dim, nu, **options)
+    tolerance = request.tolerance or ("paper" if fixed else "default")
     run = simulate(
         problem.scene,
-        asked.time,
-        asked.step,
-        accuracy=asked.accuracy,
+        request.time,
+        request.step,
+        accuracy=request.accuracy,
         integrator=integrator,
-        solver=solver_of(solver, memory),
-        factorization=asked.factorization or "auto",
+        solver=make_solver(solver, memory),
+        factorization=request.factorization or "auto",
         tolerance=_number_or_name("tolerance", tolerance, ("paper", "default")),
-        save_every=asked.save_every,
-        output=asked.output,
+        save_every=request.save_every,
+        output=request.output,
     )
-    settings = asdict(asked) | {
+    settings = asdict(request) | {
         "solver": solver,
         "tolerance": tolerance,
-        **{each: getattr(integrator, each) for each in DAMPINGS if each == damping_of(name)},
+        **{
+            each: getattr(integrator, each)
+            for each in DAMPING_OPTIONS
+            if each == damping_parameter(name)
+        },
         "memory": memory if solver in UPDATES else None,
-        "nu": nu if asked.element == THICK else None,
+        "nu": nu if request.element == THICK else None,
     }
     settings |= settings.pop("options")
     settings["dim"] = problem.scene.dim
@@ -147,81 +151,81 @@ def run_pendulum(asked: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         "energy_drift": run.energy.drift,
         "settings": settings,
     }
-    if asked.accuracy is not None:
+    if request.accuracy is not None:
         summary["estimated_error"] = run.stats.error
     return run, summary
 
 
-def check_options(asked: PendulumRun, solver: str) -> None:
-    """Refuse an option that the chosen method does not take.
+def check_options(request: PendulumRun, solver: str) -> None:
+    """Refuse an option that does not apply to the selected method.
 
     Parameters
     ----------
-    asked : PendulumRun
-        The options given.
+    request : PendulumRun
+        The arguments.
     solver : str
-        What solves the steps.
+        Name of the nonlinear solver.
     """
-    integrator = f"--integrator {asked.integrator}"
-    what_solves = f"--solver {solver}" + ("" if asked.solver else ", the default here")
-    implicit = asked.integrator not in names.EXPLICIT
+    integrator = f"--integrator {request.integrator}"
+    what_solves = f"--solver {solver}" + ("" if request.solver else ", the default here")
+    implicit = request.integrator not in names.EXPLICIT
     solves = "--integrator generalized-alpha"
     for option, value, taken, owners, chosen in (
-        ("--solver", asked.solver, implicit or asked.solver == "auto", solves, integrator),
-        ("--tolerance", asked.tolerance, implicit, solves, integrator),
-        ("--factorization", asked.factorization, implicit, solves, integrator),
-        *((option, getattr(asked, each), damping_of(asked.integrator) == each,
-           "--integrator " + " or ".join(n for n in INTEGRATORS if damping_of(n) == each),
-           integrator) for each, option in DAMPINGS.items()),
-        ("--memory", asked.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
+        ("--solver", request.solver, implicit or request.solver == "auto", solves, integrator),
+        ("--tolerance", request.tolerance, implicit, solves, integrator),
+        ("--factorization", request.factorization, implicit, solves, integrator),
+        *((option, getattr(request, each), damping_parameter(request.integrator) == each,
+           "--integrator " + " or ".join(n for n in INTEGRATORS if damping_parameter(n) == each),
+           integrator) for each, option in DAMPING_OPTIONS.items()),
+        ("--memory", request.memory, solver in UPDATES, "--solver " + " or ".join(UPDATES),
          what_solves),
-        ("--nu", asked.nu, asked.element == THICK, f"--element {THICK}",
-         f"--element {asked.element}"),
+        ("--nu", request.nu, request.element == THICK, f"--element {THICK}",
+         f"--element {request.element}"),
     ):  # fmt: skip
         if value is not None and not taken:
             raise InputError(
                 f"{option} {value} does not apply to {chosen}: leave it out, or take {owners}"
             )
-    dense = solver in UPDATES and asked.memory in (None, "full")
-    if asked.factorization == "incomplete" and asked.accuracy is not None:
+    dense = solver in UPDATES and request.memory in (None, "full")
+    if request.factorization == "incomplete" and request.accuracy is not None:
         raise InputError(
-            f"--accuracy {asked.accuracy:g} estimates errors with a complete factor: leave out "
+            f"--accuracy {request.accuracy:g} estimates errors with a complete factor: leave out "
             "--factorization incomplete, or --accuracy"
         )
-    if asked.factorization == "incomplete" and dense:
+    if request.factorization == "incomplete" and dense:
         raise InputError(
             "--factorization incomplete approximates a sparse factor, and the full memory of "
             f"{what_solves}, starts from the full inverse: add --memory 10, or take --solver auto"
         )
-    if asked.accuracy is not None and dense:
+    if request.accuracy is not None and dense:
         raise InputError(
-            f"--accuracy {asked.accuracy:g} needs a factor that is renewed as the body moves, and "
-            f"the full memory of --solver {solver} keeps its first: add --memory 10, or leave "
-            "--solver out"
+            f"--accuracy {request.accuracy:g} needs a factorization that is renewed during the "
+            f"motion, and --solver {solver} with full memory keeps its first one: add --memory 10, "
+            "or leave --solver out"
         )
 
 
-def damping_of(name: str | None) -> str | None:
-    """Return which parameter sets the numerical damping of an integrator, or None."""
+def damping_parameter(name: str | None) -> str | None:
+    """Return the name of the damping parameter of an integrator, or None."""
     return names.BY_NAME[name].damping if name in names.BY_NAME else None
 
 
-def integrator_of(name: str, asked: PendulumRun) -> Implicit | Explicit:
-    """Return the integrator behind a name, with the damping that was given or its default."""
+def make_integrator(name: str, request: PendulumRun) -> Implicit | Explicit:
+    """Return an integrator by name, with the requested or default damping."""
     check_choice("integrator", name, INTEGRATORS)
-    damping = damping_of(name)
-    return names.integrator_of(name, None if damping is None else getattr(asked, damping))
+    damping = damping_parameter(name)
+    return names.integrator_of(name, None if damping is None else getattr(request, damping))
 
 
-def solver_of(name: str, memory: str = "full") -> Method | str:
-    """Return the method behind a name of the command line.
+def make_solver(name: str, memory: str = "full") -> Method | str:
+    """Return a nonlinear solver by name.
 
     Parameters
     ----------
     name : str
         One of `SOLVERS`.
     memory : str, optional
-        ``"full"`` or a number of pairs, read only by the quasi-Newton methods.
+        ``"full"`` or a number of pairs, for quasi-Newton methods.
     """
     check_choice("solver", name, SOLVERS)
     if name == "auto":
@@ -231,7 +235,7 @@ def solver_of(name: str, memory: str = "full") -> Method | str:
     pairs = _number_or_name("memory", memory, ("full",))
     if isinstance(pairs, float):
         if not pairs.is_integer():
-            raise InputError(f"memory must be 'full' or a whole number of pairs, got {memory}")
+            raise InputError(f"memory must be 'full' or an integral number of pairs, got {memory}")
         pairs = int(pairs)
     return METHODS[name](memory=pairs)
 

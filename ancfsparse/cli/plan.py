@@ -16,16 +16,18 @@ def plan(
     ] = "pendulum",
     error: Annotated[
         str | None,
-        typer.Option(help="Largest error: a number [m] or a share such as '1 %'."),
+        typer.Option(help="Largest error: a number [m] or a fraction such as '1 %'."),
     ] = None,
-    run: Annotated[bool, typer.Option(help="Run it, and once more with a finer model.")] = True,
-    beside: Annotated[
-        bool, typer.Option(help="Compare the pendulum with the paper's own way, refined.")
+    run: Annotated[
+        bool, typer.Option(help="Run the plan, and verify it with a finer model.")
+    ] = True,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Compare the pendulum with the method of the paper.")
     ] = False,
 ) -> None:
-    """Choose element, mesh and step of a scene for an error of one of its points."""
+    """Select element, mesh and time step of a scene for a requested error of a point."""
     with in_options():
         typer.echo(str(cli.plan_scene(scene, error, run)))
-        if beside:
+        if compare:
             for element in cli.ELEMENTS:
-                typer.echo(str(cli.contest(element, cli.ERROR)))
+                typer.echo(str(cli.compare_with_paper(element, cli.ERROR)))

@@ -1,4 +1,4 @@
-"""Plans for scenes by name, run and verified."""
+"""The command ``ancfsparse plan``: plans for scenes by name, run and verified."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from ancfsparse.solve import simulate
 
 Array = NDArray[np.float64]
 
-# Elements of the paper with their dimensions, its step and first mesh, and those that refine it.
 ELEMENTS = {"l2t2": 2, "thin": 3, "thick": 3}
-STEP, MESHES = 5e-4, (10, 14, 20, 28, 40, 56, 80)
-# The meshes and the accuracy in time of what both are compared with [m].
-FINE, ACCURATE = {"l2t2": 80, "thin": 80, "thick": 160}, 1e-5
-# Runs are repeated so often, but not beyond so many seconds.
-REPEATS, LONG_ENOUGH = 3, 1.0
-# What the pendulum is compared at [m].
-ERROR = 1e-3
+"""Elements of the paper with their dimensions."""
+STEP = 5e-4  # s, time step of the paper
+MESHES = (10, 14, 20, 28, 40, 56, 80)  # elements, the first mesh is that of the paper
+REFERENCE_MESHES = {"l2t2": 80, "thin": 80, "thick": 160}  # elements of the reference runs
+REFERENCE_ACCURACY = 1e-5  # m, in time
+MAX_REPEATS = 3  # timed runs
+MAX_TOTAL_TIME = 1.0  # s, of timed runs
+ERROR = 1e-3  # m, of the comparison
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A plan, and its run if there was one.
+    """A plan, and its run if requested.
 
     Attributes
     ----------
@@ -52,11 +52,11 @@ class Planned:
     run: PlannedRun | None
 
     def __str__(self) -> str:
-        """Write both."""
+        """Return both as text."""
         return "\n".join(map(str, (self.plan, self.run) if self.run else (self.plan,)))
 
 
-def plan_scene(name: str, error: str | None, march: bool) -> Planned:
+def plan_scene(name: str, error: str | None, is_run: bool) -> Planned:
     """Plan a scene by name.
 
     Parameters
@@ -64,31 +64,31 @@ def plan_scene(name: str, error: str | None, march: bool) -> Planned:
     name : str
         One of `UNDECIDED`.
     error : str or None
-        As `ancfsparse.plan` takes it, a number [m] or a share such as ``"1 %"``; None takes the
-        one of the scene.
-    march : bool
-        Whether to run it, and once more with a finer model.
+        As in `ancfsparse.plan`, a number [m] or a fraction such as ``"1 %"``; by default that
+        of the scene.
+    is_run : bool
+        Run the plan, and verify it with a finer model.
     """
     scene, point, t_end, usual = UNDECIDED[check_choice("scene", name, UNDECIDED)]()
-    ask = static_deflection if t_end is None else position
-    made = plan(scene, t_end, ask(point), _error(usual if error is None else error))
-    return Planned(made, made.run(verify=True) if march else None)
+    quantity = static_deflection(point) if t_end is None else position(point)
+    result = plan(scene, t_end, quantity, _parse_error(usual if error is None else error))
+    return Planned(result, result.run(verify=True) if is_run else None)
 
 
-def _error(text: str) -> float | str:
+def _parse_error(text: str) -> float | str:
     if text.strip().endswith("%"):
         return text
     try:
         return float(text)
     except ValueError:
         raise InputError(
-            f"--error needs a number [m] or a share such as '1 %', got {format_value(text)}"
+            f"--error needs a number [m] or a fraction such as '1 %', got {format_value(text)}"
         ) from None
 
 
 @dataclass(frozen=True)
-class Contest:
-    """The paper's pendulum, as planned and as in the paper with finer meshes.
+class Comparison:
+    """The pendulum by a plan, and as in the paper with refined meshes.
 
     Attributes
     ----------
@@ -97,13 +97,13 @@ class Contest:
     error : float
         Tolerance [m].
     planned, paper : tuple of (float, float)
-        Seconds of the processor, set-up included, and achieved error [s], [m].
+        Processor time with set-up [s], and achieved error [m].
     planning : float
-        The same of the plan, with the run that it has made [s].
+        Processor time of the plan and its run [s].
     elements : int
-        Elements that the paper's way needs.
+        Number of elements as in the paper.
     refining : float
-        Seconds of all its meshes up to there [s].
+        Processor time of all meshes up to this number [s].
     """
 
     element: str
@@ -115,7 +115,7 @@ class Contest:
     refining: float
 
     def __str__(self) -> str:
-        """Write both, and the ratios."""
+        """Return both results and their ratios as text."""
         run, off = self.planned
         its, its_off = self.paper
         return (
@@ -128,7 +128,7 @@ class Contest:
         )
 
 
-def contest(element: str, error: float) -> Contest:
+def compare_with_paper(element: str, error: float) -> Comparison:
     """Compare the planned pendulum with the paper's element, step and method, refined.
 
     Parameters
@@ -141,22 +141,24 @@ def contest(element: str, error: float) -> Contest:
     Raises
     ------
     InputError
-        If no mesh of the paper's way reaches the error.
+        If no mesh with the method of the paper reaches the error.
     """
     t_end, dim = 2.0, ELEMENTS[element]
 
     # Converged elements differ by half a millimetre, so each has a reference of its own.
-    fine_scene, fine_rod = pendulum(element, FINE[element], 2)
+    fine_scene, fine_rod = pendulum(element, REFERENCE_MESHES[element], 2)
 
     @cache
     def reference(steps: int, dt: float) -> Array:
-        return simulate(fine_scene, steps * dt, dt, accuracy=ACCURATE).position(fine_rod.end)
+        return simulate(fine_scene, steps * dt, dt, accuracy=REFERENCE_ACCURACY).position(
+            fine_rod.end
+        )
 
-    def exact(run: Trajectory, tip: Point) -> float:
+    def error_of(run: Trajectory, tip: Point) -> float:
         dt = float(run.t[1] - run.t[0])
         steps = int(np.floor(t_end / dt + 1e-9))
-        apart: Array = run.position(tip)[: steps + 1, :2] - reference(steps, dt)
-        return float(np.linalg.norm(apart, axis=1).max())
+        difference: Array = run.position(tip)[: steps + 1, :2] - reference(steps, dt)
+        return float(np.linalg.norm(difference, axis=1).max())
 
     refining = 0.0
     for n in MESHES:
@@ -165,30 +167,30 @@ def contest(element: str, error: float) -> Contest:
             scene, t_end, STEP, integrator=Newmark(0.0), solver=QuasiNewton("davidon", "full"),
             tolerance="paper"))  # fmt: skip
         refining += seconds
-        off = exact(run, rod.end)
+        off = error_of(run, rod.end)
         if off <= error:
             break
     else:
         raise InputError(
-            f"the paper's way does not reach {error:g} m with {MESHES[-1]} elements: ask for more "
-            f"than {off:.1e} m"
+            f"the method of the paper does not reach {error:g} m with {MESHES[-1]} elements: "
+            f"request more than {off:.1e} m"
         )
     scene, rod = pendulum(element, "auto", dim)
     planning, _ = _best(lambda: plan(scene, t_end, position(rod.end), error).run())
-    made = replace(plan(scene, t_end, position(rod.end), error), result=None)
-    mine, planned = _best(made.run)
-    return Contest(
-        element, error, (mine, exact(planned, rod.end)), (seconds, off), planning, n, refining
+    planned_run = replace(plan(scene, t_end, position(rod.end), error), result=None)
+    own, planned = _best(planned_run.run)
+    return Comparison(
+        element, error, (own, error_of(planned, rod.end)), (seconds, off), planning, n, refining
     )
 
 
 def _best(call: Any) -> tuple[float, Any]:
-    """Return the shortest time of a few calls, and the last result."""
+    """Return the shortest time of some calls, and the last result."""
     times = []
-    for _ in range(REPEATS):
+    for _ in range(MAX_REPEATS):
         begin = time.process_time()
-        found = call()
+        result = call()
         times.append(time.process_time() - begin)
-        if sum(times) > LONG_ENOUGH:
+        if sum(times) > MAX_TOTAL_TIME:
             break
-    return min(times), found
+    return min(times), result

@@ -1,4 +1,4 @@
-"""The command ``ancfsparse problem``: a named mechanism and its quantities at times."""
+"""The command ``ancfsparse problem``: benchmark mechanisms and their quantities."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate, solve_static
 
-TIGHT = 1e-12
+TOLERANCE = 1e-12  # m/s2, of the iterations
 Array = NDArray[np.float64]
 
 
-def listing() -> str:
-    """List all scenes with their keys, quantities and reference values."""
+def list_problems() -> str:
+    """Return all problems with their keys, quantities and reference values."""
     lines = []
     for name, case in MECHANISMS.items():
-        keys = ", ".join(_key(k, *given) for k, given in (case.keys or {}).items())
+        keys = ", ".join(_format_key(k, *entry) for k, entry in (case.keys or {}).items())
         lines.append(f"{name}" + f" [{keys}]" * bool(keys))
         lines.append(f"  quantities: {', '.join(case.make().watched)}")
         value = f"{format_numbers(case.value)} to {case.tolerance:g}"
@@ -36,7 +36,7 @@ def listing() -> str:
 def run_problem(
     name: str, at: str, given: list[str], step: float | None, accuracy: float | None
 ) -> dict[str, Any]:
-    """Run a named scene; return settings, times and quantities.
+    """Solve a problem; return settings, times and quantities.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ def run_problem(
     at : str
         Times [s], separated by commas.
     given : list of str
-        ``key=value``, numbers of a vector separated by commas.
+        ``key=value``; components of a vector are separated by commas.
     step, accuracy : float, optional
-        Of one run [s], [m]; by default two runs are extrapolated.
+        Time step [s] or accuracy [m] of one run; by default two runs are extrapolated.
 
     Raises
     ------
@@ -55,16 +55,16 @@ def run_problem(
         If a name, a key or a time is invalid, or both step and accuracy are given.
     """
     case = MECHANISMS[check_choice("name of a problem", name, MECHANISMS)]
-    times, keys = _numbers("--at", at), _keys(name, case, given)
+    times, keys = _parse_numbers("--at", at), _parse_keys(name, case, given)
     if step is not None and accuracy is not None:
         raise InputError("give --step or --accuracy, not both")
     if accuracy is not None:
-        found = _quantities(case, keys, times, _tenth(times), accuracy=accuracy)
+        found = _quantities(case, keys, times, _common_step(times), accuracy=accuracy)
         settings: dict[str, Any] = {"accuracy": accuracy, "integrator": repr(GeneralizedAlpha(0.9))}
     else:
         dt = case.dt if step is None else step
         found = _quantities(case, keys, times, dt)
-        settings = {"dt": dt, "integrator": repr(case.integrator), "tolerance": TIGHT}
+        settings = {"dt": dt, "integrator": repr(case.integrator), "tolerance": TOLERANCE}
         if step is None:
             fine = _quantities(case, keys, times, 0.5 * dt)
             found = {each: fine[each] + (fine[each] - found[each]) / 3.0 for each in found}
@@ -80,41 +80,43 @@ def _quantities(
     case: Case, keys: dict[str, Any], times: list[float], dt: float, accuracy: float | None = None
 ) -> dict[str, Array]:
     mechanism = case.make(**keys)
-    scene, end = mechanism.scene, max(*times, dt)  # one step where only the start is asked for
+    scene, end = mechanism.scene, max(*times, dt)  # one step for the initial values
     start = solve_static(scene) if mechanism.settles else None
     steps = round(end / dt)
     if abs(steps * dt - end) > 1e-9 * end:
-        raise InputError(f"the last time {end:g} s is not a whole number of steps of {dt:g} s")
+        raise InputError(f"the last time {end:g} s is not an integral number of steps of {dt:g} s")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RedundantConstraintsWarning)  # known for these scenes
+        warnings.simplefilter("ignore", RedundantConstraintsWarning)  # known for these problems
         if accuracy is None:
             run: Trajectory = simulate(
-                scene, end, dt, integrator=case.integrator, tolerance=TIGHT, start=start
+                scene, end, dt, integrator=case.integrator, tolerance=TOLERANCE, start=start
             )
         else:
             integrator = GeneralizedAlpha(0.9)
             run = simulate(scene, end, dt, accuracy=accuracy, integrator=integrator, start=start)
     rows = [int(np.argmin(np.abs(run.t - time))) for time in times]
-    off = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
-    if off > 1e-9 * end:
-        raise InputError(f"a time of --at is {off:.3g} s away from the nearest step of {dt:g} s")
+    distance = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
+    if distance > 1e-9 * end:
+        raise InputError(
+            f"a time of --at is {distance:.3g} s away from the nearest step of {dt:g} s"
+        )
     return {each: np.asarray(v[rows]) for each, v in mechanism.quantities(run).items()}
 
 
-def _like(default: object, value: float) -> float | int:
-    """Return a whole number where the default is one."""
+def _convert_like(default: object, value: float) -> float | int:
+    """Return an integer if the default is one."""
     return int(value) if isinstance(default, int) and value.is_integer() else value
 
 
-def _tenth(times: list[float]) -> float:
-    """Return the longest of 10, 1 and 0.1 ms that divides all times."""
+def _common_step(times: list[float]) -> float:
+    """Return the largest of 10, 1 and 0.1 ms that divides all times."""
     for dt in (1e-2, 1e-3, 1e-4):
         if all(abs(round(t / dt) * dt - t) < 1e-12 for t in times):
             return dt
-    raise InputError("with --accuracy the times of --at must be whole numbers of 1e-4 s")
+    raise InputError("with --accuracy the times of --at must be multiples of 1e-4 s")
 
 
-def _numbers(what: str, text: str) -> list[float]:
+def _parse_numbers(what: str, text: str) -> list[float]:
     try:
         values = [float(each) for each in text.split(",")]
     except ValueError:
@@ -126,14 +128,14 @@ def _numbers(what: str, text: str) -> list[float]:
     return values
 
 
-def _key(name: str, default: Any, unit: str) -> str:
-    """Write a key with its default and its unit."""
+def _format_key(name: str, default: Any, unit: str) -> str:
+    """Return a key with its default and its unit."""
     value = format_numbers(default) if isinstance(default, tuple) else f"{default:.9g}"
     return f"{name}={value} {unit}".rstrip()
 
 
-def _keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
-    """Return the arguments of a scene from ``key=value``."""
+def _parse_keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
+    """Return the arguments of a problem from ``key=value``."""
     keys: dict[str, Any] = {}
     for each in given:
         key, equals, value = each.partition("=")
@@ -142,7 +144,7 @@ def _keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
         if not case.keys:
             raise InputError(f"{name} takes no keys, got {key!r}")
         check_choice(f"key of {name}", key, case.keys)
-        found = _numbers(f"--set {key}", value)
+        found = _parse_numbers(f"--set {key}", value)
         default = case.keys[key][0]
-        keys[key] = found if isinstance(default, tuple) else _like(default, found[0])
+        keys[key] = found if isinstance(default, tuple) else _convert_like(default, found[0])
     return keys

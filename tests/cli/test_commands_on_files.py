@@ -76,7 +76,7 @@ def test_the_pendulum_command_writes_such_a_file(capsys, tmp_path):
     ("words", "message"),
     [
         (["info", "no.h5"], "no.h5"),
-        (["plot", None, "a.txt"], "a picture must end in .pdf, .png or .svg, got 'a.txt'"),
+        (["plot", None, "a.txt"], "a plot must end in .pdf, .png or .svg, got 'a.txt'"),
         (["plot", None, "no/a.png"], "there is no folder no"),
         (["plot", None, "a.png", "--time", "3"], "no state was saved at t = 3 s"),
         (["plot", None, "a.png", "--view", "20,x"], "--view takes two angles in degrees"),

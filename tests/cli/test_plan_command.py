@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ancfsparse.cli.app import app
-from ancfsparse.cli.planned import contest, plan_scene
+from ancfsparse.cli.planned import compare_with_paper, plan_scene
 from ancfsparse.errors import InputError
 
 run = CliRunner().invoke
@@ -19,7 +19,7 @@ def test_a_sagging_line_is_planned_run_and_verified():
 
 
 def test_a_short_twisted_beam_is_no_cable():
-    plan = plan_scene("twisted", None, march=False).plan
+    plan = plan_scene("twisted", None, is_run=False).plan
     (rung,) = plan.model.elements.values()
     assert rung.name == "thick"
     assert plan.is_met
@@ -27,13 +27,13 @@ def test_a_short_twisted_beam_is_no_cable():
 
 def test_bad_input_gets_a_sentence():
     with pytest.raises(InputError, match="unknown scene 'nett': did you mean 'net'"):
-        plan_scene("nett", None, march=False)
+        plan_scene("nett", None, is_run=False)
     with pytest.raises(InputError, match="--error needs a number"):
-        plan_scene("line", "much", march=False)
+        plan_scene("line", "much", is_run=False)
 
 
 def test_the_planned_pendulum_is_as_exact_as_the_paper_refined():
-    result = contest("l2t2", 1e-2)
+    result = compare_with_paper("l2t2", 1e-2)
     assert result.planned[1] <= 1e-2
     assert result.paper[1] <= 1e-2
     assert result.planning > 0.0

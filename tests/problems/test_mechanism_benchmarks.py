@@ -48,7 +48,7 @@ def test_the_list_names_all(capsys):
     [
         (["four_baz"], "did you mean 'four_bar'"),
         (["four_bar", "--at", "a"], "--at needs numbers"),
-        (["four_bar", "--at", "0.5", "--step", "0.3"], "not a whole number of steps"),
+        (["four_bar", "--at", "0.5", "--step", "0.3"], "not an integral number of steps"),
         (["four_bar", "--set", "n=3"], "four_bar takes no keys"),
         (["heavy_top", "--set", "omega"], "--set needs key=value"),
         (["four_bar", "--step", "0.1", "--accuracy", "0.1"], "not both"),

@@ -22,8 +22,7 @@ cdef extern from "vectors.h":
 include "../../abi/system_abi.pxi"
 
 
-# Number of matrix entries up to which the mass matrix is stored instead of recomputed: 2 MB.
-cdef ptrdiff_t FEW_VALUES = 250_000
+cdef ptrdiff_t MAX_STORED_MASSES = 250_000  # matrix entries (2 MB); more masses are recomputed
 
 
 cdef struct Flat:
@@ -86,7 +85,7 @@ cdef class Assembly:
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
-        if flat.n_values <= FEW_VALUES:
+        if flat.n_values <= MAX_STORED_MASSES:
             self.mass_values = self.mass
             flat.mass_values = first(self.mass_values)
         self.interface.context = flat
@@ -122,12 +121,12 @@ cdef class Assembly:
 
     @property
     def tunes(self):
-        """Whether energies depend on amplitudes."""
+        """True if energies depend on amplitudes."""
         return bool(self.flat.tunes)
 
     @property
     def damped(self):
-        """Whether any force depends on velocities."""
+        """True if any force depends on velocities."""
         return bool(self.flat.damped)
 
     def check(self):
@@ -138,7 +137,7 @@ cdef class Assembly:
                 raise error
 
     def forget(self):
-        """Call user functions again that have failed."""
+        """Reset the errors of user functions."""
         for each in self.contributions:
             if hasattr(each, "forget"):
                 each.forget()
@@ -168,7 +167,7 @@ cdef class Assembly:
                 n += 1
 
     def accept(self, const double[::1] q):
-        """Let the history variables follow to coordinates that have been accepted."""
+        """Update the history variables to accepted coordinates."""
         cdef ancf_state x
         set_state(&x, &q[0], NULL, NULL, NULL, NULL)
         accept(&self.flat, &x)
@@ -228,7 +227,7 @@ cdef class Assembly:
     def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,
                   const double[::1] amplitudes1, *, const double[::1] v0=None,
                   const double[::1] v1=None):
-        """Return the work of the changing loads from one state to another [J]."""
+        """Return the work of time-dependent loads from one state to another [J]."""
         cdef double[::1] scratch = np.empty(self.flat.n_all)
         cdef ancf_state x0, x1
         set_state(&x0, &q0[0], first(v0), NULL, NULL, first(amplitudes0))

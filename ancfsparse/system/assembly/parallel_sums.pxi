@@ -8,7 +8,7 @@ cdef inline void set_state(ancf_state *x, const double *q, const double *v, cons
 
 
 cdef inline void tune(const Flat *self, const double *amplitudes) noexcept nogil:
-    """Set what energies depend on besides the coordinates."""
+    """Set the amplitudes that energies depend on."""
     cdef ptrdiff_t k
     if self.tunes and amplitudes != NULL:
         for k in range(self.n_contributions):

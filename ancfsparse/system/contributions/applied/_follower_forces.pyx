@@ -8,7 +8,7 @@ from libc.string cimport memset
 include "../../../abi/system_abi.pxi"
 include "../../assembly/arrays.pxi"
 
-# Vectors of two nodes that a point may depend on, times the components of each.
+# Largest number of coordinates of a point: vectors of two nodes times their components.
 cdef enum:
     MOST = 24
 
@@ -23,7 +23,7 @@ cdef struct Data:
 
 
 cdef class Followers:
-    """The following forces of a system.
+    """The follower forces of a system.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ cdef struct Data:
 
 
 cdef class Loads:
-    """The changing loads of a system.
+    """The time-dependent loads of a system.
 
     Parameters
     ----------

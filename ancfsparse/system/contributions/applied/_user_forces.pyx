@@ -14,8 +14,7 @@ include "../../assembly/arrays.pxi"
 ctypedef int (*user_function)(
     ptrdiff_t, double *, double *, double, double *, void *) noexcept nogil
 
-# Relative step of numerical differentiation: the cube root of the unit roundoff.
-cdef double SHARE = 6e-6
+cdef double DIFFERENCE_STEP = 6e-6  # relative, the cube root of the unit roundoff
 
 
 cdef struct Data:
@@ -199,7 +198,7 @@ cdef void differentiate(Data *self, const ancf_state *x, bint by_velocity) noexc
     """Set rows of the Jacobian: derivatives by a coordinate of one point, or of all at once."""
     cdef double t = x.amplitudes[self.clock]
     cdef double *moved = self.v if by_velocity else self.q
-    cdef double step = SHARE * (self.speed if by_velocity else self.way)
+    cdef double step = DIFFERENCE_STEP * (self.speed if by_velocity else self.way)
     cdef double *row
     cdef ptrdiff_t n = self.n * self.dim, column, i, stride = n if self.coupled else self.dim
     gather(self, x.q, self.q)

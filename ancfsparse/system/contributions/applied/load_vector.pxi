@@ -1,4 +1,4 @@
-"""Residual, work and reach of loads whose forces depend on where bodies are.
+"""Residual, work and work bound of loads that depend on the coordinates.
 
 The file that includes this has a structure `Data` with `n_all`, and `add`, which subtracts the forces
 at q from r.
@@ -11,7 +11,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
-    """The mean of the forces at both ends times the way; the residual has them with a minus."""
+    """The mean of the forces in both states times the displacement; the residual is -f."""
     cdef const Data *self = <const Data *>context
     cdef double total = 0.0
     cdef ptrdiff_t i

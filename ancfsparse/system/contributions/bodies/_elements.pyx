@@ -298,7 +298,7 @@ cdef void tune(void *context, const double *amplitudes) noexcept nogil:
 
 
 cdef void add_tuned(const Flat *self, int kernel, const double *q, double *out) noexcept nogil:
-    """Call a kernel for the elements whose parameters change."""
+    """Call a kernel for the elements with time-dependent parameters."""
     cdef Run run
     cdef ptrdiff_t k
     for k in range(self.n_groups):
@@ -309,7 +309,7 @@ cdef void add_tuned(const Flat *self, int kernel, const double *q, double *out) 
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
-    """Of what changes the strains: by how much it raises the energy, the mean of both places."""
+    """Work of time-dependent eigenstrains: increase of the energy, the mean of both states."""
     cdef const Flat *self = <const Flat *>context
     cdef double before = 0.0, after = 0.0
     tune(context, x0.amplitudes)

@@ -23,7 +23,7 @@ cdef struct Data:
 
 
 cdef class Rotating:
-    """The inertia forces of a frame that rotates steadily.
+    """The inertia forces of a frame with constant angular velocity.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ cdef class Rotating:
 
 cdef inline void accelerate(const Data *self, const double *q, const double *v,
                             double share) noexcept nogil:
-    """Set what the frame adds to the acceleration of every vector."""
+    """Set the centrifugal and Coriolis accelerations of every vector."""
     cdef const int32_t *place
     cdef double *out
     cdef ptrdiff_t k, i, j
@@ -110,7 +110,7 @@ cdef double energy(void *context, const double *q) noexcept nogil:
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
-    """The derivative by velocities is skew-symmetric and left to the residual."""
+    """Add the centrifugal stiffness; the skew-symmetric velocity derivative is omitted."""
     cdef const Data *self = <const Data *>context
     cdef double share
     cdef ptrdiff_t k

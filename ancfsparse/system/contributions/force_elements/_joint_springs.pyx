@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Springs, stops and friction in joints: forces along what joints leave free, see measures.pxi.
+"""Springs, stops and friction in joints: forces along joint coordinates, see coordinate_functions.pxi.
 
 Between two states an elastic force is its discrete gradient, (U1 - U0) / (h1 - h0).  Friction may
 be proportional to the force of its joint, by the multipliers of the same state.
@@ -26,7 +26,7 @@ cdef struct Data:
     const double *stiffness
     const double *damping
     const double *slip  # rate at which friction has 0.7 of its size
-    # The force of a joint that rubs, from `force_start` on: the sum of factor * lam[row] *
+    # The force of a joint with friction, from `force_start` on: the sum of factor * lam[row] *
     # (q[other] - about) in each direction, without the bracket where `other` is negative.
     const int32_t *force_start
     const int32_t *force_row
@@ -80,12 +80,12 @@ cdef class JointSprings:
 
 
 cdef inline double value_of(const Data *self, ptrdiff_t k, const Vectors *a) noexcept nogil:
-    """The measure; of an angle the turn that is nearest to where there is no force."""
+    """Return the joint coordinate; of an angle the turn closest to the range without force."""
     return h_of(self.measures.kind[k], a, 0.5 * (self.low[k] + self.high[k]))
 
 
 cdef inline double beyond(const Data *self, ptrdiff_t k, double h) noexcept nogil:
-    """By how much the measure is out of the range without force."""
+    """Return the distance of the joint coordinate from the range without force."""
     if h > self.high[k]:
         return h - self.high[k]
     return min(h - self.low[k], 0.0)
@@ -110,7 +110,7 @@ cdef double force_of(const Data *self, ptrdiff_t k, const double *q,
 
 cdef inline double damping_of(const Data *self, ptrdiff_t k, double h, double rate,
                               const double *q, const double *lam, double *slope) noexcept nogil:
-    """The force that takes energy, and its derivative by the rate."""
+    """Return the dissipative force, and its derivative by the rate."""
     cdef double size, most = self.damping[k]
     if self.law[k] == FRICTION or self.law[k] == RUBBING:
         if self.law[k] == RUBBING:

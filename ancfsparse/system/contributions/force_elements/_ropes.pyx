@@ -104,13 +104,13 @@ cdef inline double positive(double strain, double width) noexcept nogil:
 
 
 cdef inline double share(double strain, double width) noexcept nogil:
-    """Its derivative s' = s / sqrt(eps^2 + w^2); 0 where a kink is."""
+    """The derivative s' = s / sqrt(eps^2 + w^2); 0 at a kink."""
     cdef double size = root(strain, width)
     return positive(strain, width) / size if size > 0.0 else 0.0
 
 
 cdef inline double secant(double one, double other, double width) noexcept nogil:
-    """The difference of s^2 / 2 over that of two strains."""
+    """The difference quotient of s^2 / 2 between two strains."""
     cdef double sum = root(one, width) + root(other, width)
     if sum == 0.0:
         return 0.0
@@ -247,7 +247,7 @@ cdef double energy(void *context, const double *q) noexcept nogil:
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
-    """Of what winds the ropes up: by how much a change of length raises the energy."""
+    """Work of winding: increase of the energy by the change of lengths."""
     cdef const Data *self = <const Data *>context
     cdef double sum = 0.0
     cdef ptrdiff_t k

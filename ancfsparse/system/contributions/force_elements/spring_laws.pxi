@@ -1,15 +1,13 @@
-"""Force laws of springs: the force, its mean and its integral between two elongations, its slope.
+"""Force laws of springs: force, mean and integral between two elongations, and tangent stiffness.
 
 Included by `_springs.pyx`.
 """
 from libc.math cimport NAN, fabs, isfinite
 
 
-# Relative step of numerical differentiation: the cube root of the unit roundoff.
-cdef double SHARE = 6e-6
-# Relative error of an integral, and maximum depth of bisection.
-cdef double LEFT = 1e-14
-cdef int MOST_HALVES = 40
+cdef double DIFFERENCE_STEP = 6e-6  # relative, the cube root of the unit roundoff
+cdef double INTEGRAL_TOLERANCE = 1e-14  # relative
+cdef int MAX_BISECTIONS = 40
 # The positive Gauss points on (-1, 1), and their weights.
 cdef double[5] POINT = [0.14887433898163122, 0.4333953941292472, 0.6794095682990244,
                         0.8650633666889845, 0.9739065285171717]
@@ -71,7 +69,7 @@ cdef double refined(const Data *self, ptrdiff_t k, double begin, double end, dou
     cdef double left = gauss(self, k, begin, middle), right = gauss(self, k, middle, end)
     cdef double limit = allowed
     if fabs(left) + fabs(right) > 0.0:
-        limit = max(allowed, LEFT * (fabs(left) + fabs(right)))
+        limit = max(allowed, INTEGRAL_TOLERANCE * (fabs(left) + fabs(right)))
     if halves == 0 or not fabs(left + right - whole) > limit:
         return left + right
     return (refined(self, k, begin, middle, left, allowed, halves - 1)
@@ -81,7 +79,7 @@ cdef double refined(const Data *self, ptrdiff_t k, double begin, double end, dou
 cdef double integral(const Data *self, ptrdiff_t k, double begin, double end) noexcept nogil:
     """Work of a force law from one elongation to another."""
     cdef double whole = gauss(self, k, begin, end)
-    return refined(self, k, begin, end, whole, LEFT * fabs(whole), MOST_HALVES)
+    return refined(self, k, begin, end, whole, INTEGRAL_TOLERANCE * fabs(whole), MAX_BISECTIONS)
 
 
 cdef double slope(const Data *self, ptrdiff_t k, double elongation) noexcept nogil:
@@ -89,5 +87,5 @@ cdef double slope(const Data *self, ptrdiff_t k, double elongation) noexcept nog
     cdef double step
     if is_linear(self, k):
         return self.stiffness[k]
-    step = SHARE * self.scale[k]
+    step = DIFFERENCE_STEP * self.scale[k]
     return (force(self, k, elongation + step) - force(self, k, elongation - step)) / (2.0 * step)
