@@ -104,7 +104,7 @@ def _panel(
 ) -> None:
     """Draw a line through the best solver at each step, and the other solvers as dots."""
     for (program, method), points in _curves(result.of(model)).items():
-        colour, style = _looks(result, program, method)
+        colour, style = _style_of(result, program, method)
         good = [p for p in points if p.finished and not math.isnan(size(p))]
         best: dict[float, Point] = {}
         for p in good:
@@ -124,7 +124,9 @@ def _panel(
     blind = ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
     shown.setdefault("below the uncertainty of the reference", blind)
     if notes is not None:
-        colours = {p.task: _looks(result, p.task.program, p.task.method)[0] for p in result.points}
+        colours = {
+            p.task: _style_of(result, p.task.program, p.task.method)[0] for p in result.points
+        }
         mark_failures(ax, result.of(model), lambda p: colours[p.task], notes)
 
 
@@ -142,7 +144,7 @@ def _curves(points: Sequence[Point]) -> dict[tuple[str, str], list[Point]]:
     return curves
 
 
-def _looks(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:
+def _style_of(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:
     """Return colour and style of a curve."""
     if program == OURS:
         return {i.name: i.colour for i in INTEGRATORS}.get(method, "#0072b2"), STYLES[OURS]

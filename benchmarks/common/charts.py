@@ -69,18 +69,18 @@ def draw_lines(
     line: Callable[[Row], Key],
     x: Callable[[Row], float],
     y: Callable[[Row], float],
-    look: Callable[[Key], Mapping[str, Any]],
+    style_of: Callable[[Key], Mapping[str, Any]],
 ) -> dict[str, Any]:
     """Draw y against x, a line for each value of `line`; return them by label for the key.
 
-    `look` gives the style of a line and its label, empty for a line without one.
+    `style_of` gives the style of a line and its label, empty for a line without one.
     """
     groups: dict[Key, list[Row]] = {}
     for row in rows:
         groups.setdefault(line(row), []).append(row)
     shown = {}
     for key, members in groups.items():
-        style = {"linestyle": "-", "marker": ".", **look(key)}
+        style = {"linestyle": "-", "marker": ".", **style_of(key)}
         (drawn,) = ax.plot([x(row) for row in members], [y(row) for row in members], **style)
         shown[str(style.get("label", ""))] = drawn
     return {label: drawn for label, drawn in shown.items() if label}

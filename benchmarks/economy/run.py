@@ -130,12 +130,12 @@ def economy(
     scenes = scenes or list(CASES)
     for name in scenes:
         check_choice("scene", name, CASES)
-    look = partial(_scene, requests=tuple(requests))
+    study = partial(_scene, requests=tuple(requests))
     if jobs == 1:
-        found = [look(name) for name in bar(scenes, "scene", progress)]
+        found = [study(name) for name in bar(scenes, "scene", progress)]
     else:
         with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-            tasks = [pool.submit(look, name) for name in scenes]
+            tasks = [pool.submit(study, name) for name in scenes]
             with bar(len(tasks), "scene", progress) as shown:
                 for _ in as_completed(tasks):
                     shown.update()
@@ -145,7 +145,7 @@ def economy(
 
 
 def _scene(name: str, requests: Sequence[float]) -> list[Outcome]:
-    """Look at one scene."""
+    """Return the outcomes of one scene."""
     case = CASES[name]
     reference = Reference(case, min(requests))
     tried = list(_searched(case, reference, min(requests)))

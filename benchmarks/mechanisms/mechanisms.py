@@ -291,7 +291,7 @@ def chart(found: Comparison) -> Figure:
     settings = dict.fromkeys((row.program, row.newton) for row in found.rows)
     colours = dict(zip(settings, COLOURS, strict=False))
 
-    def look(key: tuple[str, str]) -> dict[str, Any]:
+    def style_of(key: tuple[str, str]) -> dict[str, Any]:
         shape = {"color": colours[key], "markersize": 4, "linewidth": 1.2}
         if key[0] == OURS:
             return {"label": OURS, "marker": "o", **shape}
@@ -302,7 +302,7 @@ def chart(found: Comparison) -> Figure:
         rows = [row for row in found.rows if row.scene == scene]
         shown |= draw_lines(
             ax, rows, lambda row: (row.program, row.newton), lambda row: 1e3 * row.seconds,
-            lambda row: row.error, look,
+            lambda row: row.error, style_of,
         )  # fmt: skip
         title = scene.replace("_", " ")
         set_axes(ax, "processor time of the solver [ms]", "error [m]", title=title)

@@ -27,7 +27,7 @@ from benchmarks.common.charts import SMALL, draw_lines, new_figure, panels, set_
 from benchmarks.common.progress import bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
-from benchmarks.scaling.secant_pairs import TERM_COST, Key, look, methods, terms_of
+from benchmarks.scaling.secant_pairs import TERM_COST, Key, methods, style_of, terms_of
 
 OMEGA = {"soft": 1.5e4, "steel": 2.5e5}
 """Highest axial frequency of an element of the lattices [1/s]."""
@@ -208,7 +208,7 @@ def chart(rows: Sequence[PairRow]) -> Figure:
         own = [row for row in here if row.pairs == least or row.update == "auto"]
         shown |= draw_lines(
             ax, own, lambda row: (row.update, row.carry), lambda row: row.h_omega,
-            lambda row: relative_work(rows, row), _look,
+            lambda row: relative_work(rows, row), _style_of,
         )  # fmt: skip
         steps = sorted({row.h_omega for row in own})
         ax.axhline(1.0, color="grey", linewidth=0.8)
@@ -227,10 +227,10 @@ def chart(rows: Sequence[PairRow]) -> Figure:
     return figure
 
 
-def _look(key: tuple[str, bool]) -> dict[str, Any]:
+def _style_of(key: tuple[str, bool]) -> dict[str, Any]:
     if key[0] == "auto":
         return {"label": "auto", "color": "black", "linewidth": 2.0}
-    return look(*key) | {"linewidth": 1.0}
+    return style_of(*key) | {"linewidth": 1.0}
 
 
 STUDY = Study(

@@ -75,7 +75,7 @@ def _draw(
             set_empty(ax, "no run has a result")
         return {}
 
-    def look(key: tuple[str, str]) -> dict[str, Any]:
+    def style_of(key: tuple[str, str]) -> dict[str, Any]:
         label, factorization = key
         if factorization == "complete":
             return {"color": colours[label], "linestyle": "--"}
@@ -87,7 +87,7 @@ def _draw(
     ):
         shown = draw_lines(
             ax, done, lambda row: (_label(row), row.job.factorization),
-            lambda row: row.job.elements, value, look,
+            lambda row: row.job.elements, value, style_of,
         )  # fmt: skip
         set_axes(ax, "elements", what, "x", name)
         ax.tick_params(labelsize=SMALL)

@@ -103,7 +103,7 @@ def _draw_costs(ax: Axes, result: Scaling, scene: tuple[str, str]) -> dict[str, 
         return {}
     done = [row for solver in COLOURS for row in result.done(scene, solver)]
     shown = draw_lines(
-        ax, done, lambda row: row.job.solver, _elements, lambda row: row.microseconds, _look
+        ax, done, lambda row: row.job.solver, _elements, lambda row: row.microseconds, _style_of
     )
     for k, (solver, colour) in enumerate(COLOURS.items()):
         missing = [row.job.elements for row in own if row.job.solver == solver and row.note]
@@ -115,13 +115,13 @@ def _draw_costs(ax: Axes, result: Scaling, scene: tuple[str, str]) -> dict[str, 
     return shown
 
 
-def _look(solver: str) -> dict[str, Any]:
+def _style_of(solver: str) -> dict[str, Any]:
     """Return the style of a solver; the choice of auto is drawn on top of its line."""
-    look = {"label": solver, "color": COLOURS[solver], "markerfacecolor": "none"}
-    look["linestyle"] = "-" if solver in SOLVERS else "--"
+    style = {"label": solver, "color": COLOURS[solver], "markerfacecolor": "none"}
+    style["linestyle"] = "-" if solver in SOLVERS else "--"
     if solver == "auto":
-        return look | {"marker": "o", "markersize": 9, "linewidth": 2.4, "zorder": 1}
-    return look | {"markersize": 6, "linewidth": 1.4, "zorder": 2}
+        return style | {"marker": "o", "markersize": 9, "linewidth": 2.4, "zorder": 1}
+    return style | {"markersize": 6, "linewidth": 1.4, "zorder": 2}
 
 
 def _draw_parts(ax: Axes, rows: list[Row]) -> None:

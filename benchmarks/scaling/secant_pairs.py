@@ -245,7 +245,7 @@ def chart(result: SecantPairs) -> Figure:
             shown |= draw_lines(
                 ax, lines, lambda line: line[:2], lambda line: line[2].pairs,
                 lambda line, value=value, chord=chord: value(line[2], chord),  # type: ignore[misc]
-                lambda key: look(*key),
+                lambda key: style_of(*key),
             )  # fmt: skip
             ax.set_xscale("symlog", linthresh=1.0)
             ax.set_xticks([0, 1, 2, 5, 10, 20], ["0", "1", "2", "5", "10", "20"])
@@ -265,7 +265,7 @@ def chart(result: SecantPairs) -> Figure:
     return figure
 
 
-def look(update: str, carry: bool) -> dict[str, Any]:
+def style_of(update: str, carry: bool) -> dict[str, Any]:
     """Return label, colour and line of an update."""
     label = f"{update}, {'carried' if carry else 'this step'}"
     return {"label": label, "color": COLOURS[update], "linestyle": "--" if carry else "-"}
