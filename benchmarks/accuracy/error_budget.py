@@ -214,11 +214,11 @@ def chart(budget: Budget) -> Figure:
     name = f"{budget.elements} elements, dt = {budget.dt:g} s"
     figure = new_figure(7.6, f"The parts of the error of {name}")
     panels = figure.subplots(2, 2, sharey=True).ravel()
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for ax, part in zip(panels, AXES, strict=False):
         for model in budget.references:
             numbers = [p for p in budget.curve(part, model) if p.value != DEFAULT]
-            shown[model] = _curve(ax, numbers, MODEL_COLOURS[model])
+            keys[model] = _curve(ax, numbers, MODEL_COLOURS[model])
             if part == "solver":
                 error = budget.choice(model)[part].error
                 ax.axhline(error, color=MODEL_COLOURS[model], linewidth=0.8, linestyle=":")
@@ -233,7 +233,7 @@ def chart(budget: Budget) -> Figure:
     panels[0].set_xticks(meshes, [str(n) for n in meshes])
     _models(panels[3], budget)
     text = "hollow: not larger than the uncertainty of the reference"
-    set_legend(figure, shown, len(shown), text)
+    set_legend(figure, keys, len(keys), text)
     return figure
 
 

@@ -73,12 +73,12 @@ def write_notes(figure: Figure, notes: Sequence[str]) -> None:
     below = (len(lines) + 2) * 1.3 * NOTE_SIZE / 72.0
     keys = [legend.get_window_extent().height / figure.dpi for legend in figure.legends]
     figure.set_figheight(above + below)
-    share, floor = below / (above + below), (below + sum(keys)) / (above + below)
+    fraction, floor = below / (above + below), (below + sum(keys)) / (above + below)
     cast(ConstrainedLayoutEngine, figure.get_layout_engine()).set(rect=(0, floor, 1, 1 - floor))
     for legend in figure.legends:
-        legend.set_bbox_to_anchor((0, share, 1, floor - share), figure.transFigure)
+        legend.set_bbox_to_anchor((0, fraction, 1, floor - fraction), figure.transFigure)
     figure.text(
-        0.01, share, "\n".join(["hollow markers, runs without result", *lines]),
+        0.01, fraction, "\n".join(["hollow markers, runs without result", *lines]),
         fontsize=NOTE_SIZE, va="top", family="monospace",
     )  # fmt: skip
 

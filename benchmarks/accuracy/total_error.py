@@ -75,10 +75,10 @@ class TotalError(Comparison):
         """
         known = list(self.references.values())
         pairs = [
-            apart
+            difference
             for i, a in enumerate(known)
             for b in known[:i]
-            if (apart := distance(a.tip, b.tip)) > a.uncertainty + b.uncertainty
+            if (difference := distance(a.tip, b.tip)) > a.uncertainty + b.uncertainty
         ]
         return min(pairs, default=math.nan), max(pairs, default=math.nan)
 

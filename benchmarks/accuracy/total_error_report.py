@@ -30,11 +30,11 @@ Size = Callable[[Point], float]
 def tables(result: TotalError) -> list[Table]:
     """Set the front, the paper's choices and the other codes."""
     title = "The front: no run of ours has a smaller error at no more seconds"
-    theirs = [p for p in result.points if p.task.program != OURS and p.finished]
+    others = [p for p in result.points if p.task.program != OURS and p.finished]
     return [
         _runs(result.front(), title),
         _runs(result.paper_choices(), "The paper's choice"),
-        *[_runs(theirs, "Other codes")] * bool(theirs),
+        *[_runs(others, "Other codes")] * bool(others),
     ]
 
 
@@ -61,19 +61,19 @@ def chart(result: TotalError) -> Figure:
     """Draw cost against error with its front, in seconds and counts, and error by mesh and step."""
     figure = new_figure(9.6, "Total error against cost, and by mesh and step")
     seconds, counts, mesh, step = figure.subplots(2, 2).ravel()
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     notes: list[str] = []
-    _cloud(seconds, result, lambda p: p.seconds, "seconds", "Time loop or solver alone", shown)
+    _cloud(seconds, result, lambda p: p.seconds, "seconds", "Time loop or solver alone", keys)
     mark_failures(seconds, result.points, _colour, notes)
     low, high = result.model_spread()
     what = "forces of elements evaluated"
-    _cloud(counts, result, element_forces, what, "The same without a clock", shown)
+    _cloud(counts, result, element_forces, what, "The same without a clock", keys)
     _by_mesh(mesh, result)
     _by_step(step, result)
     for ax in (seconds, counts):
         if not math.isnan(low):
-            shown["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
-    set_legend(figure, shown, 5, "areas of dots: number of elements")
+            keys["distance between models"] = ax.axvspan(low, high, color="#dddddd", zorder=0)
+    set_legend(figure, keys, 5, "areas of dots: number of elements")
     write_notes(figure, notes)
     return figure
 
@@ -88,13 +88,13 @@ def _colour(p: Point) -> str:
 
 
 def _cloud(
-    ax: Axes, result: TotalError, size: Size, unit: str, title: str, shown: dict[str, Any]
+    ax: Axes, result: TotalError, size: Size, unit: str, title: str, keys: dict[str, Any]
 ) -> None:
     """Draw all runs, the front of ancfsparse, the paper's choices and the other codes."""
     for model in result.references:
         points = result.ours(model)
         areas = [6.0 + 0.6 * p.task.elements for p in points]
-        shown[model] = ax.scatter(
+        keys[model] = ax.scatter(
             [p.error for p in points], [size(p) for p in points], areas, color=MODEL_COLOURS[model],
             alpha=0.45, linewidths=0,
         )  # fmt: skip
@@ -102,7 +102,7 @@ def _cloud(
     for p in sorted(result.ours(), key=size):
         if not best or p.error < best[-1].error:
             best.append(p)
-    (shown["front"],) = ax.step(
+    (keys["front"],) = ax.step(
         [p.error for p in best], [size(p) for p in best], "k-", where="pre", linewidth=1.5
     )
     least = math.inf
@@ -116,14 +116,14 @@ def _cloud(
             xytext=(-6, -4), textcoords="offset points", ha="right", va="top",
         )  # fmt: skip
     for p in result.paper_choices():
-        (shown["the paper's choice"],) = ax.plot(
+        (keys["the paper's choice"],) = ax.plot(
             p.error, size(p), "*", color=_colour(p), markersize=17, markeredgecolor="black"
         )
     for program, (colour, marker) in OTHERS.items():
-        theirs = [p for p in result.points if p.task.program == program and p.finished]
-        if theirs:
-            shown[program] = ax.scatter(
-                [p.error for p in theirs], [size(p) for p in theirs], 40, color=colour,
+        others = [p for p in result.points if p.task.program == program and p.finished]
+        if others:
+            keys[program] = ax.scatter(
+                [p.error for p in others], [size(p) for p in others], 40, color=colour,
                 marker=marker,
             )  # fmt: skip
     set_axes(ax, "tip error [m]; labels: elements, step (*: explicit)", unit, title=title)
@@ -230,10 +230,10 @@ def _about_thick(result: TotalError) -> list[str]:
 def _about_others(result: TotalError) -> list[str]:
     sentences = []
     for program in dict.fromkeys(p.task.program for p in result.points):
-        theirs = [p for p in result.points if p.task.program == program and p.finished]
-        if program == OURS or not theirs:
+        others = [p for p in result.points if p.task.program == program and p.finished]
+        if program == OURS or not others:
             continue
-        best = front(theirs)[-1]
+        best = front(others)[-1]
         ours = min(
             (p for p in result.ours() if p.error <= best.error),
             key=lambda p: p.seconds,

@@ -55,9 +55,9 @@ class WorkPrecision(Comparison):
         where neither does.  With `implicit` only implicit runs of the other code count, with
         `alike` only those of ancfsparse too.
         """
-        theirs = [p for p in self.of(model, program) if p.task.solver or not implicit]
+        others = [p for p in self.of(model, program) if p.task.solver or not implicit]
         ours = [p for p in self.of(model, OURS) if p.task.solver or not alike]
-        a, b = fastest(ours, error), fastest(theirs, error)
+        a, b = fastest(ours, error), fastest(others, error)
         if a is None:
             return math.nan if b is None else 0.0
         return math.inf if b is None else b.seconds / a.seconds
@@ -66,13 +66,13 @@ class WorkPrecision(Comparison):
         self, model: str, program: str, implicit: bool = False, low: float = 0.0
     ) -> tuple[float, float]:
         """Return the smallest ratio over `LEVELS` from `low` on, and the error where it is."""
-        found = [
+        entries = [
             (ratio, level)
             for level in LEVELS
             if level >= low * 0.999
             and not math.isnan(ratio := self.ratio(model, program, level, implicit))
         ]
-        return min(found, default=(math.nan, math.nan))
+        return min(entries, default=(math.nan, math.nan))
 
     def targets(self) -> list[Target]:
         """Return the targets relative to the other codes that ran."""

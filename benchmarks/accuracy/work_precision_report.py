@@ -54,8 +54,8 @@ def fastest_runs(result: WorkPrecision, model: str = "") -> Table:
         ours = ["none", ""]
         if best is not None:
             ours = [f"{best.task.name}, {best.task.value:g} s", f"{1e3 * best.seconds:.1f}"]
-        theirs = [_times(result.ratio(model, name, level)) for name in names]
-        rows.append([f"{level:.0e}", *ours, *theirs])
+        others = [_times(result.ratio(model, name, level)) for name in names]
+        rows.append([f"{level:.0e}", *ours, *others])
     head = [
         "error at most [m]",
         "fastest of ancfsparse",
@@ -79,16 +79,16 @@ def chart(result: WorkPrecision) -> Figure:
     lines = -(-(len(models) + 1) // 2)
     figure = new_figure(1.6 + 3.9 * lines, "Seconds against error in time")
     panels = figure.subplots(lines, 2, squeeze=False).ravel()
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     notes: list[str] = []
     first = models[0]
-    _panel(panels[0], result, first, lambda p: p.seconds, "seconds", shown, notes)
-    _panel(panels[1], result, first, evaluations, "residuals or right-hand sides", shown, None)
+    _panel(panels[0], result, first, lambda p: p.seconds, "seconds", keys, notes)
+    _panel(panels[1], result, first, evaluations, "residuals or right-hand sides", keys, None)
     for ax, model in zip(panels[2:], models[1:], strict=False):
-        _panel(ax, result, model, lambda p: p.seconds, "seconds", shown, notes)
+        _panel(ax, result, model, lambda p: p.seconds, "seconds", keys, notes)
     for ax in panels[len(models) + 1 :]:
         ax.remove()
-    set_legend(figure, shown, 4, "lines: best solver at each step; small dots: other solvers")
+    set_legend(figure, keys, 4, "lines: best solver at each step; small dots: other solvers")
     write_notes(figure, notes)
     return figure
 
@@ -99,7 +99,7 @@ def _panel(
     model: str,
     size: Size,
     unit: str,
-    shown: dict[str, Any],
+    keys: dict[str, Any],
     notes: list[str] | None,
 ) -> None:
     """Draw a line through the best solver at each step, and the other solvers as dots."""
@@ -113,7 +113,7 @@ def _panel(
         if not best:
             continue
         label = method if program == OURS else f"{program}, {method}"
-        (shown[label],) = ax.plot(
+        (keys[label],) = ax.plot(
             [p.error for p in best.values()], [size(p) for p in best.values()], style,
             color=colour, markersize=5, linewidth=2.2 if program == OURS else 1.3,
         )  # fmt: skip
@@ -122,7 +122,7 @@ def _panel(
     title = f"{model}, {result.settings['elements']} elements"
     set_axes(ax, "tip error in time [m]", unit, title=title)
     blind = ax.axvspan(*_blind(result, model), color="#dddddd", zorder=0)
-    shown.setdefault("below the uncertainty of the reference", blind)
+    keys.setdefault("below the uncertainty of the reference", blind)
     if notes is not None:
         colours = {
             p.task: _style_of(result, p.task.program, p.task.method)[0] for p in result.points

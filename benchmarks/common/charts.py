@@ -25,10 +25,10 @@ def new_figure(height: float, title: str) -> Figure:
     return figure
 
 
-def set_legend(figure: Figure, shown: Mapping[str, Any], columns: int, title: str = "") -> None:
+def set_legend(figure: Figure, keys: Mapping[str, Any], columns: int, title: str = "") -> None:
     """Set the key of all panels below them."""
     figure.legend(
-        shown.values(), shown, loc="outside lower center", ncols=columns, fontsize=SMALL,
+        keys.values(), keys, loc="outside lower center", ncols=columns, fontsize=SMALL,
         title_fontsize=SMALL, frameon=False, title=title or None,
     )  # fmt: skip
 
@@ -78,12 +78,12 @@ def draw_lines(
     groups: dict[Key, list[Row]] = {}
     for row in rows:
         groups.setdefault(line(row), []).append(row)
-    shown = {}
+    keys = {}
     for key, members in groups.items():
         style = {"linestyle": "-", "marker": ".", **style_of(key)}
         (drawn,) = ax.plot([x(row) for row in members], [y(row) for row in members], **style)
-        shown[str(style.get("label", ""))] = drawn
-    return {label: drawn for label, drawn in shown.items() if label}
+        keys[str(style.get("label", ""))] = drawn
+    return {label: drawn for label, drawn in keys.items() if label}
 
 
 def set_empty(ax: Axes, why: str) -> None:

@@ -67,12 +67,12 @@ def find_regions(page: Path, names: Sequence[str]) -> list[str]:
     if not page.is_file():
         raise InputError(f"{page} cannot be renewed: there is no such page")
     text = page.read_text(encoding="utf-8")
-    found = [name for name in names if _begin(name) in text and _end(name) in text]
-    if not found:
+    entries = [name for name in names if _begin(name) in text and _end(name) in text]
+    if not entries:
         places = " or ".join(names)
         example = f"add {_begin(names[0])} and {_end(names[0])} to it" if names else "leave it out"
         raise InputError(f"{page} has no place for {places}: {example}")
-    return found
+    return entries
 
 
 def fill_page(page: Path, name: str, text: str, chart: Path | None = None) -> None:

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.solve import simulate, solve_static
-from benchmarks.economy.scenes import RICHEST, Case, Made
+from benchmarks.economy.scenes import RICHEST, Case, Discretization
 
 Array = NDArray[np.float64]
 
@@ -60,8 +60,8 @@ class Reference:
         self.is_thick = element == RICHEST[0]
         if not self.is_thick and case.is_thick_tried:
             _, thick, _, uncertain = _extrapolated(case, *RICHEST, finer)
-            apart = float(np.linalg.norm(thick - values, axis=1).max()) / self.size
-            if apart > MAX_MODEL_ERROR * least + self.uncertain:
+            difference = float(np.linalg.norm(thick - values, axis=1).max()) / self.size
+            if difference > MAX_MODEL_ERROR * least + self.uncertain:
                 self.is_thick, self.uncertain = True, uncertain
                 values = thick
         return values
@@ -83,7 +83,7 @@ def _extrapolated(
     steps = finer * case.steps
     histories = []
     for part in (4, 2, 1):
-        scene, quantity = case.build(Made(element, most // part, options))
+        scene, quantity = case.build(Discretization(element, most // part, options))
         run = run_in(
             scene, case.t_end, steps // part, GeneralizedAlpha(0.9), SAVE_EVERY * finer // part
         )
@@ -91,8 +91,8 @@ def _extrapolated(
     times = times_of(run)
     one, other = (fine + (fine - coarse) / 3.0 for coarse, fine in pairwise(histories))
     size = float(np.linalg.norm(other[-1])) if case.t_end is None else quantity.size(other)
-    apart = float(np.linalg.norm(other - one, axis=1).max())
-    return times, other, size, apart / 3.0 / size
+    difference = float(np.linalg.norm(other - one, axis=1).max())
+    return times, other, size, difference / 3.0 / size
 
 
 def run_in(

@@ -60,11 +60,11 @@ def targets(result: Economy) -> list[Target]:
     limits = [max(MAX_PLAN_TIME, MAX_PLAN_RATIO * each.run_seconds) for each in planned]
     cheap = [each.trial_seconds <= limit for each, limit in zip(planned, limits, strict=True)]
     long = [each.cost for each in result.outcomes if each.best_seconds > MIN_LONG_TIME]
-    found = []
+    entries = []
     if judged:
         within = 100.0 * float(np.mean([ratio <= 1.0 for ratio in ratios]))
-        found.append(Target("errors within the tolerance [%]", within, 95.0))
-        found.append(Target("worst error over its tolerance", max(ratios), 3.0, at_most=True))
+        entries.append(Target("errors within the tolerance [%]", within, 95.0))
+        entries.append(Target("worst error over its tolerance", max(ratios), 3.0, at_most=True))
     for what, name in (
         ("cost with trial runs", "cost"),
         ("counted work with trial runs", "work"),
@@ -73,14 +73,14 @@ def targets(result: Economy) -> list[Target]:
         values = _finite(result, name)
         if len(values):
             median = float(np.median(values))
-            found.append(Target(f"{what} over the best, median", median, 2.0, at_most=True))
+            entries.append(Target(f"{what} over the best, median", median, 2.0, at_most=True))
     if cheap:
         what = "plans below 15 % of their runs or 0.2 s [%]"
-        found.append(Target(what, 100.0 * float(np.mean(cheap)), 100.0))
+        entries.append(Target(what, 100.0 * float(np.mean(cheap)), 100.0))
     if long:
         what = f"worst cost of best runs above {MIN_LONG_TIME:g} s"
-        found.append(Target(what, max(long), 4.0, at_most=True))
-    return found
+        entries.append(Target(what, max(long), 4.0, at_most=True))
+    return entries
 
 
 def _finite(result: Economy, name: str) -> NDArray[np.float64]:
@@ -178,11 +178,11 @@ def chart(result: Economy) -> Figure:
     set_axes(
         right, "time of the best choice of the search [ms]", "cost over that of the best choice"
     )
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for ax in (left, right):
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
-            shown.setdefault(label, handle)
-    set_legend(figure, shown, 3)
+            keys.setdefault(label, handle)
+    set_legend(figure, keys, 3)
     return figure
 
 

@@ -28,7 +28,7 @@ from ancfsparse.plans.trial_runs.cost_model import cost_of_run
 from ancfsparse.solve import stable_step
 from benchmarks.common.progress import bar
 from benchmarks.economy.reference import Reference, run_in, times_of, values_of
-from benchmarks.economy.scenes import CASES, RICHEST, Case, Made
+from benchmarks.economy.scenes import CASES, RICHEST, Case, Discretization
 from benchmarks.other_codes.environment import environment
 
 REQUESTS = (0.03, 0.003, 0.0003)
@@ -160,8 +160,10 @@ def _searched(case: Case, reference: Reference, least: float) -> Iterator[_Tried
         for integrator in INTEGRATORS if case.t_end else INTEGRATORS[:1]:
             for n in case.meshes:
                 best = math.inf
-                for steps in _steps(case, Made(element, n, options), integrator):
-                    found = _try(case, reference, Made(element, n, options), steps, integrator)
+                for steps in _steps(case, Discretization(element, n, options), integrator):
+                    found = _try(
+                        case, reference, Discretization(element, n, options), steps, integrator
+                    )
                     if found is None:
                         continue
                     yield found
@@ -175,7 +177,9 @@ def _searched(case: Case, reference: Reference, least: float) -> Iterator[_Tried
                     best = found.error
 
 
-def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[int]:
+def _steps(
+    case: Case, discretization: Discretization, integrator: Implicit | Explicit
+) -> Sequence[int]:
     """Return the numbers of steps that are tried."""
     if case.t_end is None:
         return (1,)
@@ -185,7 +189,7 @@ def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[
     if not isinstance(integrator, Explicit):
         return steps
     try:
-        limit = stable_step(case.build(made)[0], integrator)
+        limit = stable_step(case.build(discretization)[0], integrator)
     except AncfError:
         return ()
     least = math.ceil(1.1 * case.t_end / limit)
@@ -193,12 +197,16 @@ def _steps(case: Case, made: Made, integrator: Implicit | Explicit) -> Sequence[
 
 
 def _try(
-    case: Case, reference: Reference, made: Made, steps: int, integrator: Implicit | Explicit
+    case: Case,
+    reference: Reference,
+    discretization: Discretization,
+    steps: int,
+    integrator: Implicit | Explicit,
 ) -> _Tried | None:
     """Run one choice; None if it fails."""
 
     def solve() -> tuple[Quantity, Any]:
-        scene, quantity = case.build(made)
+        scene, quantity = case.build(discretization)
         return quantity, run_in(scene, case.t_end, steps, integrator)
 
     begin = time.process_time()
@@ -208,8 +216,8 @@ def _try(
         return None
     seconds = time.process_time() - begin
     error = reference.error(times_of(run), values_of(quantity, run))
-    options = "".join(f" {value}" for value in made.options.values())
-    name = f"{made.n} {made.element}{options}"
+    options = "".join(f" {value}" for value in discretization.options.values())
+    name = f"{discretization.n} {discretization.element}{options}"
     if case.t_end is not None:
         name += f", {steps} steps of {integrator!r}"
     work = cost_of_run(run.stats, steps, len(run.system.q0)).work
@@ -249,26 +257,26 @@ def _planned(
     found |= {"plan_work": math.nan, "run_work": math.nan, "is_made": False}
     reason = ""
     for _ in range(REPEATS):
-        scene, quantity = case.build(Made("auto", "auto"))
+        scene, quantity = case.build(Discretization("auto", "auto"))
         begin = time.process_time()
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                made = plan(scene, case.t_end, quantity, f"{100.0 * tolerance:g} %")
+                chosen = plan(scene, case.t_end, quantity, f"{100.0 * tolerance:g} %")
                 middle = time.process_time()
-                run = replace(made, result=None).run()
+                run = replace(chosen, result=None).run()
         except AncfError as failure:
             reason = f"{type(failure).__name__}: {failure}"
             times.append((time.process_time() - begin, 0.0))
             break
         times.append((middle - begin, time.process_time() - middle))
         found = {
-            "predicted": made.error / reference.size,
+            "predicted": chosen.error / reference.size,
             "reached": reference.error(times_of(run), values_of(quantity, run)),
-            "choice": made.choice,
-            "plan_work": made.cost["operations"],
-            "run_work": cost_of_run(run.stats, made.steps, run.q.shape[1]).work,
-            "is_made": made.result is not None,
+            "choice": chosen.choice,
+            "plan_work": chosen.cost["operations"],
+            "run_work": cost_of_run(run.stats, chosen.steps, run.q.shape[1]).work,
+            "is_made": chosen.result is not None,
         }
         if sum(map(sum, times)) > MAX_REPEATED:
             break

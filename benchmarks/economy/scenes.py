@@ -22,16 +22,21 @@ DOWN_IN_SPACE = (0.0, 0.0, -9.81)  # [m/s2]
 
 
 @dataclass(frozen=True)
-class Made:
+class Discretization:
     """An element with options and a mesh, of which beams are made."""
 
     element: str
     n: int | str
     options: Mapping[str, Any] = field(default_factory=dict)
 
-    def beam(self, scene: Scene, start: Any, end: Any, made: Any, **more: Any) -> Any:
+    def beam(self, scene: Scene, start: Any, end: Any, profile: Any, **more: Any) -> Any:
         """Add a beam."""
-        given: dict[str, Any] = {"section": made[0], "material": made[1], **self.options, **more}
+        given: dict[str, Any] = {
+            "section": profile[0],
+            "material": profile[1],
+            **self.options,
+            **more,
+        }
         return scene.add_beam(self.element, start, end, self.n, **given)
 
 
@@ -42,7 +47,7 @@ Built = tuple[Scene, Quantity]
 class Case:
     """A scene and its quantity of interest."""
 
-    build: Callable[[Made], Built]  # the scene and the quantity
+    build: Callable[[Discretization], Built]  # the scene and the quantity
     t_end: float | None  # [s]; None for the equilibrium
     # elements with their options in the search; the first is the reference
     elements: tuple[tuple[str, Mapping[str, str]], ...] = (("thin", {}), ("l2t2", {}))
@@ -59,25 +64,25 @@ LONG_MESHES = (12, 16, 24, 32, 48, 64, 96, 128)
 THICK: tuple[tuple[str, Mapping[str, str]], ...] = (("thick", SHEARED), ("thin", {}))
 
 
-def _pendulum(made: Any, dim: int = 2, quantity_of: Callable[..., Quantity] = plans.position,
-              length: float = 2.0, **more: Any) -> Callable[[Made], Built]:  # fmt: skip
-    def build(of: Made) -> Built:
+def _pendulum(profile: Any, dim: int = 2, quantity_of: Callable[..., Quantity] = plans.position,
+              length: float = 2.0, **more: Any) -> Callable[[Discretization], Built]:  # fmt: skip
+    def build(of: Discretization) -> Built:
         scene = Scene(DOWN if dim == 2 else DOWN_IN_SPACE)
         axis = (0.0,) * (dim - 1)
-        rod = of.beam(scene, (0.0, *axis), (length, *axis), made, **more)
+        rod = of.beam(scene, (0.0, *axis), (length, *axis), profile, **more)
         scene.pin(rod.start)
         return scene, quantity_of(rod.end)
 
     return build
 
 
-def _cantilever(made: Any, load: Any, length: float = 1.0,
+def _cantilever(profile: Any, load: Any, length: float = 1.0,
                 quantity_of: Callable[..., Quantity] = plans.position, root: bool = False,
-                gravity: Any = (0.0, 0.0)) -> Callable[[Made], Built]:  # fmt: skip
-    def build(of: Made) -> Built:
+                gravity: Any = (0.0, 0.0)) -> Callable[[Discretization], Built]:  # fmt: skip
+    def build(of: Discretization) -> Built:
         scene = Scene(gravity)
         axis = (0.0,) * (len(gravity) - 1)
-        beam = of.beam(scene, (0.0, *axis), (length, *axis), made)
+        beam = of.beam(scene, (0.0, *axis), (length, *axis), profile)
         scene.clamp(beam.start)
         if load is not None:
             scene.point_force(beam.end, load)
@@ -86,13 +91,13 @@ def _cantilever(made: Any, load: Any, length: float = 1.0,
     return build
 
 
-def _chain(links: int, made: Any = SOFT, dim: int = 2) -> Callable[[Made], Built]:
-    def build(of: Made) -> Built:
+def _chain(links: int, profile: Any = SOFT, dim: int = 2) -> Callable[[Discretization], Built]:
+    def build(of: Discretization) -> Built:
         scene = Scene(DOWN if dim == 2 else DOWN_IN_SPACE)
         axis = (0.0,) * (dim - 1)
         before = None
         for k in range(links):
-            rod = of.beam(scene, (0.8 * k, *axis), (0.8 * (k + 1), *axis), made)
+            rod = of.beam(scene, (0.8 * k, *axis), (0.8 * (k + 1), *axis), profile)
             if before is None:
                 scene.pin(rod.start)
             else:
@@ -103,10 +108,10 @@ def _chain(links: int, made: Any = SOFT, dim: int = 2) -> Callable[[Made], Built
     return build
 
 
-def _line(made: Any, load: Any = None, **more: Any) -> Callable[[Made], Built]:
-    def build(of: Made) -> Built:
+def _line(profile: Any, load: Any = None, **more: Any) -> Callable[[Discretization], Built]:
+    def build(of: Discretization) -> Built:
         scene = Scene(DOWN)
-        cord = of.beam(scene, (0.0, 0.0), (1.0, 0.0), made, **more)
+        cord = of.beam(scene, (0.0, 0.0), (1.0, 0.0), profile, **more)
         scene.pin(cord.start)
         scene.pin(cord.end)
         if load is not None:
@@ -116,15 +121,15 @@ def _line(made: Any, load: Any = None, **more: Any) -> Callable[[Made], Built]:
     return build
 
 
-def _shaken(of: Made) -> Built:
+def _shaken(of: Discretization) -> Built:
     scene = Scene(DOWN)
     rod = of.beam(scene, (0.0, 0.0), (0.0, -1.0), SOFT)
     scene.drive(rod.start, lambda t: (0.1 * (1.0 - math.cos(6.0 * t)), 0.0))
     return scene, plans.position(rod.end)
 
 
-def _loaded(mass: float, stiffness: float) -> Callable[[Made], Built]:
-    def build(of: Made) -> Built:
+def _loaded(mass: float, stiffness: float) -> Callable[[Discretization], Built]:
+    def build(of: Discretization) -> Built:
         scene = Scene(DOWN)
         rod = of.beam(scene, (0.0, 0.0), (1.0, 0.0), FLEXIBLE)
         scene.pin(rod.start)
@@ -137,7 +142,7 @@ def _loaded(mass: float, stiffness: float) -> Callable[[Made], Built]:
     return build
 
 
-def _with_body(of: Made) -> Built:
+def _with_body(of: Discretization) -> Built:
     scene = Scene(DOWN)
     rod = of.beam(scene, (0.0, 0.0), (1.0, 0.0), FLEXIBLE)
     scene.pin(rod.start)
@@ -146,7 +151,7 @@ def _with_body(of: Made) -> Built:
     return scene, plans.position(rod.end)
 
 
-def _twisted(of: Made) -> Built:
+def _twisted(of: Discretization) -> Built:
     scene = Scene((0.0, 0.0, 0.0))
     beam = of.beam(scene, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (Rectangle(0.1, 0.1), FLEXIBLE[1]))
     scene.clamp(beam.start)
@@ -155,7 +160,7 @@ def _twisted(of: Made) -> Built:
     return scene, plans.position(beam.end)
 
 
-def _whirled(of: Made) -> Built:
+def _whirled(of: Discretization) -> Built:
     scene = Scene(DOWN_IN_SPACE)
     rod = of.beam(scene, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), ROD, velocity=_around)
     scene.pin(rod.start)
@@ -166,7 +171,7 @@ def _around(x: Any) -> Any:
     return x[:, [1, 0, 2]] * (-3.0, 3.0, 0.0)
 
 
-def _rope(of: Made) -> Built:
+def _rope(of: Discretization) -> Built:
     """Build a rope of 20 m that is shaken at its top, with short waves."""
     scene = Scene(DOWN)
     rope = of.beam(scene, (0.0, 0.0), (0.0, -20.0), (Circle(0.02), Material(1e8, 1000.0)))
@@ -174,18 +179,18 @@ def _rope(of: Made) -> Built:
     return scene, plans.position(rope.end)
 
 
-def _tied(lines: int) -> Callable[[Made], Built]:
+def _tied(lines: int) -> Callable[[Discretization], Built]:
     """Build taut lines that cross, tied and pinned at their ends, and are pulled across."""
 
-    def build(of: Made) -> Built:
+    def build(of: Discretization) -> Built:
         scene = Scene((0.0, 0.0, 0.0))
-        made = Circle(0.002), Material(1e9, 1000.0)
+        profile = Circle(0.002), Material(1e9, 1000.0)
         shares = [(k + 0.5) / lines for k in range(lines)]
         beams: tuple[list[Any], list[Any]] = ([], [])
         for x in shares:
             ends = ((0.0, x, 0.0), (1.0, x, 0.0)), ((x, 0.0, 0.0), (x, 1.0, 0.0))
             for side, (start, end) in zip(beams, ends, strict=True):
-                side.append(of.beam(scene, start, end, made, tension=20.0))
+                side.append(of.beam(scene, start, end, profile, tension=20.0))
                 scene.pin(side[-1].start)
                 scene.pin(side[-1].end)
         for one, y in zip(beams[0], shares, strict=True):
@@ -199,7 +204,7 @@ def _tied(lines: int) -> Callable[[Made], Built]:
     return build
 
 
-def _hanging(of: Made) -> Built:
+def _hanging(of: Discretization) -> Built:
     """Build ten links in space that hang, and whose top moves in a circle."""
     scene = Scene(DOWN_IN_SPACE)
     before = None

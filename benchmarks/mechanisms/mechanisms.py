@@ -100,7 +100,7 @@ class Comparison:
 
     def pairs(self) -> list[tuple[Row, Row]]:
         """Return for each mechanism and step our row, and Exudyn's fastest of equal error."""
-        found = []
+        result = []
         for ours in (row for row in self.rows if row.program == OURS):
             others = [
                 row
@@ -110,20 +110,20 @@ class Comparison:
                 and row.error <= (1.0 + EQUAL_ERROR) * ours.error
             ]
             if others:
-                found.append((ours, min(others, key=lambda row: row.seconds)))
-        return found
+                result.append((ours, min(others, key=lambda row: row.seconds)))
+        return result
 
     def findings(self) -> list[str]:
         """Return sentences worked out from the numbers."""
         pairs = self.pairs()
         ratios = [other.seconds / ours.seconds for ours, other in pairs]
-        apart = max(abs(other.error / ours.error - 1.0) for ours, other in pairs)
+        difference = max(abs(other.error / ours.error - 1.0) for ours, other in pairs)
         worst, best = int(np.argmin(ratios)), int(np.argmax(ratios))
         fewer = [other.iterations / ours.iterations for ours, other in pairs]
         slowest, fastest = pairs[worst][0], pairs[best][0].scene
         return [
             f"On the same elements, with the same integrator and step, both programs have the same "
-            f"error to {100.0 * apart:.1g} %.",
+            f"error to {100.0 * difference:.1g} %.",
             f"Ours takes {ratios[worst]:.1f} times less processor time ({slowest.scene}, step "
             f"{slowest.dt:.2g} s) to {ratios[best]:.0f} times ({fastest}), "
             f"{math.exp(float(np.mean(np.log(ratios)))):.0f} times in the geometric mean, than the "
@@ -186,8 +186,8 @@ def _run_in_turn(name: str, finer: int, reference: Array, rounds: int) -> list[R
 
     candidates = {(OURS, "auto"): ours}
     candidates |= {("Exudyn", key): partial(exudyns, how) for key, how in exudyn.NEWTON.items()}
-    found = in_turn(list(candidates.values()), timed, rounds)
-    return [Row(name, dt, *key, *min(runs)) for key, runs in zip(candidates, found, strict=True)]
+    result = in_turn(list(candidates.values()), timed, rounds)
+    return [Row(name, dt, *key, *min(runs)) for key, runs in zip(candidates, result, strict=True)]
 
 
 def _set_up(name: str) -> tuple[Mechanism, Equilibrium | None]:
@@ -259,20 +259,20 @@ COLUMNS: dict[str, Callable[[tuple[Row, Row]], str]] = {
 """Columns of our row and the fastest of Exudyn's."""
 
 
-def comparison(found: Comparison) -> Table:
+def comparison(result: Comparison) -> Table:
     """Set a line for each mechanism and step."""
-    return Table.of(found.pairs(), COLUMNS, left=(0, 5))
+    return Table.of(result.pairs(), COLUMNS, left=(0, 5))
 
 
-def as_markdown(found: Comparison) -> str:
+def as_markdown(result: Comparison) -> str:
     """Set the table for a page."""
-    lines = [*comparison(found).markdown(), "", *bullets([*found.findings(), _reached(found)])]
+    lines = [*comparison(result).markdown(), "", *bullets([*result.findings(), _reached(result)])]
     return "\n".join(lines)
 
 
-def _reached(found: Comparison) -> str:
+def _reached(result: Comparison) -> str:
     """State the number of mechanisms that reach the target, and the least ratio of the others."""
-    targets = found.targets()
+    targets = result.targets()
     missed = [f"{each.what.split(': ')[1]} {each.value:.1f}" for each in targets if not each.is_met]
     reached = len(targets) - len(missed)
     text = (
@@ -284,11 +284,11 @@ def _reached(found: Comparison) -> str:
 COLOURS = ("#0072b2", "#e69f00", "#d55e00", "#b15928", "#cc79a7", "#999999", "#666666")
 
 
-def chart(found: Comparison) -> Figure:
+def chart(result: Comparison) -> Figure:
     """Draw the error against the time, a panel for each mechanism."""
-    scenes = list(dict.fromkeys(row.scene for row in found.rows))
+    scenes = list(dict.fromkeys(row.scene for row in result.rows))
     figure = new_figure(1.2 + 2.6 * -(-len(scenes) // 3), "Error of the steps against time")
-    settings = dict.fromkeys((row.program, row.newton) for row in found.rows)
+    settings = dict.fromkeys((row.program, row.newton) for row in result.rows)
     colours = dict(zip(settings, COLOURS, strict=False))
 
     def style_of(key: tuple[str, str]) -> dict[str, Any]:
@@ -297,24 +297,24 @@ def chart(found: Comparison) -> Figure:
             return {"label": OURS, "marker": "o", **shape}
         return {"label": f"Exudyn, {key[1]}", "marker": "s", "linestyle": "--", **shape}
 
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for ax, scene in zip(panels(figure, len(scenes), 3), scenes, strict=True):
-        rows = [row for row in found.rows if row.scene == scene]
-        shown |= draw_lines(
+        rows = [row for row in result.rows if row.scene == scene]
+        keys |= draw_lines(
             ax, rows, lambda row: (row.program, row.newton), lambda row: 1e3 * row.seconds,
             lambda row: row.error, style_of,
         )  # fmt: skip
         title = scene.replace("_", " ")
         set_axes(ax, "processor time of the solver [ms]", "error [m]", title=title)
-    set_legend(figure, shown, 2)
+    set_legend(figure, keys, 2)
     return figure
 
 
 STUDY = Study(
     "mechanisms",
     run=mechanisms,
-    tables=lambda found: [comparison(found)],
-    rows=lambda found: found.rows,
+    tables=lambda result: [comparison(result)],
+    rows=lambda result: result.rows,
     findings=Comparison.findings,
     targets=Comparison.targets,
     charts={"mechanisms": chart},

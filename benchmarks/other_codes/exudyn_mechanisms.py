@@ -148,11 +148,11 @@ def spaghetti(b: Builder) -> None:
     """Throw a free cable by a force and a moment."""
     first, rise = b.nodes["rod"][0], _step(b)
 
-    def share(t: Any) -> Any:
+    def fraction(t: Any) -> Any:
         return rise(t / 0.5) - rise((t - 2.25) / 0.5)
 
-    b.push(first, lambda t: 8.0 * share(t))
-    b.turn(first, lambda t: -80.0 * share(t))
+    b.push(first, lambda t: 8.0 * fraction(t))
+    b.turn(first, lambda t: -80.0 * fraction(t))
 
 
 def elastic_slider_crank(b: Builder) -> None:

@@ -126,7 +126,7 @@ def jobs_of(
     largest: int, largest_net: int, largest_exact: int, steps: int, threads: int
 ) -> list[Job]:
     """Return the jobs of `lattices.lattices`, which explains the arguments."""
-    sizes, found = _sizes(LATTICES, largest), list[Job]()
+    sizes, entries = _sizes(LATTICES, largest), list[Job]()
     small = dict(zip(RUNS, SMALL, strict=False))
 
     def add(case: str, size: int, run: tuple[str, str, float, float, int], exact: bool) -> None:
@@ -134,7 +134,7 @@ def jobs_of(
         job = Job(case, size, stiff, motion, dt, steps, "complete", jitter, rods)
         more = min(10, max(1, MIN_ELEMENTS // job.elements)) if motion == "rest" else 1
         for factorization in ("complete", "incomplete") if exact else ("incomplete",):
-            found.append(
+            entries.append(
                 Job(case, size, stiff, motion, dt, more * steps, factorization, jitter, rods)
             )
 
@@ -157,10 +157,10 @@ def jobs_of(
         for run in (RUNS[0], *RUNS[3:]):
             stiff, motion, dt, *_ = run
             job = ("lattice", largest, stiff, motion, dt, steps, "incomplete")
-            found.append(Job(*job, threads=threads))
+            entries.append(Job(*job, threads=threads))
     if largest >= STATIC:
-        found += [Job("statics", STATIC, stiff, "rest", 0.0, 1, "incomplete") for stiff in STIFF]
-    return found
+        entries += [Job("statics", STATIC, stiff, "rest", 0.0, 1, "incomplete") for stiff in STIFF]
+    return entries
 
 
 def _sizes(usual: Sequence[int], largest: int) -> list[int]:

@@ -176,7 +176,7 @@ def _selected(rows: Sequence[PairRow]) -> list[PairRow]:
     return selected
 
 
-def table(rows: Sequence[PairRow], shown: Sequence[PairRow]) -> Table:
+def table(rows: Sequence[PairRow], keys: Sequence[PairRow]) -> Table:
     """Set some of the rows, with their work relative to the chord of all."""
     columns: dict[str, Callable[[PairRow], str]] = {
         "corrections": lambda row: f"{row.corrections:.2f}",
@@ -190,7 +190,7 @@ def table(rows: Sequence[PairRow], shown: Sequence[PairRow]) -> Table:
     lines = [
         [row.scene, f"{row.h_omega:g}", row.name]
         + (failure if row.failed else [cell(row) for cell in columns.values()])
-        for row in shown
+        for row in keys
     ]
     return Table(["", "h omega", "", *columns], lines, left=(0, 2))
 
@@ -202,11 +202,11 @@ def chart(rows: Sequence[PairRow]) -> Figure:
     columns = -(-len(scenes) // 2)
     axes = panels(figure, len(scenes), columns, sharey=True)
     least = min(row.pairs for row in rows if row.pairs)
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for k, (ax, scene) in enumerate(zip(axes, scenes, strict=True)):
         here = [row for row in rows if row.scene == scene]
         own = [row for row in here if row.pairs == least or row.update == "auto"]
-        shown |= draw_lines(
+        keys |= draw_lines(
             ax, own, lambda row: (row.update, row.carry), lambda row: row.h_omega,
             lambda row: relative_work(rows, row), _style_of,
         )  # fmt: skip
@@ -223,7 +223,7 @@ def chart(rows: Sequence[PairRow]) -> Figure:
             ax.set_ylabel("work over that of the chord", fontsize=SMALL)
         if k >= len(scenes) - columns:
             ax.set_xlabel("step times highest frequency of an element", fontsize=SMALL)
-    set_legend(figure, shown, 3, "two pairs; the black line is auto, gaps are runs that fail")
+    set_legend(figure, keys, 3, "two pairs; the black line is auto, gaps are runs that fail")
     return figure
 
 

@@ -39,8 +39,8 @@ def runs(rows: Sequence[Row]) -> Table:
     """Set a line for each run."""
     lines = []
     for row in rows:
-        found = [cell(row) for cell in COLUMNS.values() if not row.note]
-        cells = found or ["", row.note.partition(":")[0], *[""] * (len(COLUMNS) - 2)]
+        entries = [cell(row) for cell in COLUMNS.values() if not row.note]
+        cells = entries or ["", row.note.partition(":")[0], *[""] * (len(COLUMNS) - 2)]
         job = row.job
         lines.append([job.title, job.side, job.factorization, f"{job.elements:,}", *cells])
     return Table(["", "size", "seeds", "elements", *COLUMNS], lines, left=(0, 2))
@@ -55,13 +55,13 @@ def chart(rows: Sequence[Row]) -> Figure:
     figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of complete and incomplete seeds")
     colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
     axes = panels(figure, 2 * len(kinds), 2)
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for left, right, name in zip(
         axes[::2], axes[1::2], sorted(kinds, key=KINDS.index), strict=True
     ):
-        shown |= _draw(left, right, name, kinds[name], colours)
-    if shown:
-        set_legend(figure, shown, 3, "solid: incomplete seeds, dashed: complete ones")
+        keys |= _draw(left, right, name, kinds[name], colours)
+    if keys:
+        set_legend(figure, keys, 3, "solid: incomplete seeds, dashed: complete ones")
     return figure
 
 
@@ -85,7 +85,7 @@ def _draw(
         (left, "microseconds per element and step", lambda row: row.microseconds),
         (right, "kB per element", lambda row: row.bytes_per_element / 1e3),
     ):
-        shown = draw_lines(
+        keys = draw_lines(
             ax, done, lambda row: (_label(row), row.job.factorization),
             lambda row: row.job.elements, value, style_of,
         )  # fmt: skip
@@ -93,7 +93,7 @@ def _draw(
         ax.tick_params(labelsize=SMALL)
     left.set_yscale("log")
     right.set_ylim(bottom=0.0)
-    return shown
+    return keys
 
 
 KINDS = ("nets and lattices", "irregular or on rods", "octet trusses")
@@ -138,33 +138,35 @@ def ratios(exact: Row, incomplete: Row) -> tuple[float, float, float]:
 
 def targets(rows: Sequence[Row]) -> list[Target]:
     """Return the targets that the rows can answer."""
-    found = []
+    entries = []
     for exact, incomplete in pairs(rows):
         case = exact.job.title, exact.job.size
         what = f"{exact.job.title}, {exact.job.size}: complete / incomplete"
         values = dict(zip(("step", "set-up", "memory"), ratios(exact, incomplete), strict=True))
-        found += [Target(f"{what}, {k}", values[k], v) for k, v in MIN_RATIOS.get(case, {}).items()]
+        entries += [
+            Target(f"{what}, {k}", values[k], v) for k, v in MIN_RATIOS.get(case, {}).items()
+        ]
     own = incomplete_rows(rows)
     costs = {row.job.size: row.microseconds for row in own.get(LATTICE, [])}
     for row in own.get(LATTICE, []):
         if row.job.size == 46:
             peak = row.record["peak_bytes"] / GIGABYTE
             what = "soft lattice, 46: us per element and step"
-            found.append(Target(what, row.microseconds, MAX_SOFT_COST, True))
-            found.append(Target("soft lattice, 46: GB at the peak", peak, MAX_PEAK, True))
+            entries.append(Target(what, row.microseconds, MAX_SOFT_COST, True))
+            entries.append(Target("soft lattice, 46: GB at the peak", peak, MAX_PEAK, True))
     if {10, 46} <= set(costs):
         growth = costs[46] / costs[10]
         what = "soft lattice: cost per element, 46 / 10"
-        found.append(Target(what, growth, MAX_GROWTH, True))
+        entries.append(Target(what, growth, MAX_GROWTH, True))
     for title, of_title in own.items():
         large = [row.microseconds for row in of_title if 22 <= row.job.size <= 46]
         if title.startswith("steel lattice, at rest") and large:
             what = f"{title}: us per element, 22 to 46"
-            found.append(Target(what, max(large), MAX_STEEL_COST, True))
+            entries.append(Target(what, max(large), MAX_STEEL_COST, True))
     for one, more in threaded(rows):
         what = f"{one.job.title}, {one.job.size}: gain of {more.job.threads} threads"
-        found.append(Target(what, one.record["seconds"] / more.record["seconds"], MIN_GAIN))
-    return found + [
+        entries.append(Target(what, one.record["seconds"] / more.record["seconds"], MIN_GAIN))
+    return entries + [
         Target(f"{row.job.title}, {row.job.size}: s", row.record["seconds"], MAX_STATIC_TIME, True)
         for row in rows
         if row.job.case == "statics" and not row.note
@@ -222,7 +224,7 @@ def _limit(what: str, known: Sequence[tuple[float, Row, Row]], cost: Callable[[R
 
 def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Return the runs with results on incomplete seeds and one thread, by title."""
-    found: dict[str, list[Row]] = {}
+    entries: dict[str, list[Row]] = {}
     for row in rows:
         job = row.job
         if (
@@ -230,8 +232,8 @@ def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
             and (job.factorization, job.threads) == ("incomplete", 1)
             and job.case != "statics"
         ):
-            found.setdefault(job.title, []).append(row)
-    return found
+            entries.setdefault(job.title, []).append(row)
+    return entries
 
 
 STUDY = Study(

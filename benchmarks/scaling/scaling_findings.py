@@ -17,11 +17,11 @@ def by_subject(result: Scaling) -> dict[str, list[Target]]:
     """Return the targets of the runs that were made, by subject."""
     compared = [(name_of(group[0]), ratios(group)) for group in result.by_size()]
     autos, others = [], []
-    for name, found in compared:
-        if "auto / best fixed" in found:
-            ratio, best = found["auto / best fixed"], found["best fixed"]
+    for name, entries in compared:
+        if "auto / best fixed" in entries:
+            ratio, best = entries["auto / best fixed"], entries["best fixed"]
             autos.append(Target(f"auto / {best}, {name}", ratio, MAX_AUTO_RATIO, True))
-        known = {p.name: found[k] for p in OTHERS if (k := f"{p.name} / auto") in found}
+        known = {p.name: entries[k] for p in OTHERS if (k := f"{p.name} / auto") in entries}
         if known:
             fastest = min(known, key=lambda each: known[each])
             others.append(Target(f"{fastest} / auto, {name}", known[fastest], MIN_OTHER_RATIO))
@@ -72,9 +72,9 @@ def _summary(subject: str, group: list[Target]) -> list[str]:
         return []
     values, missed = [t.value for t in group], [t for t in group if not t.is_met]
     span = f"{min(values):.3g}" + (f" to {max(values):.3g}" if len(values) > 1 else "")
-    found = f"missed {len(missed)} of {len(group)} times" if missed else "met"
+    result = f"missed {len(missed)} of {len(group)} times" if missed else "met"
     return [
-        f"{subject}: {span} (target: {group[0].side} {group[0].bound:g}, {found}).",
+        f"{subject}: {span} (target: {group[0].side} {group[0].bound:g}, {result}).",
         *(f"Missed: {t.what}: {t.value:.3g}." for t in missed),
     ]
 
@@ -82,10 +82,10 @@ def _summary(subject: str, group: list[Target]) -> list[str]:
 def skipped(result: Scaling) -> list[str]:
     """State missing results: scene, solver, first size, and the first clause of the reason."""
     sentences = []
-    seen = set()
+    reported = set()
     for row in result.rows:
-        if row.note and (row.scene, row.job.solver) not in seen:
-            seen.add((row.scene, row.job.solver))
+        if row.note and (row.scene, row.job.solver) not in reported:
+            reported.add((row.scene, row.job.solver))
             why = row.note.partition(":")[0].partition(";")[0]
             sentences.append(
                 f"{TITLES[row.scene]}, {row.job.solver}, from {size_of(row)} on: {why}"

@@ -57,9 +57,9 @@ def chart(result: Scaling) -> Figure:
     """Draw cost per element and step for each scene, memory, time by part, and counts."""
     figure = new_figure(10.5, "Cost, memory and counts against the number of elements")
     *costs, memory, split, counted = panels(figure, 6, 2)
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for ax, scene in zip(costs, TITLES, strict=True):
-        shown |= _draw_costs(ax, result, scene)
+        keys |= _draw_costs(ax, result, scene)
     autos = [row for scene in TITLES for row in result.done(scene, "auto")]
     known = [row for row in autos if row.bytes_per_element > 0]
     if known:
@@ -83,7 +83,7 @@ def chart(result: Scaling) -> Figure:
         set_axes(counted, "elements", label, title="Corrections and factorisations of auto")
     else:
         set_empty(counted, "corrections and factorisations of auto: no result")
-    set_legend(figure, shown, 4, "crosses: no result at that size, for reasons given in the table")
+    set_legend(figure, keys, 4, "crosses: no result at that size, for reasons given in the table")
     return figure
 
 
@@ -102,7 +102,7 @@ def _draw_costs(ax: Axes, result: Scaling, scene: tuple[str, str]) -> dict[str, 
         set_empty(ax, f"{TITLES[scene].capitalize()}: {'no result' if own else 'not run'}")
         return {}
     done = [row for solver in COLOURS for row in result.done(scene, solver)]
-    shown = draw_lines(
+    keys = draw_lines(
         ax, done, lambda row: row.job.solver, _elements, lambda row: row.microseconds, _style_of
     )
     for k, (solver, colour) in enumerate(COLOURS.items()):
@@ -112,7 +112,7 @@ def _draw_costs(ax: Axes, result: Scaling, scene: tuple[str, str]) -> dict[str, 
     set_axes(ax, "elements", "us per element and step", title=TITLES[scene].capitalize())
     low, high = ax.get_ylim()
     ax.set_ylim(low, high * (high / low) ** 0.25)  # room for crosses above the curves
-    return shown
+    return keys
 
 
 def _style_of(solver: str) -> dict[str, Any]:

@@ -174,12 +174,12 @@ def secant_pairs(
 
 def methods(lengths: Sequence[int]) -> dict[Key, Method | str]:
     """Return the chord, and each update with each memory length, carried or not."""
-    found: dict[Key, Method | str] = {("chord", 0, False): ModifiedNewton()}
+    entries: dict[Key, Method | str] = {("chord", 0, False): ModifiedNewton()}
     for update in UPDATES:
         for carry in (False, True):
             for pairs in lengths:
-                found[update, pairs, carry] = QuasiNewton(update, memory=pairs, carry=carry)
-    return found
+                entries[update, pairs, carry] = QuasiNewton(update, memory=pairs, carry=carry)
+    return entries
 
 
 def _run_in_turn(name: str, scene: Scene, steps: int, rounds: int, bar: Any) -> list[PairRun]:
@@ -194,7 +194,7 @@ def _run_in_turn(name: str, scene: Scene, steps: int, rounds: int, bar: Any) -> 
             scene, steps * DT, DT, integrator=Newmark(0.0), solver=method, save_every=steps
         ).stats
 
-    found = in_turn(list(candidates.values()), run, rounds, bar)
+    entries = in_turn(list(candidates.values()), run, rounds, bar)
     return [
         PairRun(
             name, *key, stats[0].iterations_per_step, stats[0].factorizations,
@@ -204,7 +204,7 @@ def _run_in_turn(name: str, scene: Scene, steps: int, rounds: int, bar: Any) -> 
             ),
             [each.march_seconds for each in stats],
         )
-        for (key, method), stats in zip(candidates.items(), found, strict=True)
+        for (key, method), stats in zip(candidates.items(), entries, strict=True)
     ]  # fmt: skip
 
 
@@ -217,12 +217,12 @@ COLUMNS: dict[str, Callable[[PairRun, PairRun], float]] = {
 """Columns of a run and the chord on its scene; cost and seconds relative to the chord."""
 
 
-def table(result: SecantPairs, shown: Callable[[str], Sequence[PairRun]]) -> Table:
+def table(result: SecantPairs, keys: Callable[[str], Sequence[PairRun]]) -> Table:
     """Set the chord of each scene and the runs that are shown of it."""
     rows = []
     for scene in result.scenes:
         chord = result.of(scene)[0]
-        for run in (chord, *shown(scene)):
+        for run in (chord, *keys(scene)):
             cells = [value(run, chord) for value in COLUMNS.values()]
             text = [f"{each}" if isinstance(each, int) else f"{each:.2f}" for each in cells]
             rows.append([scene, run.name, *text])
@@ -234,7 +234,7 @@ def chart(result: SecantPairs) -> Figure:
     scenes = result.scenes
     figure = new_figure(8.6, "Counts and cost of secant pairs against their number")
     axes = iter(panels(figure, len(COLUMNS) * len(scenes), len(scenes), sharex=True))
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for row, (name, value) in enumerate(COLUMNS.items()):
         for column, scene in enumerate(scenes):
             ax, (chord, *others) = next(axes), result.of(scene)
@@ -242,7 +242,7 @@ def chart(result: SecantPairs) -> Figure:
             lines = [(run.update, run.carry, run) for run in others]
             starts = dict.fromkeys((update, carry) for update, carry, _ in lines)
             lines = [(*key, chord) for key in starts] + lines
-            shown |= draw_lines(
+            keys |= draw_lines(
                 ax, lines, lambda line: line[:2], lambda line: line[2].pairs,
                 lambda line, value=value, chord=chord: value(line[2], chord),  # type: ignore[misc]
                 lambda key: style_of(*key),
@@ -261,7 +261,7 @@ def chart(result: SecantPairs) -> Figure:
                 ax.axhline(1.0, color="black", linewidth=0.8)
             if row == len(COLUMNS) - 1:
                 ax.set_xlabel("pairs", fontsize=SMALL)
-    set_legend(figure, shown, 4)
+    set_legend(figure, keys, 4)
     return figure
 
 

@@ -41,7 +41,7 @@ PERTURBATION = 1e-9  # relative change of Young's modulus between neighbouring r
 PERTURBATIONS = 10  # neighbouring runs on either side
 
 
-class Place(NamedTuple):
+class MapPoint(NamedTuple):
     """A point of the map: keys of `SCENES`, `INTEGRATORS`, `SOLVERS`; Pa and s."""
 
     scene: str
@@ -60,7 +60,7 @@ class Place(NamedTuple):
 class Run:
     """The outcome at a point of the map."""
 
-    place: Place
+    map_point: MapPoint
     outcome: str  # one of `OUTCOMES`
     steps: int  # steps that were accepted
     reason: str  # why it was stopped, empty if it was not
@@ -84,7 +84,7 @@ class Run:
 
     def record(self) -> dict[str, Any]:
         """Return a row of the table, short: three digits."""
-        row: dict[str, Any] = self.place._asdict()
+        row: dict[str, Any] = self.map_point._asdict()
         for each in fields(self)[1:]:
             value = getattr(self, each.name)
             row[each.name] = float(f"{value:.2e}") if isinstance(value, float) else value
@@ -93,7 +93,7 @@ class Run:
     @classmethod
     def of(cls, row: dict[str, str]) -> Run:
         """Make a run of a row of the table."""
-        place = Place(
+        map_point = MapPoint(
             row["scene"], float(row["youngs_modulus"]), float(row["dt"]), row["integrator"],
             row["solver"],
         )  # fmt: skip
@@ -101,17 +101,17 @@ class Run:
             each.name: float(row[each.name]) for each in fields(cls) if each.type == "float"
         }
         ending = row["outcome"], int(row["steps"]), row["reason"]
-        return cls(place, *ending, **numbers, chaotic=row["chaotic"] == "1")
+        return cls(map_point, *ending, **numbers, chaotic=row["chaotic"] == "1")
 
 
-def run_at(place: Place) -> Run:
+def run_at(map_point: MapPoint) -> Run:
     """Run a point of the map; an early end is a result."""
-    case = SCENES[place.scene](place.youngs_modulus)
+    case = SCENES[map_point.scene](map_point.youngs_modulus)
     reason = ""
     try:
         path = simulate(
-            case.scene, place.steps * place.dt, place.dt, integrator=INTEGRATORS[place.integrator],
-            solver=SOLVERS[place.solver],
+            case.scene, map_point.steps * map_point.dt, map_point.dt,
+            integrator=INTEGRATORS[map_point.integrator], solver=SOLVERS[map_point.solver],
         )  # fmt: skip
         outcome = RECOVERED if path.stats.recoveries else FINISHED
     except EnergyIncreaseError as stop:
@@ -123,12 +123,12 @@ def run_at(place: Place) -> Run:
     turn, stretch = largest_changes(path, case)
     gain, loss = energy_balance(path, case)
     return Run(
-        place, outcome, path.stats.steps, reason, path.stats.iterations_per_step, new_seed, newton,
-        turn, stretch, gain, loss,
+        map_point, outcome, path.stats.steps, reason, path.stats.iterations_per_step, new_seed,
+        newton, turn, stretch, gain, loss,
     )  # fmt: skip
 
 
-def ends_by_chance(place: Place) -> bool:
+def ends_by_chance(map_point: MapPoint) -> bool:
     """Return True if neighbouring runs end either way: those of its solver and of Newton.
 
     They differ by billionths of Young's modulus: the solver finishes some of them, and Newton not
@@ -136,7 +136,7 @@ def ends_by_chance(place: Place) -> bool:
     solver.
     """
     neighbours = [
-        place._replace(youngs_modulus=place.youngs_modulus * (1.0 + k * PERTURBATION))
+        map_point._replace(youngs_modulus=map_point.youngs_modulus * (1.0 + k * PERTURBATION))
         for k in range(-PERTURBATIONS, PERTURBATIONS + 1) if k
     ]  # fmt: skip
     return any(run_at(each).is_complete for each in neighbours) and not all(
@@ -187,8 +187,8 @@ def work_of(path: Trajectory, case: Case) -> Vector:
     work = np.zeros(len(path.t))
     if case.force is not None:
         force = np.array([case.force(t) for t in path.t])
-        way = np.diff(path.position(case.rod.end), axis=0)
-        work[1:] = np.cumsum(np.sum(0.5 * (force[1:] + force[:-1]) * way, axis=1))
+        displacement = np.diff(path.position(case.rod.end), axis=0)
+        work[1:] = np.cumsum(np.sum(0.5 * (force[1:] + force[:-1]) * displacement, axis=1))
     return work
 
 
@@ -199,8 +199,8 @@ def work_uncertainty(path: Trajectory, case: Case) -> Vector:
         after = int(np.searchsorted(path.t, jump))
         if case.force is not None and after < len(path.t):
             change = np.subtract(case.force(path.t[after]), case.force(path.t[after - 1]))
-            way = np.diff(path.position(case.rod.end)[after - 1 : after + 1], axis=0)[0]
-            uncertainty[after:] += 0.5 * abs(float(change @ way))
+            displacement = np.diff(path.position(case.rod.end)[after - 1 : after + 1], axis=0)[0]
+            uncertainty[after:] += 0.5 * abs(float(change @ displacement))
     return uncertainty
 
 
@@ -211,5 +211,5 @@ def in_words(run: Run) -> str:
         return f"recovered by {by} in {100 * (run.newton + run.new_seed):.2g} % of the steps"
     if run.is_complete:
         return run.outcome
-    text = f"{run.outcome} at {run.steps * run.place.dt:.3g} s"
+    text = f"{run.outcome} at {run.steps * run.map_point.dt:.3g} s"
     return f"{text} ({run.reason})" if run.outcome == FAILED else text

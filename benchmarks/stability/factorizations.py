@@ -170,7 +170,7 @@ def chart(rows: Sequence[Row]) -> Figure:
     scenes = list(dict.fromkeys(row.scene for row in rows))
     lines = -(-len(scenes) // 3)
     figure = new_figure(2.6 * lines + 1.2, "Runs that finish on complete and on incomplete seeds")
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for ax, scene in zip(panels(figure, len(scenes), 3), scenes, strict=True):
         here = [row for row in rows if row.scene == scene]
         incomplete = {
@@ -180,9 +180,9 @@ def chart(rows: Sequence[Row]) -> Figure:
             if row.factorization == "complete":
                 label, colour, marker = OUTCOMES[row.is_complete, row.point in incomplete]
                 x = row.dt * (0.9 if row.integrator == next(iter(INTEGRATORS)) else 1.1)
-                (shown[label],) = ax.plot(x, row.youngs_modulus, marker, color=colour)
+                (keys[label],) = ax.plot(x, row.youngs_modulus, marker, color=colour)
         set_axes(ax, "dt [s]", "Young's modulus [Pa]", title=scene)
-    set_legend(figure, shown, 4)
+    set_legend(figure, keys, 4)
     return figure
 
 

@@ -37,14 +37,14 @@ def with_integrator(result: Stability, integrator: str, solver: str = "auto") ->
     """Return the runs of all scenes with an integrator and a solver."""
     return [
         run for run in result.runs
-        if (run.place.integrator, run.place.solver) == (integrator, solver)
+        if (run.map_point.integrator, run.map_point.solver) == (integrator, solver)
     ]  # fmt: skip
 
 
 def safe_step(runs: Sequence[Run]) -> float:
     """Return the longest step up to which every run came to its end [s]; 0 if there is none."""
-    steps = sorted({run.place.dt for run in runs})
-    dead = min((run.place.dt for run in runs if not run.is_complete), default=float("inf"))
+    steps = sorted({run.map_point.dt for run in runs})
+    dead = min((run.map_point.dt for run in runs if not run.is_complete), default=float("inf"))
     return max((dt for dt in steps if dt < dead), default=0.0)
 
 
@@ -57,7 +57,7 @@ def findings(result: Stability) -> list[str]:
     better = sum(run.is_complete and not newton.is_complete for run, newton in pairs)
     calm, often, hidden = result.calm(), result.often_recovered(), result.hidden_gains()
     others = result.calm_of_others()
-    most = max((run.newton for run in others), default=0.0)
+    largest = max((run.newton for run in others), default=0.0)
     own = max((run.newton for run in calm if run not in others), default=0.0)
     return [
         f"Other solvers than Newton at the same {len(pairs)} points: {len(lost)} failed and "
@@ -68,7 +68,7 @@ def findings(result: Stability) -> list[str]:
         *(f"Only Newton finishes: {_where(run)}: {in_words(run)}." for run in [*lost, *gained]),
         f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
         f"step, in {len(others)} runs of other solvers, damped Newton saved at most "
-        f"{100 * most:.2g} % of the steps of a run (target: {100 * MAX_NEWTON_FRACTION:g} %, "
+        f"{100 * largest:.2g} % of the steps of a run (target: {100 * MAX_NEWTON_FRACTION:g} %, "
         f"{verdict(not often)}); of Newton's own calm runs, at most {100 * own:.2g} %.",
         f"Runs that came to their end with more than {100 * MAX_GAIN:g} % of the largest kinetic "
         f"energy above the supplied work: {len(hidden)} of "
@@ -83,7 +83,7 @@ def findings(result: Stability) -> list[str]:
 
 
 def _where(run: Run) -> str:
-    p = run.place
+    p = run.map_point
     return f"{p.scene}, {p.youngs_modulus:.0e} Pa, dt = {p.dt:g} s, {p.integrator}, {p.solver}"
 
 
@@ -94,7 +94,7 @@ def integrator_table(result: Stability) -> Table:
         runs = with_integrator(result, name)
         cells = []
         for scene in result.scenes:
-            here = [run for run in runs if run.place.scene == scene]
+            here = [run for run in runs if run.map_point.scene == scene]
             step = safe_step(here)
             cells.append(f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %")
         rows.append([name, *cells])

@@ -45,7 +45,7 @@ class Candidate:
     """An integrator and its step, in terms of the paper's [-]."""
 
     name: str  # of the integrator
-    share: float  # its step over the paper's
+    step_ratio: float  # its step over the paper's
     youngs_modulus: float = SOFT  # of the pendulum [Pa]
     max_halvings: int = 0  # of a step that cannot be solved
 
@@ -53,7 +53,7 @@ class Candidate:
     def label(self) -> str:
         """For tables and legends."""
         what = "steel, " if self.youngs_modulus == STEEL else ""
-        return f"{what}{self.name}, dt = {self.share * paper.DT:g} s"
+        return f"{what}{self.name}, dt = {self.step_ratio * paper.DT:g} s"
 
 
 CANDIDATES = (
@@ -61,14 +61,14 @@ CANDIDATES = (
     Candidate("GeneralizedAlpha(0.9)", 1.0),
     Candidate("RungeKuttaNystrom(8)", 0.25),
     Candidate("EnergyMomentum", 1.0),
-    *(Candidate("EnergyMomentum", share, max_halvings=6) for share in (2.0, 4.0)),
+    *(Candidate("EnergyMomentum", fraction, max_halvings=6) for fraction in (2.0, 4.0)),
     Candidate("Newmark(0)", 0.5),
-    *(Candidate("CentralDifference", share) for share in (0.125, 0.25, 0.5)),
-    *(Candidate("Newmark(0)", share) for share in (1.0, 2.0, 4.0, 8.0, 20.0)),
+    *(Candidate("CentralDifference", fraction) for fraction in (0.125, 0.25, 0.5)),
+    *(Candidate("Newmark(0)", fraction) for fraction in (1.0, 2.0, 4.0, 8.0, 20.0)),
     *(
-        Candidate(name, share, STEEL)
+        Candidate(name, fraction, STEEL)
         for name in ("EnergyMomentum", "GeneralizedAlpha(0.8)", "Newmark(0)")
-        for share in (1.0, 4.0, 20.0)
+        for fraction in (1.0, 4.0, 20.0)
     ),
 )
 """Runs of the study; the trapezoidal rule also with steps at which it fails."""
@@ -132,15 +132,15 @@ def long_runs(
     progress: bool = False,
 ) -> LongRuns:
     """Let the paper's pendulum fall for a million steps: memory, energy, and failures."""
-    wanted = progress_bar(candidates, "run", progress)
-    runs = [_fall(candidate, steps) for candidate in wanted]
+    bar_items = progress_bar(candidates, "run", progress)
+    runs = [_fall(candidate, steps) for candidate in bar_items]
     settings = {"scene": "the paper's pendulum, thin", "steps": steps, **environment()}
     return LongRuns(runs, settings)
 
 
 def _fall(candidate: Candidate, paper_steps: int) -> LongRun:
-    dt = candidate.share * paper.DT
-    steps = max(1, round(paper_steps / candidate.share))
+    dt = candidate.step_ratio * paper.DT
+    steps = max(1, round(paper_steps / candidate.step_ratio))
     _march(candidate, dt, max(1, steps // 10))
     before = peak_memory()
     path, stopped, reason = _march(candidate, dt, steps)
@@ -215,13 +215,13 @@ def findings(result: LongRuns) -> list[str]:
     grew = [run.label for run in result.runs if run.growth > MIN_GROWTH]
     sentences = []
     for steel in (False, True):
-        kept = [run for run in result.runs if run.is_conservative and run.steel == steel]
-        if kept:
-            best = min(kept, key=lambda run: abs(run.energy[-1]))
+        conservative = [run for run in result.runs if run.is_conservative and run.steel == steel]
+        if conservative:
+            best = min(conservative, key=lambda run: abs(run.energy[-1]))
             sentences.append(
                 f"Never above the start by more than {100 * MAX_RISE:g} % of the largest kinetic "
-                f"energy: {'; '.join(run.label for run in kept)}. The one that keeps most is "
-                f"{best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
+                f"energy: {'; '.join(run.label for run in conservative)}. The one that keeps most "
+                f"is {best.label}: {100 * best.energy[-1]:+.2g} % in {best.t[-1]:.4g} s."
             )
     sentences += [f"{run.label} was stopped at {run.stopped:.4g} s: {REASONS[run.reason]}."
              for run in failed]  # fmt: skip
@@ -251,11 +251,11 @@ def chart(result: LongRuns) -> Figure:
     for ax in axes[1:]:
         ax.axhline(100 * MAX_RISE, color="grey", linestyle=":", linewidth=1.0)
     axes[0].set_ylabel("energy above the start [% of the largest kinetic]")
-    shown: dict[str, Any] = {}
+    keys: dict[str, Any] = {}
     for ax in axes:
         handles, labels = ax.get_legend_handles_labels()
-        shown |= dict(zip(labels, handles, strict=True))
-    set_legend(figure, shown, 3)
+        keys |= dict(zip(labels, handles, strict=True))
+    set_legend(figure, keys, 3)
     return figure
 
 

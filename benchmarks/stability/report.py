@@ -94,7 +94,7 @@ def solver_chart(result: Stability) -> Figure:
 
 
 def _spot(run: Run) -> tuple[float, float]:
-    return run.place.youngs_modulus, run.place.dt
+    return run.map_point.youngs_modulus, run.map_point.dt
 
 
 def _chart(
@@ -120,8 +120,8 @@ def _legend(figure: Figure, keys: Sequence[Artist]) -> None:
 
 def _draw(ax: Axes, panel: Panel) -> None:
     """Colour step against stiffness by the worst outcome; the corner has the share completed."""
-    steps = sorted({run.place.dt for run in panel.runs})
-    stiff = sorted({run.place.youngs_modulus for run in panel.runs})
+    steps = sorted({run.map_point.dt for run in panel.runs})
+    stiff = sorted({run.map_point.youngs_modulus for run in panel.runs})
     cells = np.full((len(stiff), len(steps)), np.nan)
     for y, stiffness in enumerate(stiff):
         for x, dt in enumerate(steps):
@@ -137,8 +137,8 @@ def _draw(ax: Axes, panel: Panel) -> None:
     ax.set_xticks(range(len(steps)), _some(steps), fontsize=SMALL)
     ax.set_yticks(range(len(stiff)), _some(stiff), fontsize=SMALL)
     ax.tick_params(length=2)
-    share = f"{completed(panel.runs):.0f} %"
-    ax.text(0.03, 0.96, share, transform=ax.transAxes, fontsize=SMALL, va="top")
+    fraction = f"{completed(panel.runs):.0f} %"
+    ax.text(0.03, 0.96, fraction, transform=ax.transAxes, fontsize=SMALL, va="top")
 
 
 def _some(values: Sequence[float]) -> list[str]:

@@ -26,7 +26,7 @@ from benchmarks.stability.cells import (
     MAX_STEPS,
     SOLVERS,
     T_END,
-    Place,
+    MapPoint,
     Run,
     ends_by_chance,
     run_at,
@@ -57,28 +57,28 @@ class Stability:
     settings: dict[str, Any]  # of the study and the machine
 
     @cached_property
-    def at(self) -> dict[Place, Run]:
+    def at(self) -> dict[MapPoint, Run]:
         """Runs by their place."""
-        return {run.place: run for run in self.runs}
+        return {run.map_point: run for run in self.runs}
 
     @property
     def scenes(self) -> list[str]:
         """Names of the scenes, in order."""
-        return list(dict.fromkeys(run.place.scene for run in self.runs))
+        return list(dict.fromkeys(run.map_point.scene for run in self.runs))
 
     def of(self, scene: str, integrator: str, solver: str) -> list[Run]:
         """Return a panel of the map."""
         return [
             run for run in self.runs
-            if (run.place.scene, run.place.integrator, run.place.solver)
+            if (run.map_point.scene, run.map_point.integrator, run.map_point.solver)
             == (scene, integrator, solver)
         ]  # fmt: skip
 
     def with_newton(self) -> Iterator[tuple[Run, Run]]:
         """Yield every run with another solver and that of Newton at the same place."""
         for run in self.runs:
-            newton = self.at.get(run.place._replace(solver="Newton"))
-            if newton is not None and run.place.solver != "Newton":
+            newton = self.at.get(run.map_point._replace(solver="Newton"))
+            if newton is not None and run.map_point.solver != "Newton":
                 yield run, newton
 
     def worse_than_newton(self, outcome: str = FAILED) -> list[Run]:
@@ -95,8 +95,8 @@ class Stability:
     def judged(self) -> Stability:
         """Return the map with those runs marked that end otherwise than Newton's by chance."""
         worse = [*self.worse_than_newton(FAILED), *self.worse_than_newton(GAINED)]
-        chaotic = {run.place for run in worse if ends_by_chance(run.place)}
-        runs = [replace(run, chaotic=run.place in chaotic) for run in self.runs]
+        chaotic = {run.map_point for run in worse if ends_by_chance(run.map_point)}
+        runs = [replace(run, chaotic=run.map_point in chaotic) for run in self.runs]
         return Stability(runs, self.settings)
 
     def hidden_gains(self) -> list[Run]:
@@ -112,21 +112,21 @@ class Stability:
 
     def calm_of_others(self) -> list[Run]:
         """Return the calm runs of all solvers but Newton, which recovers their failed steps."""
-        return [run for run in self.calm() if run.place.solver != "Newton"]
+        return [run for run in self.calm() if run.map_point.solver != "Newton"]
 
     def often_recovered(self) -> list[Run]:
         """Return those in which damped Newton recovered too many steps."""
         return [run for run in self.calm_of_others() if run.newton > MAX_NEWTON_FRACTION]
 
 
-def places(
+def map_points(
     scenes: Sequence[str], stiffnesses: Sequence[float], steps: Sequence[float]
-) -> list[Place]:
+) -> list[MapPoint]:
     """Return the points of the cut."""
     pairs = [(i, s) for i in INTEGRATORS for s in SOLVERS
              if s in FOR_ALL_INTEGRATORS or i in FOR_ALL_SOLVERS]  # fmt: skip
     return [
-        Place(scene, stiffness, dt, integrator, solver)
+        MapPoint(scene, stiffness, dt, integrator, solver)
         for scene in scenes
         for integrator, solver in pairs
         for stiffness in stiffnesses
@@ -160,7 +160,7 @@ def stability_map(
             )
         return read(table)
     cut = check_cut(scenes, steps, stiffnesses, SCENES)
-    runs = [run_at(place) for place in progress_bar(places(*cut), "run", progress)]
+    runs = [run_at(map_point) for map_point in progress_bar(map_points(*cut), "run", progress)]
     settings = {
         "t_end_s": T_END,
         "max_steps": MAX_STEPS,

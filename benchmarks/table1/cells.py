@@ -149,15 +149,15 @@ class Bench:
         empty = Cell(self.row, column)
         fill = partial(self._march, divide=divide) if column in METHODS else self._integrate
         try:
-            found = repeated(lambda: fill(column), self.runs)
+            entries = repeated(lambda: fill(column), self.runs)
         except StepError as failure:
             return replace(empty, note=f"failed at {failure.time:.3g} s")
         except OutOfTimeError:
             return replace(empty, note=f"> {self.cap:g} s")
         except RuntimeError as failure:
             return replace(empty, note=str(failure))
-        seconds = statistics.median(each.seconds for each in found)
-        return replace(found[-1], seconds=seconds, runs=len(found))
+        seconds = statistics.median(each.seconds for each in entries)
+        return replace(entries[-1], seconds=seconds, runs=len(entries))
 
     def _march(self, column: str, divide: int) -> Cell:
         every = self._every * divide
@@ -238,10 +238,10 @@ def output_times(t_end: float, dt: float) -> tuple[int, Vector]:
 def repeated(once: Callable[[], Run], runs: int) -> list[Run]:
     """Run up to `runs` times, until they have taken `MIN_TOTAL_TIME`."""
     begin = time.perf_counter()
-    (found,) = in_turn(
+    (entries,) = in_turn(
         [once],
         lambda each: each(),
         runs,
         goes_on=lambda *_: time.perf_counter() - begin < MIN_TOTAL_TIME,
     )
-    return found
+    return entries

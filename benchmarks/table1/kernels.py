@@ -64,7 +64,7 @@ def targets(result: KernelSpeed) -> list[Target]:
     force = {
         (t.name, t.instruction_set): t.ns_per_element for t in result.timings if t.kernel == "force"
     }
-    found = [
+    entries = [
         Target(
             f"thick force, Gauss / closed form, {each}",
             force[GAUSS, each] / force[CLOSED, each],
@@ -72,7 +72,7 @@ def targets(result: KernelSpeed) -> list[Target]:
         )
         for each in available_instruction_sets()
     ]
-    return found + [
+    return entries + [
         Target(f"{name} force, one lane / full vectors", single / full, MIN_VECTOR_GAIN)
         for name, (single, full) in result.lanes.items()
     ]

@@ -98,8 +98,8 @@ def as_markdown(table: Results) -> str:
 
 
 def _both(cell: Cell) -> str:
-    theirs = "" if math.isnan(cell.paper_seconds) else f" ({cell.paper_seconds:g})"
-    return _seconds(cell) + theirs
+    others = "" if math.isnan(cell.paper_seconds) else f" ({cell.paper_seconds:g})"
+    return _seconds(cell) + others
 
 
 MIN_PAPER_RATIO = 50.0  # the paper's time over that of a quasi-Newton cell

@@ -128,14 +128,14 @@ def _speed_ups(t_end: float, bar: Any) -> dict[tuple[str, str], float]:
     """Return the speed-up of each quasi-Newton cell over the paper's."""
     speed_ups = {}
     every = round(OUTPUT_INTERVAL / paper.DT)
-    for row, theirs in paper.SECONDS.items():
+    for row, others in paper.SECONDS.items():
         problem = ROWS[row].problem()
         for column in paper.QUASI_NEWTON:
             bar.set_description(f"{row}, {column}")
             once = partial(simulate_paper, problem, column, t_end, paper.DT, every)
             runs = repeated(once, PAPER_RUNS)
             seconds = statistics.median(run.stats.march_seconds for run in runs)
-            speed_ups[row, column] = theirs[column] * (t_end / paper.T_END) / seconds
+            speed_ups[row, column] = others[column] * (t_end / paper.T_END) / seconds
             bar.update()
     return speed_ups
 

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.economy.report import STUDY
 from benchmarks.economy.run import REQUESTS, Economy, Outcome, economy
-from benchmarks.economy.scenes import CASES, Made
+from benchmarks.economy.scenes import CASES, Discretization
 
 
 @pytest.fixture(scope="module")
@@ -79,10 +79,10 @@ def test_what_is_missed_or_fails_stays():
 @pytest.mark.parametrize("name", CASES)
 def test_every_scene_can_be_planned_and_built(name):
     case = CASES[name]
-    scene, quantity = case.build(Made("auto", "auto"))
+    scene, quantity = case.build(Discretization("auto", "auto"))
     assert scene.bodies
     for element, options in case.elements:
-        scene, quantity = case.build(Made(element, case.meshes[0], options))
+        scene, quantity = case.build(Discretization(element, case.meshes[0], options))
         assert quantity.name
     assert len(CASES) >= 20
     assert REQUESTS == (0.03, 0.003, 0.0003)

@@ -30,7 +30,9 @@ def test_damped_runs_never_gain_and_memory_does_not_grow():
 
 
 def test_energy_momentum_keeps_what_damping_takes():
-    wanted = [each for each in CANDIDATES if each.name == "EnergyMomentum" and each.share <= 4.0]
+    wanted = [
+        each for each in CANDIDATES if each.name == "EnergyMomentum" and each.step_ratio <= 4.0
+    ]
     runs = long_runs(8000, wanted).runs
     assert [run.steel for run in runs] == [False] * 3 + [True] * 2
     for run in runs:
@@ -40,7 +42,7 @@ def test_energy_momentum_keeps_what_damping_takes():
 
 
 def test_the_trapezoidal_rule_dies_sooner_with_longer_steps():
-    wanted = [each for each in CANDIDATES if each.name == "Newmark(0)" and each.share >= 4.0]
+    wanted = [each for each in CANDIDATES if each.name == "Newmark(0)" and each.step_ratio >= 4.0]
     wanted = [each for each in wanted if each.youngs_modulus == SOFT]
     runs = long_runs(20_000, wanted).runs
     ends = [run.stopped for run in runs]

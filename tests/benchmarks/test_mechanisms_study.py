@@ -26,7 +26,7 @@ def test_exudyn_makes_the_same_errors(name, monkeypatch):
 
 
 @pytest.fixture
-def found():
+def result():
     rows = []
     for scene, factor in (("a_b", 9.0), ("c", 2.0)):
         for dt in (2e-3, 1e-3):
@@ -37,17 +37,17 @@ def found():
     return Comparison(rows, {"rounds": 1})
 
 
-def test_the_fastest_of_equal_error_counts(found, tmp_path):
-    assert {other.newton for _, other in found.pairs()} == {"fast"}
-    first, second = found.targets()
+def test_the_fastest_of_equal_error_counts(result, tmp_path):
+    assert {other.newton for _, other in result.pairs()} == {"fast"}
+    first, second = result.targets()
     assert (first.value, first.is_met) == (pytest.approx(9.0), True)
     assert (second.value, second.is_met) == (pytest.approx(2.0), False)
-    assert "2.0 times less processor time (c" in found.findings()[1]
-    assert "MISSED" in STUDY.text(found)
-    assert STUDY.region("mechanisms", found).count("\n| ") == 4
-    assert "is reached by 1 of 2 and missed by c 2.0." in STUDY.region("mechanisms", found)
-    assert len(chart(found).axes) == 2
-    paths = STUDY.write(found, tmp_path)
+    assert "2.0 times less processor time (c" in result.findings()[1]
+    assert "MISSED" in STUDY.text(result)
+    assert STUDY.region("mechanisms", result).count("\n| ") == 4
+    assert "is reached by 1 of 2 and missed by c 2.0." in STUDY.region("mechanisms", result)
+    assert len(chart(result).axes) == 2
+    paths = STUDY.write(result, tmp_path)
     assert [path.name for path in paths] == ["mechanisms.csv", "mechanisms.json", "mechanisms.png"]
 
 

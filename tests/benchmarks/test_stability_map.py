@@ -22,7 +22,7 @@ from benchmarks.stability.cells import (
     OUTCOMES,
     RECOVERED,
     SOLVERS,
-    Place,
+    MapPoint,
     Run,
     ends_by_chance,
     energy_balance,
@@ -42,7 +42,7 @@ from benchmarks.stability.stability_map import (
     STEPS,
     STIFFNESSES,
     Stability,
-    places,
+    map_points,
     read,
 )
 
@@ -66,9 +66,9 @@ def borders_of(result, gain=0.5 * MAX_GAIN):
     """
     found = []
     for run in result.runs:
-        if run.is_complete and run.gain < gain and run.place.dt in STEPS[:-1]:
-            longer = STEPS[STEPS.index(run.place.dt) + 1]
-            after = result.at.get(run.place._replace(dt=longer))
+        if run.is_complete and run.gain < gain and run.map_point.dt in STEPS[:-1]:
+            longer = STEPS[STEPS.index(run.map_point.dt) + 1]
+            after = result.at.get(run.map_point._replace(dt=longer))
             if after is not None and not after.is_complete:
                 found.append((run, after))
     return found
@@ -81,10 +81,10 @@ def some(runs, n):
 
 
 def test_the_table_is_the_whole_cut(shipped):
-    wanted = places(tuple(SCENES), STIFFNESSES, STEPS)
-    assert [run.place for run in shipped.runs] == wanted
+    bar_items = map_points(tuple(SCENES), STIFFNESSES, STEPS)
+    assert [run.map_point for run in shipped.runs] == bar_items
     n_cut = 2 * len(INTEGRATORS) + len(FOR_ALL_SOLVERS) * (len(SOLVERS) - 2)
-    assert len(wanted) == len(SCENES) * len(STIFFNESSES) * len(STEPS) * n_cut
+    assert len(bar_items) == len(SCENES) * len(STIFFNESSES) * len(STEPS) * n_cut
     assert {run.outcome for run in shipped.runs} == set(OUTCOMES)
     assert SHIPPED.stat().st_size < 1e6
 
@@ -97,11 +97,11 @@ def test_what_newton_solves_the_others_solve(shipped):
 def test_chance_is_what_ends_newton_either_way_too(shipped):
     chance = shipped.by_chance()
     assert 1 <= len(chance) <= 4
-    assert all(shipped.at[run.place._replace(solver="Newton")].is_complete for run in chance)
-    shortest = min(chance, key=lambda run: run.place.youngs_modulus)
-    assert ends_by_chance(shortest.place)
+    assert all(shipped.at[run.map_point._replace(solver="Newton")].is_complete for run in chance)
+    shortest = min(chance, key=lambda run: run.map_point.youngs_modulus)
+    assert ends_by_chance(shortest.map_point)
     completes, _ = borders_of(shipped)[0]
-    assert not ends_by_chance(completes.place)
+    assert not ends_by_chance(completes.map_point)
 
 
 def test_no_run_ends_well_with_energy_from_nowhere(shipped):
@@ -118,26 +118,26 @@ def test_the_shipped_borders_are_where_runs_end_today(shipped):
     borders = borders_of(shipped)
     assert len(borders) > 100
     for scene in SCENES:
-        of_scene = [pair for pair in borders if pair[0].place.scene == scene]
+        of_scene = [pair for pair in borders if pair[0].map_point.scene == scene]
         for completes, fails in some(of_scene, 8):
-            assert run_at(completes.place).is_complete, completes
-            assert not run_at(fails.place).is_complete, fails
+            assert run_at(completes.map_point).is_complete, completes
+            assert not run_at(fails.map_point).is_complete, fails
 
 
 def test_newton_and_the_others_agree_today(shipped):
     # Independent of what is shipped: at the edge of what Newton solves, the others run once more.
     edges = [
-        completes for completes, _ in borders_of(shipped) if completes.place.solver == "Newton"
+        completes for completes, _ in borders_of(shipped) if completes.map_point.solver == "Newton"
     ]
     for completes in some(edges, 6):
-        newton = run_at(completes.place)
+        newton = run_at(completes.map_point)
         assert newton.is_complete
         for solver in SOLVERS:
-            place = completes.place._replace(solver=solver)
-            if place in shipped.at:
-                run = run_at(place)
+            map_point = completes.map_point._replace(solver=solver)
+            if map_point in shipped.at:
+                run = run_at(map_point)
                 assert run.outcome != FAILED, run
-                assert run.is_complete or ends_by_chance(place), run
+                assert run.is_complete or ends_by_chance(map_point), run
                 assert run.gain < MAX_GAIN, run
 
 
@@ -181,11 +181,11 @@ def test_work_of_a_force_is_force_times_way():
 def test_work_is_unsure_where_the_force_jumps_and_nowhere_else():
     case = SCENES["sudden force"](1e8)
     path = ancf.simulate(case.scene, 0.6, 1e-3)
-    unsure, way = work_uncertainty(path, case), np.diff(path.position(case.rod.end)[:, 1])
+    unsure, displacement = work_uncertainty(path, case), np.diff(path.position(case.rod.end)[:, 1])
     expected = np.zeros(len(path.t))
     for jump in case.jumps:
         after = int(np.argmax(path.t > jump))
-        expected[after:] += 0.5 * PUSH * 0.8 * 9.81 * abs(way[after - 1])
+        expected[after:] += 0.5 * PUSH * 0.8 * 9.81 * abs(displacement[after - 1])
     np.testing.assert_allclose(unsure, expected)
     assert energy_balance(path, case)[0] < MAX_GAIN
     assert not work_uncertainty(path, SCENES["compressed beam"](1e8)).any()
@@ -227,8 +227,8 @@ def test_ten_seconds_where_fixed_steps_are_known_to_fail(dt):
 
 
 def test_rows_survive_the_table():
-    place = Place("pendulum", 1e8, 1e-3, "Newmark(0)", "auto")
-    run = Run(place, RECOVERED, 2000, "", 2.25, 0.25, 0.125, 0.01, 1e-3, 0.0, 1e-4)
+    map_point = MapPoint("pendulum", 1e8, 1e-3, "Newmark(0)", "auto")
+    run = Run(map_point, RECOVERED, 2000, "", 2.25, 0.25, 0.125, 0.01, 1e-3, 0.0, 1e-4)
     assert Run.of({name: str(value) for name, value in run.record().items()}) == run
 
 
@@ -293,8 +293,8 @@ def test_a_table_that_is_none_is_refused(tmp_path, capsys):
 
 
 def made_up(solver, outcome, dt=0.01):
-    place = Place("pendulum", 1e8, dt, "Newmark(0)", solver)
-    return Run(place, outcome, 1, "", 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
+    map_point = MapPoint("pendulum", 1e8, dt, "Newmark(0)", solver)
+    return Run(map_point, outcome, 1, "", 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
 
 
 def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
@@ -304,20 +304,20 @@ def test_the_solver_chart_shows_the_worst_and_frames_what_differs():
             bad = solver in ("auto", "modified Newton")
             runs.append(made_up(solver, GAINED if bad else FINISHED))
             runs.append(made_up(solver, FAILED if bad else RECOVERED, 0.02))
-    with_both = [replace(run, place=run.place._replace(integrator="GeneralizedAlpha(0.8)"))
+    with_both = [replace(run, map_point=run.map_point._replace(integrator="GeneralizedAlpha(0.8)"))
                  for run in runs]  # fmt: skip
     result = Stability(runs + with_both, {})
     assert findings(result)[0].startswith(
         "Other solvers than Newton at the same 40 points: 0 failed and 4 were stopped for energy "
         "where Newton finished, 16 finished where Newton did not."
     )
-    newton, kept, full, *_ = solver_chart(result).axes
+    newton, conservative, full, *_ = solver_chart(result).axes
     worst = [[OUTCOMES[int(k)] for k in ax.images[0].get_array().ravel()]
-             for ax in (newton, kept, full)]  # fmt: skip
+             for ax in (newton, conservative, full)]  # fmt: skip
     assert worst == [[FINISHED, FAILED], [GAINED, FAILED], [FINISHED, RECOVERED]]
-    assert [text.get_text() for text in kept.texts] == ["2", "2", "67 %"]
+    assert [text.get_text() for text in conservative.texts] == ["2", "2", "67 %"]
     frames = [[(p.get_x() + 0.5, p.get_linestyle()) for p in ax.patches]
-              for ax in (newton, kept, full)]  # fmt: skip
+              for ax in (newton, conservative, full)]  # fmt: skip
     assert frames == [[], [(0.0, "-"), (1.0, ":")], [(1.0, ":")]]
     assert list(newton.lines) == []  # losses belong to integrators, and are marked in their chart
 
