@@ -222,7 +222,7 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
     run = build_run(request, system, request.memory())
     with record.open() as recorder:
         begin = time.process_time()
-        outcome = run.march(recorder)
+        outcome = run.integrate(recorder)
         seconds = time.process_time() - begin
     trajectory = record.trajectory()
     if outcome != Outcome.CONVERGED:

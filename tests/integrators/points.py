@@ -112,7 +112,7 @@ class Point:
     def seed(self):
         return SparseSeed(self.indptr, self._row.astype(np.int32), 2)
 
-    def forget(self):
+    def reset_memory(self):
         """Have nothing to forget: what it is depends on its state alone."""
 
     def gradient(self, q):

@@ -13,7 +13,7 @@ from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.integrators.interface.time_grid import MOST_STEPS
 from ancfsparse.results import RunStats
 from ancfsparse.solve.error_control.explicit_error_estimate import ExplicitErrors
-from ancfsparse.solve.error_control.explicit_march import ExplicitIntegration
+from ancfsparse.solve.error_control.explicit_integration import ExplicitIntegration
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.phase_error import (
@@ -95,14 +95,14 @@ class ExplicitCandidate:
         self._system, self._t_end, self._length = system, float(t[-1]), float(t[-1] - t[0])
         self._spectrum, self._convergence = spectrum, StagnationCheck(accuracy)
         self._accuracy, self._integrators = accuracy, integrators
-        self._march = ExplicitIntegration(
+        self._integration = ExplicitIntegration(
             system, t, max_energy_gain, discontinuities, watch, integrators[-1]
         )
-        self._errors = ExplicitErrors(system, self._length, self._march, spectrum)
-        self.force_cost = self._march.force_cost
+        self._errors = ExplicitErrors(system, self._length, self._integration, spectrum)
+        self.force_cost = self._integration.force_cost
         # Integrators and step ratios of the runs, the best last.
-        self._made: list[tuple[Explicit, float]] = []
-        self._loose = False
+        self._completed: list[tuple[Explicit, float]] = []
+        self._low_order_suffices = False
         self._other: SampledStates | None = None  # the best motion of another candidate
         # Whether the next run tests for rounding; None while nothing points to it.
         self._rounding: bool | None = None
@@ -126,16 +126,16 @@ class ExplicitCandidate:
                 most=MOST_STEPS,
             )
             return math.inf
-        if not self._march.is_set_up and (
+        if not self._integration.is_set_up and (
             self._spectrum is not None or SETUP_FORCES * self.force_cost < CHEAP_SETUP_RATIO * cost
         ):
-            self._march.set_up()
+            self._integration.set_up()
             return self._plan()[2]
         return cost
 
     def warn(self) -> None:
         """Warn of singular configurations, where the error estimates are uncertain."""
-        self._march.rank_deficiency.warn()
+        self._integration.rank_deficiency.warn()
 
     @property
     def dominant(self) -> DominantFrequency | None:
@@ -151,34 +151,34 @@ class ExplicitCandidate:
     def advance(self, budget: float) -> None:
         """Make the next run, unless the set-up shows that it costs more than the budget."""
         self.last_stats = RunStats(runs=0)
-        if not self._march.is_set_up:
-            self._march.set_up()
+        if not self._integration.is_set_up:
+            self._integration.set_up()
             if self.predicted_cost() > budget:
                 return
-        integrator, finer, _ = self._plan()
+        integrator, ratio, _ = self._plan()
         self.last_stats = RunStats()
-        before = self._march.step(integrator, 1.0)
-        states = self._march.run(integrator, finer, self.last_stats)
+        before = self._integration.step(integrator, 1.0)
+        states = self._integration.run(integrator, ratio, self.last_stats)
         if states is None:
-            self.failure = self._march.failure
+            self.failure = self._integration.failure
             # Step ratios refer to the stable step, which is shorter now.
-            shorter = self._march.step(integrator, 1.0) / before
-            self._made = [(made, shorter * ratio) for made, ratio in self._made]
+            shorter = self._integration.step(integrator, 1.0) / before
+            self._completed = [(other, shorter * ratio) for other, ratio in self._completed]
             self._errors.shorten(shorter)
             return
         if self._rounding and self.states is not None:
             self._rounding, difference = False, distance(self._system, self.states, states)
             if difference > max(MAX_REPETITION_DIFFERENCE * self.error, self._accuracy):
-                self.failure = AccuracyError(self._accuracy, self.error, len(self._made) + 1)
+                self.failure = AccuracyError(self._accuracy, self.error, len(self._completed) + 1)
             return
         last = self.states
-        self._take(integrator, finer, states)
+        self._add_run(integrator, ratio, states)
         if self.error < math.inf:
             self.failure = self._convergence.add(self.error)
-        doubtful = (
+        is_doubtful = (
             self.steps > MIN_DOUBTFUL_STEPS and self.error > MIN_DOUBTFUL_ERROR * self._accuracy
         )
-        if self._rounding is None and last is not None and doubtful:
+        if self._rounding is None and last is not None and is_doubtful:
             grew = differs_by_rounding(self._system, last, states, self.steps)
             self._rounding = True if grew else None
         if self._other is not None and self.states is not None:
@@ -189,18 +189,21 @@ class ExplicitCandidate:
         """Return integrator and step ratio of the next run, and the cost of all runs from it on."""
         if not self._errors.may_predict:
             # Without information: order 4 if possible, then a second run for comparison.
-            usual = self._integrators[len(self._integrators) // 2]
-            closer = FIRST_STEP_RATIOS[usual.tableau.order]
-            if self._made:
-                first, finer = (self._integrators[0], 1.0) if self._loose else (usual, closer)
-                return first, finer, self._march.cost(first, finer)
-            return usual, 1.0, self._march.cost(usual, 1.0) + self._march.cost(usual, closer)
+            default = self._integrators[len(self._integrators) // 2]
+            min_ratio = FIRST_STEP_RATIOS[default.tableau.order]
+            if self._completed:
+                second = (default, min_ratio)
+                if self._low_order_suffices:
+                    second = (self._integrators[0], 1.0)
+                return *second, self._integration.cost(*second)
+            both = self._integration.cost(default, 1.0) + self._integration.cost(default, min_ratio)
+            return default, 1.0, both
         plans = [self._plan_with(other) for other in self._integrators] + self._confirming()
         plan = min(plans, key=lambda plan: plan[2])
         if self._rounding:
-            integrator, finer = self._made[-1]
-            again = integrator, REPETITION_RATIO * finer
-            return *again, self._march.cost(*again) + plan[2]
+            integrator, ratio = self._completed[-1]
+            again = integrator, REPETITION_RATIO * ratio
+            return *again, self._integration.cost(*again) + plan[2]
         return plan
 
     def _confirming(self) -> list[tuple[Explicit, float, float]]:
@@ -209,61 +212,64 @@ class ExplicitCandidate:
         Its steps need not be shorter than in the first run, and it is cheaper if these are
         stable ones.
         """
-        if len(self._made) != 1:
+        if len(self._completed) != 1:
             return []
-        first, finer = self._made[0]
-        if self._errors.predicted(first, finer) > CONFIRMATION_RATIO * self._accuracy:
+        first, ratio = self._completed[0]
+        if self._errors.predicted(first, ratio) > CONFIRMATION_RATIO * self._accuracy:
             return []
         lower = [x for x in self._integrators if x.tableau.order < first.tableau.order]
-        steps = [self._wanted(x, 1.0) for x in lower]
-        costs = [self._march.cost(*pair) for pair in zip(lower, steps, strict=True)]
+        steps = [self._required_ratio(x, 1.0) for x in lower]
+        costs = [self._integration.cost(*pair) for pair in zip(lower, steps, strict=True)]
         return list(zip(lower, steps, costs, strict=True))
 
     def _plan_with(self, integrator: Explicit) -> tuple[Explicit, float, float]:
         """Return the plan for an integrator by its predicted error."""
-        closer = FIRST_STEP_RATIOS[integrator.tableau.order]
-        ratios = [finer for made, finer in self._made if made == integrator]
-        wanted, cost = self._wanted(integrator), 0.0
+        min_ratio = FIRST_STEP_RATIOS[integrator.tableau.order]
+        ratios = [ratio for other, ratio in self._completed if other == integrator]
+        required, cost = self._required_ratio(integrator), 0.0
         if not ratios:
-            first = max(1.0, wanted / (closer if self._spectrum is None else MAX_PREDICTED_RATIO))
-            second = max(closer * first, wanted)
-            both = self._march.cost(integrator, first) + self._march.cost(integrator, second)
+            decrease = min_ratio if self._spectrum is None else MAX_PREDICTED_RATIO
+            first = max(1.0, required / decrease)
+            second = max(min_ratio * first, required)
+            both = sum(self._integration.cost(integrator, ratio) for ratio in (first, second))
             return integrator, first, both
         last = max(ratios)
-        closer = self._errors.closest(integrator, closer, MIN_STEP_RATIO)
-        furthest = MAX_STAGNANT_RATIO if self._convergence.stagnant_runs else MAX_STEP_RATIO
-        steps = [min(max(wanted, closer * last), furthest * last)]
-        while steps[-1] < wanted:
-            steps.append(min(wanted, furthest * steps[-1]))
-        cost = sum(self._march.cost(integrator, ratio) for ratio in steps)
+        min_ratio = self._errors.closest(integrator, min_ratio, MIN_STEP_RATIO)
+        max_ratio = MAX_STAGNANT_RATIO if self._convergence.stagnant_runs else MAX_STEP_RATIO
+        steps = [min(max(required, min_ratio * last), max_ratio * last)]
+        while steps[-1] < required:
+            steps.append(min(required, max_ratio * steps[-1]))
+        cost = sum(self._integration.cost(integrator, ratio) for ratio in steps)
         return integrator, steps[0], cost
 
-    def _wanted(self, integrator: Explicit, ratio: float = SAFETY_FACTOR) -> float:
+    def _required_ratio(self, integrator: Explicit, error_ratio: float = SAFETY_FACTOR) -> float:
         """Return the step ratio at which the predicted error meets a part of the accuracy."""
-        finer = 1.0
-        while finer < 1e6 and self._errors.predicted(integrator, finer) > ratio * self._accuracy:
-            finer *= STEP_RESOLUTION
-        return finer
+        ratio, error = 1.0, error_ratio * self._accuracy
+        while ratio < 1e6 and self._errors.predicted(integrator, ratio) > error:
+            ratio *= STEP_RESOLUTION
+        return ratio
 
-    def _take(self, integrator: Explicit, finer: float, states: SampledStates) -> None:
+    def _add_run(self, integrator: Explicit, ratio: float, states: SampledStates) -> None:
         """Estimate the error of a run, and store it unless its order is lower than the last."""
-        error = self._errors.add(integrator, finer, states)
+        error = self._errors.add(integrator, ratio, states)
         if self.states is None:
-            self._loose = len(self._integrators) > 1 and self._is_loose(states)
-        elif integrator.tableau.order < self._made[-1][0].tableau.order:
-            self._made.insert(0, (integrator, finer))
+            self._low_order_suffices = self._does_low_order_suffice(states)
+        elif integrator.tableau.order < self._completed[-1][0].tableau.order:
+            self._completed.insert(0, (integrator, ratio))
             self.error = error
             return
         self.states, self.error = states, error
         self.name, self.steps = repr(integrator), self.last_stats.steps
-        self._made.append((integrator, finer))
+        self._completed.append((integrator, ratio))
 
-    def _is_loose(self, states: SampledStates) -> bool:
+    def _does_low_order_suffice(self, states: SampledStates) -> bool:
         """Whether the method of lowest order would do, judged by the motion as a whole."""
+        if len(self._integrators) == 1:
+            return False
         start = np.broadcast_to(states.q[:1], states.q.shape)
         still = SampledStates(states.t, start, np.zeros_like(states.v), states.a, states.lam)
         amplitude = distance(self._system, states, still)
         omega = difference_frequency(self._system, states, still)
         first = self._integrators[0]
-        lost = phase_error(first.tableau, omega * self._march.step(first, 1.0))
+        lost = phase_error(first.tableau, omega * self._integration.step(first, 1.0))
         return LOW_ORDER_RATIO * amplitude * lost * omega * self._length < self._accuracy

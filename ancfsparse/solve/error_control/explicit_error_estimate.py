@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
-from ancfsparse.solve.error_control.explicit_march import ExplicitIntegration
+from ancfsparse.solve.error_control.explicit_integration import ExplicitIntegration
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 from ancfsparse.solve.error_models.phase_error import (
     DominantFrequency,
@@ -35,18 +35,13 @@ MAX_ORDER_RATIO = 1.5  # of the order, beyond which a decrease is by chance
 FIRST_SCALE = 1.5  # error over the predicted one before the first estimate
 MIN_SCALE = 0.2  # error over the predicted one afterwards
 MAX_SCALE = 1e3  # the same
-ANALYSED_SCALES = {
-    2: 0.7,
-    4: 1.3,
-    8: 1.4,
-}  # the same after a first run with known vibrations, by order
+# The same after a first run with known vibrations, by order.
+ANALYSED_SCALES = {2: 0.7, 4: 1.3, 8: 1.4}
 UNKNOWN_SCALES = {2: 1.5, 4: 2.0, 8: 6.0}  # the same with unknown vibrations
 MIN_PREDICTED_RATIO = 0.3  # predicted difference of two runs over the predicted error of the first
 MAX_AMPLITUDE_RATIO = 3.0  # amplitude of vibrations over the predicted one
 MIN_ERROR_RATIO = 0.5  # error of a run over its difference from one of lower order
-MAX_SCALE_WITHOUT_ORDER = (
-    30.0  # difference over the predicted one, beyond which the order may not be observed
-)
+MAX_SCALE_WITHOUT_ORDER = 30.0  # difference over the predicted one, up to which order is assumed
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ class _Run:
     """A run with an integrator, and the ratio of the stable step to its step."""
 
     integrator: Explicit
-    finer: float
+    ratio: float
     states: SampledStates
 
 
@@ -67,7 +62,7 @@ class ExplicitErrors:
         The moving system.
     length : float
         Duration of the motion [s].
-    march : ExplicitIntegration
+    integration : ExplicitIntegration
         Provides the steps.
     spectrum : ModalSpectrum or None
         Vibrations of the motion, if they are known.
@@ -83,10 +78,11 @@ class ExplicitErrors:
         self,
         system: System,
         length: float,
-        march: ExplicitIntegration,
+        integration: ExplicitIntegration,
         spectrum: ModalSpectrum | None,
     ) -> None:
-        self._system, self._length, self._march, self._start = system, length, march, spectrum
+        self._system, self._length, self._start = system, length, spectrum
+        self._integration = integration
         self._spectrum = [] if spectrum is None else [spectrum]
         self._runs: list[_Run] = []  # the last three, by descending error
         self._last_difference = math.inf  # of the last two of one integrator
@@ -102,36 +98,36 @@ class ExplicitErrors:
 
     def shorten(self, by: float) -> None:
         """Scale the step ratios for a stable step that is shorter by a factor."""
-        self._runs = [replace(run, finer=by * run.finer) for run in self._runs]
+        self._runs = [replace(run, ratio=by * run.ratio) for run in self._runs]
 
     def closest(self, integrator: Explicit, usual: float, least: float) -> float:
         """Return the smallest step ratio to the last run.
 
         It may be small if the new run can be compared with the run before as well.
         """
-        ratios = [run.finer for run in self._runs if run.integrator == integrator]
+        ratios = [run.ratio for run in self._runs if run.integrator == integrator]
         return max(least, usual * ratios[-2] / ratios[-1]) if len(ratios) > 1 else usual
 
-    def predicted(self, integrator: Explicit, finer: float) -> float:
+    def predicted(self, integrator: Explicit, ratio: float) -> float:
         """Return the predicted error of a run [m]."""
         if self._spectrum:
-            step = self._march.step(integrator, finer)
+            step = self._integration.step(integrator, ratio)
             tableau = integrator.tableau
             error = self._scale[tableau.order] * max(x.error(tableau, step) for x in self._spectrum)
         else:
             assert self.dominant is not None
-            error = self.dominant.error(self._lost(integrator, finer, self.dominant.omega))
+            error = self.dominant.error(self._phase_error(integrator, ratio, self.dominant.omega))
         if self._power > 0.0 and self._runs[-1].integrator == integrator:
-            ratio = self._runs[-1].finer / finer
-            error = max(error, self._error * ratio**self._power)
+            decrease = self._runs[-1].ratio / ratio
+            error = max(error, self._error * decrease**self._power)
         return error
 
-    def add(self, integrator: Explicit, finer: float, states: SampledStates) -> float:
+    def add(self, integrator: Explicit, ratio: float, states: SampledStates) -> float:
         """Return the estimated error of a run [m], infinite for the first one.
 
         A run of lower order than the last gives the error of the last.
         """
-        run = _Run(integrator, finer, states)
+        run = _Run(integrator, ratio, states)
         if not self._runs:
             self._runs = [run]
             self._analyse(integrator, states)
@@ -140,21 +136,21 @@ class ExplicitErrors:
         difference = self._distance(run, last)
         omega = min(
             difference_frequency(self._system, states, last.states, resolved=True),
-            self._march.omega,
+            self._integration.omega,
         )
-        errors = sorted(self._lost(x.integrator, x.finer, omega) for x in (last, run))[::-1]
+        errors = sorted(self._phase_error(x.integrator, x.ratio, omega) for x in (last, run))[::-1]
         self.dominant = DominantFrequency.of(difference, omega, self._length, *errors)
         if integrator.tableau.order < last.integrator.tableau.order:
             self._runs.insert(0, run)
-            return self._of_two_orders(difference)
+            return self._error_of_two_orders(difference)
         if last.integrator == integrator:
-            error, difference, confirmed = self._of_one_order(run, difference)
+            error, difference, confirmed = self._error_of_one_order(run, difference)
         else:
-            error, confirmed = self._of_two_orders(difference), False
+            error, confirmed = self._error_of_two_orders(difference), False
             self._power = 0.0
         if self._spectrum:
-            error = self._with_waves(last, run, difference, error, confirmed)
-        if self._march.rank_deficiency.time is not None:
+            error = self._with_predicted_error(last, run, difference, error, confirmed)
+        if self._integration.rank_deficiency.time is not None:
             # Errors depend on the distance of a step from the singular configuration, and not on
             # the order: two of the last three runs must be as near.
             near = sorted(self._distance(run, other) for other in self._runs)
@@ -172,7 +168,7 @@ class ExplicitErrors:
             self._spectrum.append(spectrum)
         self._scale = UNKNOWN_SCALES if spectrum is None else ANALYSED_SCALES
 
-    def _of_two_orders(self, difference: float) -> float:
+    def _error_of_two_orders(self, difference: float) -> float:
         """Return the error of the higher order of two.
 
         Their difference is at least the difference of the errors of both orders.
@@ -180,20 +176,14 @@ class ExplicitErrors:
         assert self.dominant is not None
         return MIN_ERROR_RATIO * difference if self.dominant.phase_error < 1.0 else difference
 
-    def _of_one_order(self, run: _Run, difference: float) -> tuple[float, float, bool]:
+    def _error_of_one_order(self, run: _Run, difference: float) -> tuple[float, float, bool]:
         """Return the error of a run, and its difference from the last without chance.
 
         The last value tells whether three runs confirm the order.
         """
         assert self.dominant is not None
-        last, finer, order = self._runs[-1], run.finer, run.integrator.tableau.order
-        phase = (
-            0
-            if self.dominant.phase_error < RESOLVED_PHASE
-            else 1
-            if self.dominant.phase_error < 1.0
-            else 2
-        )
+        last, ratio, order = self._runs[-1], run.ratio, run.integrator.tableau.order
+        phase = sum(self.dominant.phase_error >= limit for limit in (RESOLVED_PHASE, 1.0))
         common = 0.0
         if self._start is not None:
             common = self._start.common_error(*self._pair(last, run))
@@ -202,23 +192,23 @@ class ExplicitErrors:
         before = self._runs[-2] if len(self._runs) > 1 else last
         confirmed = False
         if before is not last and before.integrator == run.integrator:
-            steps = (before.finer, last.finer, finer)
+            steps = (before.ratio, last.ratio, ratio)
             observed = observed_order(steps[0], self._last_difference, *steps[1:], difference)
             confirmed = observed >= power
             power = min(power, observed)
             # Differences that decrease faster than the order are small by chance.
             limit = self._last_difference * difference_ratio(*steps, MAX_ORDER_RATIO * order)
             difference = max(difference, limit)
-            further = self._distance(run, before) * _error_ratio(finer / before.finer, power)
-            error = min(difference * _error_ratio(finer / last.finer, power), further)
+            further = self._distance(run, before) * _error_ratio(ratio / before.ratio, power)
+            error = min(difference * _error_ratio(ratio / last.ratio, power), further)
         else:
-            error = difference * _error_ratio(finer / last.finer, power)
+            error = difference * _error_ratio(ratio / last.ratio, power)
         self._power = max(power, MIN_ORDER_RATIO[order] * order)
         # Unresolved waves do not converge with the order: the full difference counts.
         is_resolved = is_small or phase < 2
         return (error if is_resolved else max(error, difference)), difference, confirmed
 
-    def _with_waves(
+    def _with_predicted_error(
         self, last: _Run, run: _Run, difference: float, error: float, confirmed: bool
     ) -> float:
         """Return the error in view of the predicted one, and update their ratio."""
@@ -242,15 +232,17 @@ class ExplicitErrors:
 
     def _pair(self, *runs: _Run) -> tuple[tuple[Tableau, Tableau], tuple[float, float]]:
         """Return tableaus and steps of two runs."""
-        one, other = ((x.integrator.tableau, self._march.step(x.integrator, x.finer)) for x in runs)
+        one, other = (
+            (x.integrator.tableau, self._integration.step(x.integrator, x.ratio)) for x in runs
+        )
         return (one[0], other[0]), (one[1], other[1])
 
     def _distance(self, one: _Run, other: _Run) -> float:
         return max(distance(self._system, one.states, other.states), np.finfo(float).tiny)
 
-    def _lost(self, integrator: Explicit, finer: float, omega: float) -> float:
+    def _phase_error(self, integrator: Explicit, ratio: float, omega: float) -> float:
         """Return the relative phase error of a vibration in a run."""
-        return phase_error(integrator.tableau, omega * self._march.step(integrator, finer))
+        return phase_error(integrator.tableau, omega * self._integration.step(integrator, ratio))
 
 
 def _error_ratio(ratio: float, power: float) -> float:

@@ -41,19 +41,13 @@ Vector = NDArray[np.float64]
 # A coarse first run is cheap, and shows the cost of finer ones with its divided steps.
 FIRST_ERROR_RATIO = 2e-3  # intended error of the first run over the size of the scene
 # Steps with an error A in total have A / N each, and their number N grows with the root of 1 / A.
-FIRST_LOCAL_RATIO = (
-    0.5  # local error in the first run, over its error and the root of its relative error
-)
-MIN_STEP_RATIO = (
-    1.8  # steps over the steps of the last run: below it the difference is mostly noise
-)
-MAX_STEP_RATIO = 5.0  # the same: above it the order has not been observed
+FIRST_LOCAL_RATIO = 0.5  # local error over the error of the run and the root of its relative error
+MIN_STEP_RATIO = 1.8  # steps over those of the last run, below which the difference is mostly noise
+MAX_STEP_RATIO = 5.0  # the same, above which the order has not been observed
 MIN_GAIN_RATIO = 1.5  # ratio of steps below which no run is made for extrapolation alone
 MIN_EXTRA_RATIO = 2.5  # steps of such a run over the last run
 SAFETY_FACTOR = 0.5  # error for which the next run is planned, over the accuracy
-SECOND_RUN_FACTOR = (
-    1.5  # assumed error of the second run over a third of its difference from the first
-)
+SECOND_RUN_FACTOR = 1.5  # assumed error of the second run over the estimate by its difference
 STAGNANT_STEP_RATIO = 3.0  # steps over the steps of the last run if errors stagnate
 # An error d of a position by the iteration causes 2 d / h of its velocity.  In an unconstrained
 # motion that sums up to 2 d n^1.5 / 3^0.5 in n steps of random sign.  So the ratio decreases with
@@ -128,18 +122,19 @@ class ImplicitCandidate:
             method = replace(method, seed_frame="fixed")
         self._solver = method
         size = float(np.max(np.abs(system.q0)))
-        self._aim = max(accuracy, FIRST_ERROR_RATIO * size)  # intended error of the first run [m]
-        self._local = FIRST_LOCAL_RATIO * self._aim * math.sqrt(self._aim / size)
+        error = max(accuracy, FIRST_ERROR_RATIO * size)
+        self._first_error = error  # intended for the first run [m]
+        self._local_error = FIRST_LOCAL_RATIO * error * math.sqrt(error / size)
         self._pattern: Pattern = []
         self._base = 0  # steps of the first run
         self._runs: list[tuple[float, SampledStates]] = []
-        self._mixed: tuple[SampledStates, float] | None = None
+        self._extrapolated: tuple[SampledStates, float] | None = None
         self._attempts, self._convergence = 0, StagnationCheck(accuracy)
-        self._mixed_error = math.inf
+        self._extrapolated_error = math.inf
         # Cost of the first run, and of all before it.
         self._cost, self._expected = 0.0, MIN_FORCES * force_cost
         self.states: SampledStates | None = None
-        self.error = self._raw = math.inf
+        self.error = self._plain_error = math.inf
         self.failure: Exception | None = None
         self.dominant: DominantFrequency | None = None
         self.steps, self.last_stats = 0, RunStats()
@@ -153,12 +148,13 @@ class ImplicitCandidate:
             return self._expected
         if len(self._runs) == 1:
             # At least as if the error decreased with the fourth power of the step from now on.
-            return 2.0 * self._cost * max(1.0, math.sqrt(math.sqrt(self._aim / self._accuracy)))
-        total, by = 0.0, self._runs[-1][0]
-        wanted = self._wanted()
-        while by < wanted:
-            by = self._following(by, wanted)
-            total += by * self._cost
+            decrease = math.sqrt(math.sqrt(self._first_error / self._accuracy))
+            return 2.0 * self._cost * max(1.0, decrease)
+        total, divisor = 0.0, self._runs[-1][0]
+        required = self._required_divisor()
+        while divisor < required:
+            divisor = self._next_divisor(divisor, required)
+            total += divisor * self._cost
         return total
 
     def receive(self, content: DominantFrequency | None, states: SampledStates | None) -> None:
@@ -170,29 +166,31 @@ class ImplicitCandidate:
     def advance(self, budget: float) -> None:
         """Make the next run; end a first one that costs too much compared with the budget."""
         if not self._runs:
-            ratio = FIRST_COST_RATIO * min(1.0, NEAR_ERROR_RATIO * self._accuracy / self._aim) ** (
-                1.0 / 3.0
-            )
-            self._first(max(ratio, MIN_FIRST_COST_RATIO) * budget, budget)
+            nearness = min(1.0, NEAR_ERROR_RATIO * self._accuracy / self._first_error)
+            ratio = FIRST_COST_RATIO * nearness ** (1.0 / 3.0)
+            self._first_run(max(ratio, MIN_FIRST_COST_RATIO) * budget, budget)
             return
-        last, wanted = self._runs[-1][0], 2.0 if len(self._runs) == 1 else self._wanted()
-        by = 2 if len(self._runs) == 1 else self._following(last, wanted)
-        pattern = divide_steps(self._pattern, by)
-        left = min(ITERATION_RATIO * self._local / by**3, self._left(by * self._base))
-        stepper = self._stepper(pattern=pattern, left=left)
-        try:
-            self._take(by, stepper.run())
-        except (EnergyIncreaseError, StepError) as stop:
-            self._restart(stop, stepper)
-        self.steps = stepper.stats.steps
-
-    def _left(self, steps: int) -> float:
-        """Return the remaining error of the iteration in one of a number of steps [m]."""
-        return (
-            ITERATIONS_RATIO * self._accuracy / steps * math.sqrt(min(1.0, MAX_FREE_STEPS / steps))
+        divisor = 2
+        if len(self._runs) > 1:
+            divisor = self._next_divisor(self._runs[-1][0], self._required_divisor())
+        pattern = divide_steps(self._pattern, divisor)
+        iteration_error = min(
+            ITERATION_RATIO * self._local_error / divisor**3,
+            self._iteration_error(divisor * self._base),
         )
+        controller = self._controller(pattern=pattern, iteration_error=iteration_error)
+        try:
+            self._add_run(divisor, controller.run())
+        except (EnergyIncreaseError, StepError) as stop:
+            self._restart(stop, controller)
+        self.steps = controller.stats.steps
 
-    def _kept(self, error: float) -> float:
+    def _iteration_error(self, steps: int) -> float:
+        """Return the remaining error of the iteration in one of a number of steps [m]."""
+        decrease = math.sqrt(min(1.0, MAX_FREE_STEPS / steps))
+        return ITERATIONS_RATIO * self._accuracy / steps * decrease
+
+    def _iteration_error_rate(self, error: float) -> float:
         """Return the remaining error of the iteration over the square of the step [m/s^2].
 
         Elastic forces bound its effect.  A rigid body keeps the velocity 2 d / h of an error d; if
@@ -202,30 +200,30 @@ class ImplicitCandidate:
             return math.inf
         return ITERATIONS_RATIO * error / float(self._t[-1] - self._t[0]) ** 2
 
-    def _first(self, budget: float, others: float) -> None:
-        stepper = self._stepper(budget=budget)
+    def _first_run(self, budget: float, others: float) -> None:
+        controller = self._controller(budget=budget)
         try:
-            states = stepper.run()
+            states = controller.run()
         except BudgetExceeded:
             self._expected = COST_GROWTH * others
         except (EnergyIncreaseError, StepError) as stop:
-            self._restart(stop, stepper)
+            self._restart(stop, controller)
         else:
-            self._pattern, self._base = stepper.pattern, stepper.stats.steps
-            self._cost = stepper.cost_model.of_run(stepper.stats)
+            self._pattern, self._base = controller.pattern, controller.stats.steps
+            self._cost = controller.cost_model.of_run(controller.stats)
             self._runs, self.states, self.steps = [(1, states)], states, self._base
 
-    def _restart(self, stop: StepError, stepper: StepSizeController) -> None:
+    def _restart(self, stop: StepError, controller: StepSizeController) -> None:
         """Restart with a first run of shorter steps, or fail."""
-        self._count_attempt(stop, stepper)
+        self._count_attempt(stop, controller)
         if self._attempts == MAX_ATTEMPTS or (
             not isinstance(stop, EnergyIncreaseError) and not self._runs
         ):
             self.failure = stop
-        self._local /= RESTART_ERROR_RATIO
-        self._runs, self._mixed = [], None
+        self._local_error /= RESTART_ERROR_RATIO
+        self._runs, self._extrapolated = [], None
 
-    def _count_attempt(self, stop: StepError, stepper: StepSizeController) -> None:
+    def _count_attempt(self, stop: StepError, controller: StepSizeController) -> None:
         """Count and list a run that did not complete."""
         self._attempts += 1
         cause = (
@@ -233,12 +231,12 @@ class ImplicitCandidate:
             if isinstance(stop, EnergyIncreaseError)
             else "failed"
         )
-        stepper.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
+        controller.note([Event(stop.step, stop.time, "shorter steps", cause, math.nan)])
 
-    def _stepper(self, **options: object) -> StepSizeController:
-        local = self._local
-        error = self._accuracy if "pattern" in options else self._aim
-        stepper = StepSizeController(
+    def _controller(self, **options: object) -> StepSizeController:
+        local = self._local_error
+        error = self._accuracy if "pattern" in options else self._first_error
+        controller = StepSizeController(
             self._system,
             self._integrator,
             self._solver,
@@ -249,48 +247,50 @@ class ImplicitCandidate:
             self._threads,
             discontinuities=self._discontinuities,
             watch=self._watch,
-            kept=self._kept(error),
+            iteration_error_rate=self._iteration_error_rate(error),
             **options,  # type: ignore[arg-type]
         )
-        self.last_stats = stepper.stats
-        return stepper
+        self.last_stats = controller.stats
+        return controller
 
-    def _take(self, by: float, states: SampledStates) -> None:
+    def _add_run(self, divisor: float, states: SampledStates) -> None:
         """Estimate the error of the last run, and of its extrapolation with the one before."""
         before, coarse = self._runs[-1]
         difference = max(distance(self._system, states, coarse), np.finfo(float).tiny)
-        plain = self._raw = difference / ((by / before) ** 2 - 1.0)
-        self.dominant = self._dominant_frequency(difference, states, coarse, before, by)
-        mixed = states.extrapolated(coarse, 1.0 / ((by / before) ** 2 - 1.0))
-        self._mixed_error = math.inf
-        if self._mixed is None:
+        plain = self._plain_error = difference / ((divisor / before) ** 2 - 1.0)
+        self.dominant = self._dominant_frequency(difference, states, coarse, before, divisor)
+        extrapolated = states.extrapolated(coarse, 1.0 / ((divisor / before) ** 2 - 1.0))
+        self._extrapolated_error = math.inf
+        if self._extrapolated is None:
             plain *= SECOND_RUN_FACTOR
         else:
-            earlier, last_difference = self._mixed
+            earlier, last_difference = self._extrapolated
             first = self._runs[0][0]
-            expected = (first**-2 - before**-2) / (before**-2 - by**-2)
-            near = distance(self._system, mixed, earlier)
+            expected = (first**-2 - before**-2) / (before**-2 - divisor**-2)
+            near = distance(self._system, extrapolated, earlier)
             # Extrapolation reduces the difference, or it has not removed the error.
             ratio = last_difference / difference / expected
             is_regular = 1.0 / MAX_IRREGULARITY < ratio < MAX_IRREGULARITY and near < difference
-            content = self._dominant_frequency(near, mixed, earlier, before, by)
+            content = self._dominant_frequency(near, extrapolated, earlier, before, divisor)
             is_resolved = content.phase_error < RESOLVED_PHASE
             self._power = ASSUMED_ORDER if is_regular and is_resolved else UNRESOLVED_ORDER
-            remaining = max(1.0 / ((by / first) ** self._power - 1.0), MIN_REMAINING)
+            remaining = max(1.0 / ((divisor / first) ** self._power - 1.0), MIN_REMAINING)
             if content.phase_error > 1.0:  # the error may be as large as the difference
                 remaining = 1.0
-            self._mixed_error = near * remaining if is_regular else near
+            self._extrapolated_error = near * remaining if is_regular else near
             plain += EXTRAPOLATION_WEIGHT * near * remaining
         # The finer run has this phase error of waves, whose amplitude is about the difference if
         # the coarser run has lost them.
         plain = max(plain, min(1.0, self.dominant.phase_error) * difference)
-        error, best = min((plain, 0), (self._mixed_error, 1))
-        error = max(error, self._common_error(difference, before, by))
-        is_stagnant = self._mixed is not None and MIN_DECREASE * self._mixed[1] < difference
+        error, best = min((plain, 0), (self._extrapolated_error, 1))
+        error = max(error, self._common_error(difference, before, divisor))
+        is_stagnant = False
+        if self._extrapolated is not None:
+            is_stagnant = MIN_DECREASE * self._extrapolated[1] < difference
         self.failure = self._convergence.add(error, is_stagnant)
-        self._mixed = (mixed, difference)
-        self.error, self.states = error, (states, mixed)[best]
-        self._runs = [(before, coarse), (by, states)]
+        self._extrapolated = (extrapolated, difference)
+        self.error, self.states = error, (states, extrapolated)[best]
+        self._runs = [(before, coarse), (divisor, states)]
 
     def _common_error(self, difference: float, coarse: float, fine: float) -> float:
         """Return the error that two runs have in common [m]."""
@@ -307,26 +307,29 @@ class ImplicitCandidate:
         length = float(self._t[-1] - self._t[0])
         omega = difference_frequency(self._system, one, other)
         z = omega * length / self._base
-        errors = [trapezoidal_phase_error(z / by) for by in (coarse, fine)]
+        errors = [trapezoidal_phase_error(z / divisor) for divisor in (coarse, fine)]
         return DominantFrequency.of(difference, omega, length, *errors)
 
-    def _wanted(self) -> float:
+    def _required_divisor(self) -> float:
         """Return the required divisor of the steps of the first run."""
-        by = self._runs[-1][0]
-        plain = by * math.sqrt(self._raw / (SAFETY_FACTOR * self._accuracy))
-        if self._mixed_error < math.inf:
-            ratio = self._mixed_error / (SAFETY_FACTOR * self._accuracy)
-            return min(plain, by * math.pow(ratio, 0.5 / self._power))
+        divisor = self._runs[-1][0]
+        plain = divisor * math.sqrt(self._plain_error / (SAFETY_FACTOR * self._accuracy))
+        if self._extrapolated_error < math.inf:
+            ratio = self._extrapolated_error / (SAFETY_FACTOR * self._accuracy)
+            return min(plain, divisor * math.pow(ratio, 0.5 / self._power))
         # The error after extrapolation is larger the less waves are resolved.
         assert self.dominant is not None
-        z = self.dominant.omega * float(self._t[-1] - self._t[0]) / (self._base * by)
-        mixed = by * math.sqrt(math.sqrt(self._raw * z**2 / (SAFETY_FACTOR * self._accuracy)))
-        return plain if plain < MIN_GAIN_RATIO * mixed else max(mixed, MIN_EXTRA_RATIO * by)
+        z = self.dominant.omega * float(self._t[-1] - self._t[0]) / (self._base * divisor)
+        ratio = self._plain_error * z**2 / (SAFETY_FACTOR * self._accuracy)
+        extrapolated = divisor * math.sqrt(math.sqrt(ratio))
+        if plain < MIN_GAIN_RATIO * extrapolated:
+            return plain
+        return max(extrapolated, MIN_EXTRA_RATIO * divisor)
 
-    def _following(self, by: float, wanted: float) -> int:
+    def _next_divisor(self, divisor: float, required: float) -> int:
         if self._convergence.stagnant_runs:
-            return math.ceil(STAGNANT_STEP_RATIO * by)
-        return math.ceil(min(max(wanted, MIN_STEP_RATIO * by), MAX_STEP_RATIO * by))
+            return math.ceil(STAGNANT_STEP_RATIO * divisor)
+        return math.ceil(min(max(required, MIN_STEP_RATIO * divisor), MAX_STEP_RATIO * divisor))
 
 
 def first_step(system: System, length: float, local_error: float) -> float:

@@ -38,9 +38,8 @@ Vector = NDArray[np.float64]
 # Equal steps in a row, (step [s], number), for each interval of smooth loads.
 Pattern = list[list[tuple[float, int]]]
 
-STEP_RATIO = math.sqrt(
-    2.0
-)  # by powers of which steps change, seldom, so that a seed serves several
+# Steps change by powers of this ratio, seldom, so that a factor serves for several.
+STEP_RATIO = math.sqrt(2.0)
 N_EASY_STEPS = 8  # easy steps in a row before they grow
 MAX_CHUNK = 500  # steps taken together
 MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them
@@ -85,9 +84,9 @@ class StepSizeController:
         Called with the states whenever more are known.
     pattern : list, optional
         Steps to take, regardless of their error.
-    left : float, optional
+    iteration_error : float, optional
         Remaining error of the iteration in a step [m]; by default a fraction of the local error.
-    kept : float, optional
+    iteration_error_rate : float, optional
         The same over the square of the step [m/s^2], if it must decrease with it.
     budget : float, optional
         Cost by `CostModel` at which the run ends with `BudgetExceeded`.
@@ -114,8 +113,8 @@ class StepSizeController:
         discontinuities: LoadDiscontinuities | None = None,
         watch: Callable[[SampledStates], None] | None = None,
         pattern: Pattern | None = None,
-        left: float | None = None,
-        kept: float = math.inf,
+        iteration_error: float | None = None,
+        iteration_error_rate: float = math.inf,
         budget: float = math.inf,
     ) -> None:
         begin = time.perf_counter()
@@ -125,23 +124,25 @@ class StepSizeController:
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
         self._discontinuities, self._watch, self._budget = discontinuities, watch, budget
         self.seed: Seed
-        self.march, self.iteration, self.seed, self.criterion, why, a, _ = prepare_implicit(
+        self.time_loop, self.iteration, self.seed, self.criterion, why, a, _ = prepare_implicit(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
         self.cost_model = CostModel.of(system, integrator, self.seed)
-        self._left = ITERATION_RATIO * local_error if left is None else left
-        self._kept = kept
-        self._bound(self.dt)
+        self.iteration_error = (
+            ITERATION_RATIO * local_error if iteration_error is None else iteration_error
+        )
+        self._iteration_error_rate = iteration_error_rate
+        self._set_iteration_error(self.dt)
         error = abs(integrator.velocity_constant)  # the position's is the same, 1/12 + shift^2 / 4
         limit, easy = local_error, SAFETY_FACTOR * local_error / STEP_RATIO**3
         if pattern is not None:
             limit, easy = math.inf, -1.0
-        self.march.control(self.seed, _mass_weights(system), error, limit, easy, N_EASY_STEPS)
-        q, _, _, lam = self.march.state
+        self.time_loop.control(self.seed, _mass_weights(system), error, limit, easy, N_EASY_STEPS)
+        q, _, _, lam = self.time_loop.state
         self.states = SampledStates.empty(t, system.n_all, system.n_multipliers)
         self.states.begin(q, system.v0, a, lam)
-        self._passage = StepSizeChange(system, integrator, self.march, self.seed)
-        self._effort = StepCostMonitor(self.cost_model, STEP_RATIO)
+        self._step_change = StepSizeChange(system, integrator, self.time_loop, self.seed)
+        self._cost_monitor = StepCostMonitor(self.cost_model, STEP_RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
         chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
         widths = (*(system.n_all,) * 3, system.n_multipliers)
@@ -163,17 +164,17 @@ class StepSizeController:
         try:
             now = t_start
             for k, (begin, end) in enumerate(spans):
-                upto = t_end if k + 1 == len(spans) else spans[k + 1][0]
+                t_next = t_end if k + 1 == len(spans) else spans[k + 1][0]
                 self.pattern.append([])
                 if self._given is None:
-                    self._follow(now, upto, begin, end)
+                    self._integrate_adaptively(now, t_next, begin, end)
                 else:
-                    self._repeat(self._given[k], now, upto, begin, end)
-                now = upto
+                    self._repeat_pattern(self._given[k], now, t_next, begin, end)
+                now = t_next
                 if k + 1 < len(spans):
-                    self._passage.jump(self.dt, end, now)
-                    self._go_on(self.dt)
-            if self.march.gained_energy():
+                    self._step_change.jump(self.dt, end, now)
+                    self._continue(self.dt)
+            if self.time_loop.gained_energy():
                 raise self._stopped(Outcome.HAD_GAINED, now)
         finally:
             self._count()
@@ -181,14 +182,14 @@ class StepSizeController:
 
     def _count(self) -> None:
         count_costs(self.stats, self.iteration, self.seed)
-        self.stats.factorizations += self._passage.factors
-        self.stats.solves += self._passage.factors
+        self.stats.factorizations += self._step_change.factors
+        self.stats.solves += self._step_change.factors
 
-    def _follow(self, now: float, upto: float, begin: float, end: float) -> None:
+    def _integrate_adaptively(self, now: float, t_next: float, begin: float, end: float) -> None:
         """Take steps with the allowed error over an interval of smooth loads."""
-        cruise = self.dt
-        while now < upto:
-            if (upto - now) / self.dt > MOST_STEPS:
+        regular = self.dt
+        while now < t_next:
+            if (t_next - now) / self.dt > MOST_STEPS:
                 raise InputError(
                     "a run to {end} would take more than {most:.0e} steps of {dt:.2g} s: use a "
                     "shorter time",
@@ -196,15 +197,15 @@ class StepSizeController:
                     most=MOST_STEPS,
                     dt=self.dt,
                 )
-            n = math.ceil((upto - now) / self.dt * (1.0 - STEP_ROUNDING))
+            n = math.ceil((t_next - now) / self.dt * (1.0 - STEP_ROUNDING))
             if n <= N_LAST_STEPS:
-                if abs(n * self.dt - (upto - now)) > STEP_ROUNDING * (upto - now):
-                    cruise = max(cruise, self.dt)
-                    self._change((upto - now) / n, now)
+                if abs(n * self.dt - (t_next - now)) > STEP_ROUNDING * (t_next - now):
+                    regular = max(regular, self.dt)
+                    self._change((t_next - now) / n, now)
                 n_next = n
             else:
-                n_next, cruise = n - N_LAST_STEPS, self.dt
-            now, outcome = self._advance(now, min(n_next, N_STEPS_PER_CHECK), n, upto, begin, end)
+                n_next, regular = n - N_LAST_STEPS, self.dt
+            now, outcome = self._advance(now, min(n_next, N_STEPS_PER_CHECK), n, t_next, begin, end)
             is_taken = outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
             if is_taken and n > N_LAST_STEPS and self._is_hard():
                 self._change(self.dt / STEP_RATIO, now)
@@ -215,9 +216,9 @@ class StepSizeController:
             is_shortest = self.dt < shortest and outcome != Outcome.MAY_GROW
             if outcome in (Outcome.GAINED_ENERGY, Outcome.HAD_GAINED) or is_shortest:
                 raise self._stopped(outcome, now)
-            if outcome == Outcome.MAY_GROW and upto - now < N_LAST_STEPS * self.dt * STEP_RATIO:
+            if outcome == Outcome.MAY_GROW and t_next - now < N_LAST_STEPS * self.dt * STEP_RATIO:
                 continue
-            dt = self._grown() if outcome == Outcome.MAY_GROW else self._shorter(outcome)
+            dt = self._longer_step() if outcome == Outcome.MAY_GROW else self._shorter_step(outcome)
             if dt == self.dt:
                 continue
             if outcome not in (Outcome.MAY_GROW, Outcome.TOO_INACCURATE):
@@ -225,18 +226,18 @@ class StepSizeController:
                 rate = self.iteration.contraction
                 self.note([Event(step, now + self.dt, name, CAUSE_NAMES[outcome], rate)])
             self._change(dt, now)
-            cruise = dt
-        if cruise != self.dt and upto < self.states.t[-1]:
-            self._change(cruise, now)
+            regular = dt
+        if regular != self.dt and t_next < self.states.t[-1]:
+            self._change(regular, now)
 
-    def _repeat(
-        self, rows: list[tuple[float, int]], now: float, upto: float, begin: float, end: float
+    def _repeat_pattern(
+        self, rows: list[tuple[float, int]], now: float, t_next: float, begin: float, end: float
     ) -> None:
         """Take given steps over an interval of smooth loads."""
         for k, (dt, steps) in enumerate(rows):
             if dt != self.dt:
                 self._change(dt, now)
-            last = now + steps * dt if k + 1 < len(rows) else upto
+            last = now + steps * dt if k + 1 < len(rows) else t_next
             part = max(N_STEPS_PER_CHECK, steps // MIN_PARTS)
             while steps:
                 taken = self.stats.steps
@@ -246,22 +247,24 @@ class StepSizeController:
                     raise self._stopped(outcome, now)
 
     def _advance(
-        self, now: float, wanted: int, remaining: int, upto: float, begin: float, end: float
+        self, now: float, n_steps: int, remaining: int, t_next: float, begin: float, end: float
     ) -> tuple[float, Outcome]:
         """Take some of the remaining steps to a time; return the time after them.
 
         Loads are evaluated only in their interval.
         """
-        wanted = min(wanted, len(self._buffer[0]) - 1)
-        times = now + self.dt * np.arange(wanted + 1.0, dtype=np.float64)
-        if wanted == remaining:
-            times[-1] = upto
-        for table, start in zip(self._buffer, self.march.state, strict=True):
+        n_steps = min(n_steps, len(self._buffer[0]) - 1)
+        times = now + self.dt * np.arange(n_steps + 1.0, dtype=np.float64)
+        if n_steps == remaining:
+            times[-1] = t_next
+        for table, start in zip(self._buffer, self.time_loop.state, strict=True):
             table[0] = start
         amplitudes = inputs_at(self.system, np.clip(times[1:], begin, end))
         self.iteration.step, before = self.stats.steps, now - self.stats.steps * self.dt
         clock = time.perf_counter()
-        taken, code = self.march.advance(self.iteration, wanted, amplitudes, 1, 0, *self._buffer)
+        taken, code = self.time_loop.advance(
+            self.iteration, n_steps, amplitudes, 1, 0, *self._buffer
+        )
         self.stats.march_seconds += time.perf_counter() - clock
         if self.seed.error is not None:
             raise self.seed.error
@@ -288,14 +291,14 @@ class StepSizeController:
             if self.cost_model.of_run(self.stats) > self._budget:
                 raise BudgetExceeded
 
-    def note(self, found: list[Event]) -> None:
+    def note(self, events: list[Event]) -> None:
         """Add events to the list, up to `MAX_EVENTS`."""
-        self.stats.events += found[: MAX_EVENTS - len(self.stats.events)]
+        self.stats.events += events[: MAX_EVENTS - len(self.stats.events)]
 
     def _stopped(self, outcome: Outcome, now: float) -> Exception:
         return step_error(
             self.system,
-            self.march,
+            self.time_loop,
             self.iteration,
             outcome,
             self.stats.steps,
@@ -306,9 +309,9 @@ class StepSizeController:
             hint_for_accuracy(self.system.scene, self.integrator),
         )
 
-    def _grown(self) -> float:
+    def _longer_step(self) -> float:
         """Return the step after easy ones: longer, unless such steps had a high cost."""
-        if not self._effort.may_grow(self.stats.steps):
+        if not self._cost_monitor.may_grow(self.stats.steps):
             return self.dt
         levels = 1
         if self.stats.rejected_steps == 0 and self.stats.steps < N_FIRST_STEPS:
@@ -318,15 +321,15 @@ class StepSizeController:
     def _is_hard(self) -> bool:
         """Return whether the last steps cost so much that shorter ones may cost less."""
         self._count()
-        return self._effort.too_large(self.stats)
+        return self._cost_monitor.too_large(self.stats)
 
     def _levels(self) -> int:
         """Return the powers of the ratio by which the step may change, by the last error."""
-        error = max(self.march.step_error, np.finfo(float).tiny)
+        error = max(self.time_loop.step_error, np.finfo(float).tiny)
         ratio = (SAFETY_FACTOR * self.local_error / error) ** (1.0 / 3.0)
         return math.floor(math.log(ratio, STEP_RATIO))
 
-    def _shorter(self, outcome: Outcome) -> float:
+    def _shorter_step(self, outcome: Outcome) -> float:
         """Return the step for another attempt."""
         if outcome == Outcome.TOO_INACCURATE:
             self.stats.rejected_steps += 1
@@ -334,18 +337,18 @@ class StepSizeController:
         return self.dt / 2.0
 
     def _change(self, dt: float, now: float) -> None:
-        self._passage.change(self.dt, dt, now)
-        self._go_on(dt)
+        self._step_change.change(self.dt, dt, now)
+        self._continue(dt)
 
-    def _go_on(self, dt: float) -> None:
+    def _continue(self, dt: float) -> None:
         """Continue with a step after the factor was used for another matrix."""
-        self._bound(dt)
+        self._set_iteration_error(dt)
         self.iteration.mark_stale()
         self.dt = dt
 
-    def _bound(self, dt: float) -> None:
+    def _set_iteration_error(self, dt: float) -> None:
         """Set the remaining error of the iteration for a step."""
-        error = min(self._left, self._kept * dt**2)
+        error = min(self.iteration_error, self._iteration_error_rate * dt**2)
         self.iteration.set_tolerance(self.criterion.at(dt, error))
 
 

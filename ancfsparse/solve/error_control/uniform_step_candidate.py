@@ -21,9 +21,7 @@ MIN_SCALE = 0.3  # error of a run over the predicted one
 MIN_PREDICTED_RATIO = 0.3  # predicted difference of two runs over the error of the first
 # Nonlinearly excited waves are not predicted, and shorten steps of order 2 more than of order 8.
 FIRST_COST_FACTOR = 1.3  # cost over the planned one, before the first run
-RESTART_RATIO = (
-    2.0  # steps of a restart over the steps of a run that gains energy or cannot be solved
-)
+RESTART_RATIO = 2.0  # steps of a restart over the steps of the failed run
 
 
 class UniformStepCandidate(ImplicitCandidate):
@@ -60,19 +58,19 @@ class UniformStepCandidate(ImplicitCandidate):
         """Make the next run."""
         pattern = self._next()
         n = sum(steps for rows in pattern for _, steps in rows)
-        stepper = self._stepper(pattern=pattern, left=self._left(n))
+        controller = self._controller(pattern=pattern, iteration_error=self._iteration_error(n))
         try:
-            states = stepper.run()
+            states = controller.run()
         except (EnergyIncreaseError, StepError) as stop:
-            self._count_attempt(stop, stepper)
+            self._count_attempt(stop, controller)
             self.failure = stop if self._attempts == MAX_ATTEMPTS else None
             self._plan, self._begin = replace(self._plan, min_steps=RESTART_RATIO * n), None
             return
         finally:
-            self.steps = stepper.stats.steps
-        self._cost = stepper.cost_model.of_run(stepper.stats) / (n + EXTRA_STEPS)
+            self.steps = controller.stats.steps
+        self._cost = controller.cost_model.of_run(controller.stats) / (n + EXTRA_STEPS)
         if self._runs:
-            self._take(n, states)
+            self._add_run(n, states)
         else:
             self._first_steps, self._pattern = n, pattern
             self._runs, self.states = [(n, states)], states
@@ -114,7 +112,9 @@ class UniformStepCandidate(ImplicitCandidate):
             self._plan.difference(coarse, fine), MIN_PREDICTED_RATIO * self._plan.error(coarse)
         )
         self._scale = max(difference / max(predicted, np.finfo(float).tiny), MIN_SCALE)
-        if self._mixed_error < math.inf:
+        if self._extrapolated_error < math.inf:
             extrapolated = self._scale * self._plan.extrapolated_error(coarse, fine)
-            self._excess = max(1.0, self._mixed_error / max(extrapolated, np.finfo(float).tiny))
+            self._excess = max(
+                1.0, self._extrapolated_error / max(extrapolated, np.finfo(float).tiny)
+            )
         return self._plan.common_error(coarse, fine)

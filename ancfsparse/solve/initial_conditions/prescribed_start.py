@@ -113,7 +113,9 @@ def inputs_at(
     return table
 
 
-def prescribe_motions_of_loop(system: System, march: ImplicitLoop, a: Vector, lam: Vector) -> None:
+def prescribe_motions_of_loop(
+    system: System, time_loop: ImplicitLoop, a: Vector, lam: Vector
+) -> None:
     """Set prescribed motions in a time loop, and the forces that they require at the start."""
     prescribed = system.prescribed
     if not prescribed:
@@ -122,4 +124,4 @@ def prescribe_motions_of_loop(system: System, march: ImplicitLoop, a: Vector, la
     r, _ = system.assembly.residual(system.q0, system.v0, a, lam, system.dead_load, loads)
     first = system.n_all - prescribed.n
     start = prescribed.at(system.t0).s
-    march.drive(prescribed.n, prescribed.n_equations, start, r[first:])
+    time_loop.drive(prescribed.n, prescribed.n_equations, start, r[first:])

@@ -46,14 +46,14 @@ def check_start(start: object, name: str = "start") -> State | None:
 def save_state(
     system: System,
     integrator: Integrator,
-    march: Loop,
+    time_loop: Loop,
     iteration: NonlinearLoop | None,
     t: float,
     dt: float,
 ) -> State:
     """Return the present state of a time loop, with the memory that its next steps need."""
-    q, v, a, lam = march.state
-    memory = dict(march.memory)
+    q, v, a, lam = time_loop.state
+    memory = dict(time_loop.memory)
     b = memory.pop("b0", None)
     memory["run"] = {"integrator": repr(integrator), "dt": dt}
     memory["scene"] = system.description
@@ -94,13 +94,13 @@ def restore_contributions(state: State | None, system: System) -> bool:
 
 
 def restore_state(
-    state: State, system: System, march: Loop, iteration: NonlinearLoop | None = None
+    state: State, system: System, time_loop: Loop, iteration: NonlinearLoop | None = None
 ) -> None:
     """Restore the memory of a time loop from a state."""
     memory = dict(state.memory)
     if state.b is not None:
         memory["b0"] = state.b
-    march.recall(memory)
+    time_loop.recall(memory)
     restore_contributions(state, system)
     if iteration is not None:
         iteration.rate = memory["contraction"]

@@ -39,7 +39,7 @@ class ErrorControlledRun:
             request.max_halvings,
         )
 
-    def march(self, recorder: StateRecorder) -> Outcome:
+    def integrate(self, recorder: StateRecorder) -> Outcome:
         """Integrate until the error is small enough."""
         request = self._request
         solve_accurately(
@@ -55,5 +55,5 @@ class ErrorControlledRun:
         return Outcome.CONVERGED
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
-        """Unreachable: runs to an accuracy raise their errors in `march`."""
+        """Unreachable: runs to an accuracy raise their errors in `integrate`."""
         raise AssertionError(outcome)

@@ -33,10 +33,10 @@ class ExplicitRun(FixedStepRun):
             request.factorization,
         )
         dt, n_steps, gain = request.clock.dt, request.n_steps, request.max_energy_gain
-        march, self._mass, why = prepare_explicit(
+        time_loop, self._mass, why = prepare_explicit(
             system, dt, n_steps, integrator, gain, request.state
         )
-        super().__init__(system, request, march, None, march.state[2], why)
+        super().__init__(system, request, time_loop, None, time_loop.state[2], why)
         self._integrator = integrator
 
     @property
@@ -51,7 +51,7 @@ class ExplicitRun(FixedStepRun):
         steps = self._stats.steps
         return instability_error(
             self._system,
-            self._march,
+            self._time_loop,
             self._mass,
             self._integrator,
             outcome,

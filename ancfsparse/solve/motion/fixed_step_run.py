@@ -48,7 +48,7 @@ class FixedStepRun(ABC):
         The moving system.
     request : Request
         The steps, and the steps to be saved.
-    march : Loop
+    time_loop : Loop
         Compiled loop of the integrator, at the start.
     nonlinear : NonlinearLoop or None
         Compiled loop that solves the equations of a step.
@@ -66,14 +66,14 @@ class FixedStepRun(ABC):
         self,
         system: System,
         request: Request,
-        march: Loop,
+        time_loop: Loop,
         nonlinear: NonlinearLoop | None,
         a: Vector,
         why: str,
         threads: int = 1,
     ) -> None:
         self._system, self._request, self._clock = system, request, request.clock
-        self._march, self._nonlinear, self._first = march, nonlinear, [a]
+        self._time_loop, self._nonlinear, self._first = time_loop, nonlinear, [a]
         self._stages, self._dt = request.integrator.stages, request.clock.dt
         self._n_steps, self._save_every = request.n_steps, request.save_every
         self._chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
@@ -82,7 +82,7 @@ class FixedStepRun(ABC):
         self._stats = RunStats(solver=why, seconds=seconds, threads=threads)
         # Steps of the run, and of the time loop, before those whose states are in the buffer; None
         # while the time loop is inside a step.
-        self._before: tuple[int, int] | None = (0, march.steps)
+        self._before: tuple[int, int] | None = (0, time_loop.steps)
 
     @property
     @abstractmethod
@@ -109,7 +109,7 @@ class FixedStepRun(ABC):
         """Discard the steps that a failed run must not keep; return its outcome."""
         return outcome
 
-    def march(self, recorder: StateRecorder) -> Outcome:
+    def integrate(self, recorder: StateRecorder) -> Outcome:
         """Record the start and advance all steps; return the outcome.
 
         Raises
@@ -140,7 +140,7 @@ class FixedStepRun(ABC):
         return outcome
 
     def _record_start(self) -> None:
-        system, first = self._system, self._march.state
+        system, first = self._system, self._time_loop.state
         # Those of the integrator differ, see `consistent_state.starting_state`.
         a = self._first.pop()
         when = np.array([system.t0])
@@ -180,10 +180,10 @@ class FixedStepRun(ABC):
         times = self._clock.at(steps, self._stages)
         amplitudes, failure = self._system.inputs(times.ravel(), self.takes_rates)
         n = len(amplitudes) // p
-        self._before = begin, self._march.steps
+        self._before = begin, self._time_loop.steps
         clock = time.perf_counter()
         try:
-            _, code = self._march.advance(
+            _, code = self._time_loop.advance(
                 self._nonlinear, n, amplitudes, self._save_every, since, *self._buffer
             )
         finally:
@@ -202,7 +202,7 @@ class FixedStepRun(ABC):
         if self._before is None or not self._buffer:  # the buffer is freed once all is recorded
             return
         begin, counted = self._before
-        self._stats.steps = steps = begin + self._march.steps - counted
+        self._stats.steps = steps = begin + self._time_loop.steps - counted
         first, every = begin // self._save_every, self._save_every  # recorded before: 0 to `first`
         new = slice(self._recorder.rows - first, steps // every + 1 - first)
         numbers = every * (first + np.arange(new.start, new.stop, dtype=np.float64))
@@ -224,9 +224,9 @@ class FixedStepRun(ABC):
         if self._before is not None:
             t = self._clock.at(stats.steps)
             integrator, loop = self._request.integrator, self._nonlinear
-            last = save_state(self._system, integrator, self._march, loop, t, self._dt)
+            last = save_state(self._system, integrator, self._time_loop, loop, t, self._dt)
         self._recorder.finish(stats, last)
 
     def _append_state(self) -> None:
         time = np.array([self._clock.at(self._stats.steps)])
-        self._recorder.append(time, *(x[None] for x in self._march.state))
+        self._recorder.append(time, *(x[None] for x in self._time_loop.state))

@@ -45,8 +45,10 @@ class ImplicitRun(FixedStepRun):
             request.factorization,
             request.state,
         )
-        super().__init__(system, request, ready.march, ready.iteration, ready.a, ready.why, threads)
-        self._integrator, self._loop, self._iteration = integrator, ready.march, ready.iteration
+        super().__init__(
+            system, request, ready.time_loop, ready.iteration, ready.a, ready.why, threads
+        )
+        self._integrator, self._loop, self._iteration = integrator, ready.time_loop, ready.iteration
         self._solved_with: list[Seed] = [ready.seed]
         self._back, self._switches = ready.back, list[Event]()
         if self._back is not None:
@@ -54,13 +56,13 @@ class ImplicitRun(FixedStepRun):
         self._compliant: stepping.CompliantConstraints | None = None
         if system.n_multipliers and any(body.masses is not None for body in system.scene.bodies):
             self._compliant = stepping.CompliantConstraints(
-                system, ready.march, ready.iteration, ready.seed, integrator, request.clock
+                system, ready.time_loop, ready.iteration, ready.seed, integrator, request.clock
             )
         self._halving: stepping.StepHalving | None = None
         if request.max_halvings:
             self._halving = stepping.StepHalving(
                 system,
-                ready.march,
+                ready.time_loop,
                 ready.iteration,
                 integrator,
                 ready.criterion,
@@ -111,18 +113,18 @@ class ImplicitRun(FixedStepRun):
     ) -> Outcome:
         """Retry a failed step with compliant constraints, or in parts."""
         stats = self._stats
-        self._before, seconds, begin = None, recovery.seconds, self._march.steps
+        self._before, seconds, begin = None, recovery.seconds, self._time_loop.steps
         outcome = recovery.recover(stats.steps + 1, outcome)
         stats.march_seconds += recovery.seconds - seconds
         # A step can be taken, and the check of its energy stop the run.
-        is_taken = self._march.steps > begin and not recovery.is_inside_step
+        is_taken = self._time_loop.steps > begin and not recovery.is_inside_step
         if outcome == Outcome.CONVERGED or is_taken:
             self._steps_to_projection = recovery.steps_to_projection
             stats.steps += 1
             if stats.steps % self._save_every == 0:
                 self._append_state()
         if not recovery.is_inside_step:
-            self._before = stats.steps, self._march.steps
+            self._before = stats.steps, self._time_loop.steps
         return outcome
 
     def _check_end(self) -> Outcome:
@@ -158,7 +160,7 @@ class ImplicitRun(FixedStepRun):
         hint = ""
         if self._system.n_multipliers and outcome in RECOVERABLE_OUTCOMES:
             hint = initial_conditions.describe_contradiction(
-                self._system, self._march.state[0], self._clock.at(steps + 1)
+                self._system, self._time_loop.state[0], self._clock.at(steps + 1)
             )
         return step_error(
             self._system,

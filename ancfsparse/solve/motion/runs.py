@@ -16,9 +16,9 @@ from ancfsparse.system import System
 
 
 class Run(Protocol):
-    """A run that is set up and ready to march."""
+    """A run that is set up and ready to integrate."""
 
-    def march(self, recorder: StateRecorder) -> Outcome:
+    def integrate(self, recorder: StateRecorder) -> Outcome:
         """March to the end and pass all states to a recorder; return the outcome."""
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:

@@ -1,4 +1,4 @@
-"""Motion in time: check the arguments, build the run, march it, return its trajectory."""
+"""Motion in time: check the arguments, build the run, integrate it, return its trajectory."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def run_request(request: Request, system: System) -> Trajectory:
     storage = RunStorage(system, request.rows, request.save_nodes, request.output, settings)
     run = build_run(request, system, needed)
     with storage.open() as recorder:
-        outcome = run.march(recorder)
+        outcome = run.integrate(recorder)
     path = storage.trajectory()
     if outcome != Outcome.CONVERGED:
         raise run.failure(outcome, path)

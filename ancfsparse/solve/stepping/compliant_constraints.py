@@ -49,7 +49,7 @@ class CompliantConstraints:
 
     Parameters
     ----------
-    system, march, iteration, seed
+    system, time_loop, iteration, seed
         The moving system, its compiled loops, and their seed.
     integrator
         As in `simulate`.
@@ -73,13 +73,13 @@ class CompliantConstraints:
     def __init__(
         self,
         system: System,
-        march: ImplicitLoop,
+        time_loop: ImplicitLoop,
         iteration: NonlinearLoop,
         seed: Seed,
         integrator: Implicit,
         clock: TimeGrid,
     ) -> None:
-        self._system, self._march, self._iteration = system, march, iteration
+        self._system, self._time_loop, self._iteration = system, time_loop, iteration
         self._seed, self._integrator, self._clock = seed, integrator, clock
         self._scale = integrator.scale * clock.dt**2
         self._largest, self.steps_to_projection = 0.0, 0
@@ -136,7 +136,7 @@ class CompliantConstraints:
             As `steps_to_projection`.
         """
         system = self._system
-        q, v, _, lam = self._march.state
+        q, v, _, lam = self._time_loop.state
         rate = -(system.constraints.jacobian(q) @ v)
         if system.prescribed.n_equations:
             prescribed = system.prescribed.at(t).s_rate
@@ -147,7 +147,7 @@ class CompliantConstraints:
         regularize(system, self._scale)
         n, change = system.n_free, np.zeros(system.n_all)
         change[:n] = self._seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
-        self._march.change_step(self._clock.dt, self._integrator, 0.0 * change, change)
+        self._time_loop.change_step(self._clock.dt, self._integrator, 0.0 * change, change)
         self._iteration.mark_stale()
         self.steps_to_projection = (
             2 * self.steps_to_projection if self.steps_to_projection < LAST_PROJECTION else 0
@@ -174,7 +174,7 @@ class CompliantConstraints:
 
     def _is_near(self) -> bool:
         """Return whether more constraints are near dependent than at first, now or after a step."""
-        q, v = self._march.state[:2]
+        q, v = self._time_loop.state[:2]
         after = q + self._clock.dt * v
         if self._at_first is None:
             self._at_first = count_near_dependent(
@@ -188,24 +188,24 @@ class CompliantConstraints:
     def _soften(self, ratio: float) -> None:
         """Set the compliance of the constraints; zero restores exact ones."""
         value = regularize(self._system, self._scale, ratio) if ratio else 0.0
-        self._march.soften(value)
+        self._time_loop.soften(value)
         if not ratio:
             regularize(self._system, self._scale)
         self._iteration.mark_stale()
 
     def _try(self, step: int, loads: Table, cause: Outcome) -> Outcome | None:
         """Take the step if its solution hardly violates constraints; otherwise return None."""
-        rate, velocity = self._iteration.contraction, self._march.state[1]
+        rate, velocity = self._iteration.contraction, self._time_loop.state[1]
         self._iteration.step = step - 1
-        self._march.prepare(loads)
+        self._time_loop.prepare(loads)
         if Outcome(self._iteration.solve()) != Outcome.CONVERGED:
             return None
-        violation = float(np.max(np.abs(self._march.unbalanced[1])))
+        violation = float(np.max(np.abs(self._time_loop.unbalanced[1])))
         if violation > MAX_VIOLATION_RATIO * self._clock.dt * float(np.max(np.abs(velocity))):
             return None
-        begin = self._march.steps
+        begin = self._time_loop.steps
         outcome = self._advance(step, loads)
-        if self._march.steps == begin:
+        if self._time_loop.steps == begin:
             return None
         self._largest = max(self._largest, violation)
         event = Event(step, self._clock.at(step), "softer constraints", CAUSE_NAMES[cause], rate)
@@ -216,5 +216,5 @@ class CompliantConstraints:
         n, m = self._system.n_all, self._system.n_multipliers
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
         self._iteration.step = step - 1
-        _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
+        _, code = self._time_loop.advance(self._iteration, 1, loads, 2, 0, *unused)
         return Outcome(code)

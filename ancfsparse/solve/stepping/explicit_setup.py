@@ -153,18 +153,18 @@ def prepare_explicit(
     noise = 100.0 * EPSILON * system.energy_scale(system.q0)
     state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]), rates=True)[0])
     sizes = None if saddle is None else constraint_magnitudes(system)
-    march = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise, sizes)
+    time_loop = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise, sizes)
     if restore_contributions(start, system):
-        march.refresh()
-    check_multipliers(system, march, integrator)
+        time_loop.refresh()
+    check_multipliers(system, time_loop, integrator)
     if continues_run(start, system, integrator, dt):
-        restore_state(start, system, march)
+        restore_state(start, system, time_loop)
     why = (
         f"{integrator!r}: forces evaluated {integrator.tableau.forces} times per step, dt is "
         f"{dt / limit:.3g} of the stable step {limit:.4g} s (fastest vibration {omega:.4g} rad/s), "
         f"{_describe_mass(system, seed, mass)}"
     )
-    return march, mass, why
+    return time_loop, mass, why
 
 
 def _describe_mass(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
@@ -175,9 +175,9 @@ def _describe_mass(system: System, seed: SparseSeed, mass: SparseSeed | BlockInv
     return f"mass matrix {'factored once' if mass is seed else 'inverted in dense blocks'}"
 
 
-def check_multipliers(system: System, march: ExplicitLoop, integrator: Explicit) -> None:
+def check_multipliers(system: System, time_loop: ExplicitLoop, integrator: Explicit) -> None:
     """Check that the multipliers at the start could be found."""
-    if not (march.finite and np.isfinite(march.state[2]).all()):
+    if not (time_loop.finite and np.isfinite(time_loop.state[2]).all()):
         raise InputError(
             "{integrator!r} finds no multipliers at the start: the forces there leave the range "
             "of numbers, or the {last} repeats another constraint; leave that out, or take an "
@@ -205,7 +205,7 @@ def count_forces(stats: RunStats, integrator: Explicit) -> None:
 
 def instability_error(
     system: System,
-    march: Loop,
+    time_loop: Loop,
     mass: SparseSeed | BlockInverse,
     integrator: Explicit,
     outcome: Outcome,
@@ -229,14 +229,14 @@ def instability_error(
     path : Trajectory, optional
         The states so far.
     """
-    gain, _ = march.energy_gain
+    gain, _ = time_loop.energy_gain
     if outcome == Outcome.DIVERGED:
         reason = f"the constraints cannot be met by step {step + 1}: they rotate too far in it"
     elif outcome == Outcome.NOT_FINITE:
         reason = f"step {step + 1} leaves the range of numbers"
     else:
         load = system.loads.amplitudes(np.array([now]))[0]
-        q, _, _, lam = march.state
+        q, _, _, lam = time_loop.state
         mass = mass_seed(system) if mass.n > system.n_free else mass
         limit = integrator.tableau.interval / highest_frequency(system, mass, q, load, lam)
         reason = (

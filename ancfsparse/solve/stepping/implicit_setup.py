@@ -47,7 +47,7 @@ class ImplicitSetup(NamedTuple):
 
     Attributes
     ----------
-    march, iteration
+    time_loop, iteration
         Compiled loops of the integrator and of the nonlinear solver.
     seed : Seed
         The initial inverse of corrections.
@@ -61,7 +61,7 @@ class ImplicitSetup(NamedTuple):
         Comparison with a complete seed, if an incomplete one was selected by "auto".
     """
 
-    march: ControlledLoop
+    time_loop: ControlledLoop
     iteration: NonlinearLoop
     seed: Seed
     criterion: ConvergenceCriterion
@@ -100,14 +100,14 @@ def prepare_implicit(
         system.reset_memory()
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = ConvergenceCriterion(system, integrator, tolerance)
-    march = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
+    time_loop = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
     restore_contributions(state, system)  # the time loop has reset them
     measures = criterion.at(dt).by_correction
     extrapolates = measures and _extrapolates(system, integrator, method, criterion, dt)
-    march.weigh(criterion.mass, criterion.total, measures, extrapolates)
+    time_loop.weigh(criterion.mass, criterion.total, measures, extrapolates)
     if system.prescribed:
-        initial_conditions.prescribe_motions_of_loop(system, march, a, start.lam)
-    march.prepare(system.inputs(np.array([system.t0 + dt]))[0])
+        initial_conditions.prescribe_motions_of_loop(system, time_loop, a, start.lam)
+    time_loop.prepare(system.inputs(np.array([system.t0 + dt]))[0])
     weights = np.concatenate([criterion.mass, np.zeros(system.n_multipliers)])
     is_paper = tolerance == "paper" and method.is_dense
     frame = None if method.frame == "fixed" else make_corotated_frame(system)
@@ -115,7 +115,7 @@ def prepare_implicit(
         method, seed, None if is_paper else weights, criterion.norm, criterion.smallest_change(dt)
     )
     iteration = make_iteration(
-        march,
+        time_loop,
         seed,
         inverse,
         method,
@@ -125,16 +125,16 @@ def prepare_implicit(
         difference_steps(system) if method.by_differences else DIFFERENCE_STEP,
         sparing=is_low_memory,
     )
-    divide_among_threads(system, threads, march, iteration, inverse)
+    divide_among_threads(system, threads, time_loop, iteration, inverse)
     if continues_run(state, system, integrator, dt):
-        restore_state(state, system, march, iteration)
+        restore_state(state, system, time_loop, iteration)
     if method.by_differences:
         why += ", first inverse from finite differences"
     if groups is not None:
         limit = max_fill(system)
         why += f"; a complete one would have more than {limit:g} blocks for each of the matrix"
     if groups is None:
-        return ImplicitSetup(march, iteration, seed, criterion, why, a, None)
+        return ImplicitSetup(time_loop, iteration, seed, criterion, why, a, None)
 
     def take_complete() -> Seed:
         complete = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
@@ -151,7 +151,7 @@ def prepare_implicit(
     back = SwitchToDirect(
         groups, lambda other: iteration_costs(system, integrator, other, None), seed, take_complete
     )
-    return ImplicitSetup(march, iteration, seed, criterion, why, a, back)
+    return ImplicitSetup(time_loop, iteration, seed, criterion, why, a, back)
 
 
 def _extrapolates(

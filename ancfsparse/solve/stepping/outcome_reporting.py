@@ -63,7 +63,7 @@ def recovery_events(
 
 def step_error(
     system: System,
-    march: ControlledLoop,
+    time_loop: ControlledLoop,
     iteration: NonlinearLoop,
     outcome: Outcome,
     steps: int,
@@ -78,22 +78,22 @@ def step_error(
     A run to an accuracy has no trajectory.
     """
     if outcome == Outcome.GAINED_ENERGY:
-        gain, exchanged = march.energy_gain
+        gain, exchanged = time_loop.energy_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     if outcome == Outcome.HAD_GAINED:
-        gain, motion, when = march.largest_gain
+        gain, motion, when = time_loop.largest_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(
             gain, motion, max_energy_gain, now, steps, dt, path, advice, when
         )
     steps, now = steps + 1, now + dt
     if outcome == Outcome.WOULD_GAIN:
-        gain, exchanged = march.refused_gain
+        gain, exchanged = time_loop.refused_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     # Location of the largest residual of the last iterate.
-    r, phi = march.unbalanced
+    r, phi = time_loop.unbalanced
     worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
     where, size, unit = system.describe(worst), abs(float(r[worst])), system.unit(worst)
     if len(phi) and np.max(np.abs(phi)) > size:

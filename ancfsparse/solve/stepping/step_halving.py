@@ -29,7 +29,7 @@ class StepHalving:
 
     Parameters
     ----------
-    system, march, iteration
+    system, time_loop, iteration
         The moving system and its compiled loops.
     integrator
         As in `simulate`.
@@ -60,17 +60,17 @@ class StepHalving:
     def __init__(
         self,
         system: System,
-        march: ImplicitLoop,
+        time_loop: ImplicitLoop,
         iteration: NonlinearLoop,
         integrator: Implicit,
         criterion: ConvergenceCriterion,
         clock: TimeGrid,
         max_halvings: int,
     ) -> None:
-        self._system, self._march, self._iteration = system, march, iteration
+        self._system, self._time_loop, self._iteration = system, time_loop, iteration
         self._integrator, self._criterion, self._limit = integrator, criterion, max_halvings
         self._clock, self._dt = clock, clock.dt
-        march.may_shorten()
+        time_loop.may_shorten()
         iteration.halves = True
         self.events: list[Event] = []
         self.short_steps, self.seconds = 0, 0.0
@@ -101,7 +101,7 @@ class StepHalving:
                 when = np.array([self._clock.at(step) - dt * remaining])
                 loads = inputs_at(self._system, when)
                 clock = time.perf_counter()
-                _, code = self._march.advance(self._iteration, 1, loads, 2, 0, *unused)
+                _, code = self._time_loop.advance(self._iteration, 1, loads, 2, 0, *unused)
                 self.seconds += time.perf_counter() - clock
                 outcome = Outcome(code)
                 self.short_steps += outcome == Outcome.CONVERGED
@@ -116,6 +116,6 @@ class StepHalving:
 
     def _change(self, dt: float) -> None:
         none = np.zeros(self._system.n_all)
-        self._march.change_step(dt, self._integrator, none, none)
+        self._time_loop.change_step(dt, self._integrator, none, none)
         self._iteration.set_tolerance(self._criterion.at(dt))
         self._iteration.mark_stale()

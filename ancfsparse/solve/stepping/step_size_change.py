@@ -22,7 +22,7 @@ class StepSizeChange:
 
     Parameters
     ----------
-    system, integrator, march
+    system, integrator, time_loop
         The moving system, its integrator and compiled time loop.
     seed : SparseSeed or IncompleteSeed
         Its factor is replaced if another one is needed.
@@ -34,26 +34,27 @@ class StepSizeChange:
     """
 
     def __init__(
-        self, system: System, integrator: Implicit, march: ControlledLoop, seed: Seed
+        self, system: System, integrator: Implicit, time_loop: ControlledLoop, seed: Seed
     ) -> None:
-        self._system, self._integrator, self._march, self._seed = system, integrator, march, seed
+        self._system, self._integrator = system, integrator
+        self._time_loop, self._seed = time_loop, seed
         self.factors = 0
 
     def change(self, old: float, dt: float, now: float) -> None:
         """Change the step size [s], with corrections for multipliers of second order."""
         system, integrator = self._system, self._integrator
-        jerk = self._march.jerk
+        jerk = self._time_loop.jerk
         change_v = np.zeros(system.n_all)
         if system.n_multipliers:
             n = system.n_free
-            phi_q = system.constraints.jacobian(self._march.state[0])
+            phi_q = system.constraints.jacobian(self._time_loop.state[0])
             rate = integrator.velocity_constant * (dt**2 - old**2) * (phi_q @ jerk)
             # Across the constraints of the present state; and distributed by the stiffness, since
             # by mass alone it would make the constrained nodes vibrate.
             self._factor(dt, system.loads.amplitudes(np.array([now]))[0])
             change_v[:n] = self._seed.solve(np.concatenate([np.zeros(n), rate]))[:n]
         change_b = integrator.shift * (dt - old) * jerk
-        self._march.change_step(dt, integrator, change_b, change_v)
+        self._time_loop.change_step(dt, integrator, change_b, change_v)
 
     def jump(self, dt: float, before: float, after: float) -> None:
         """Correct the accelerations for a jump of the loads between two times.
@@ -65,7 +66,7 @@ class StepSizeChange:
         loads = system.loads.amplitudes(np.array([before, after]))
         if np.array_equal(*loads):
             return
-        q, v, _, lam = self._march.state
+        q, v, _, lam = self._time_loop.state
         none, n = np.zeros(system.n_all), system.n_free
         old, new = (
             system.assembly.residual(q, v, none, lam, system.dead_load, load)[0] for load in loads
@@ -75,7 +76,7 @@ class StepSizeChange:
         twice = self._solution(system.assembly.inertia(once))
         change = 2.0 * once - twice
         change[n:] = 0.0
-        self._march.jump(change, loads[1])
+        self._time_loop.jump(change, loads[1])
 
     def _solution(self, force: Vector) -> Vector:
         n, out = self._system.n_free, np.zeros(self._system.n_all)
@@ -85,7 +86,7 @@ class StepSizeChange:
 
     def _factor(self, dt: float, loads: Vector) -> None:
         """Factor the matrix of a step; if it is indefinite, its material part."""
-        q, _, _, lam = self._march.state
+        q, _, _, lam = self._time_loop.state
         scale, damping = self._integrator.scale * dt**2, self._integrator.damping_scale * dt
         assembly = self._system.assembly
         self.factors += 1

@@ -338,7 +338,7 @@ def test_halved_steps_keep_the_energy_too():
 
 def test_an_accuracy_is_refused():
     scene, _ = pendulum("thin")
-    with pytest.raises(ancf.InputError, match=r"which EnergyMomentum\(\) does not make"):
+    with pytest.raises(ancf.InputError, match=r"which EnergyMomentum\(\) does not have"):
         ancf.simulate(scene, 0.1, accuracy=1e-4, integrator=KEEPS)
 
 

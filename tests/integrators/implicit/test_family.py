@@ -122,12 +122,14 @@ def alternating_errors(integrator, dt, corrected=True):
     stepper = StepSizeController(
         point, integrator, Newton(), 1.0, dt, np.array([0.0, 1.0]), math.inf
     )
-    stepper.left = 1e-12
-    stepper.iteration.set_tolerance(stepper.criterion.at(dt, stepper.left))
+    stepper.iteration_error = 1e-12
+    stepper.iteration.set_tolerance(stepper.criterion.at(dt, stepper.iteration_error))
     buffer = [np.empty((2, n)) for n in (2, 2, 2, 1)]
     t, lam = [0.0], []
     while t[-1] < 1.0 - 1e-9:
-        _, outcome = stepper.march.advance(stepper.iteration, 1, np.zeros((1, 0)), 1, 0, *buffer)
+        _, outcome = stepper.time_loop.advance(
+            stepper.iteration, 1, np.zeros((1, 0)), 1, 0, *buffer
+        )
         assert outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
         t.append(t[-1] + stepper.dt)
         lam.append(buffer[3][1, 0])
@@ -137,7 +139,7 @@ def alternating_errors(integrator, dt, corrected=True):
         if corrected:
             stepper._change(length, t[-1])
         else:
-            stepper.march.change_step(length, integrator, 0.0, 0.0)
+            stepper.time_loop.change_step(length, integrator, 0.0, 0.0)
             stepper.dt = length
     return np.abs(np.array(lam) - exact_circle(1.0, 4.0, np.array(t[1:]))[1]).max()
 

@@ -108,7 +108,7 @@ def test_a_sudden_load_is_not_extrapolated(monkeypatch):
 def test_the_prediction_is_that_of_least_squares():
     system, integrator = System(falling()), ancf.Newmark()
     made = implicit_setup.prepare_implicit(system, DT, integrator, "auto", "default", np.inf)
-    march, n, loads = made.march, system.n_free, np.empty((1, 0))
+    march, n, loads = made.time_loop, system.n_free, np.empty((1, 0))
     room = [np.empty((2, width)) for width in (system.n_all,) * 3 + (0,)]
     states = []
     for _ in range(20):

@@ -148,9 +148,9 @@ def test_a_motion_that_amplifies_rounding_is_recognised_by_repeating_it():
 
 def test_a_way_that_failed_is_named(monkeypatch):
     monkeypatch.setattr(
-        "ancfsparse.solve.error_control.explicit_march.STABILITY_RATIO", 3.0
+        "ancfsparse.solve.error_control.explicit_integration.STABILITY_RATIO", 3.0
     )  # steps too long by far
-    monkeypatch.setattr("ancfsparse.solve.error_control.explicit_march.MAX_UNSTABLE_RUNS", 1)
+    monkeypatch.setattr("ancfsparse.solve.error_control.explicit_integration.MAX_UNSTABLE_RUNS", 1)
     scene, _ = pendulum("l2t2", 2)
     run = ancf.simulate(scene, 0.2, accuracy=1e-4)
     assert run.stats.solver.startswith("GeneralizedAlpha")

@@ -172,7 +172,7 @@ class Interrupter:
     """Raise KeyboardInterrupt at the n-th line of what hands states and counts on."""
 
     def __init__(self, n):
-        self.left, self.march = n, None
+        self.left, self.time_loop = n, None
 
     def __call__(self, frame, event, _):
         name, me = frame.f_code.co_name, frame.f_locals.get("self")
@@ -185,8 +185,8 @@ class Interrupter:
         if not steps and not kept:
             return None
         if steps and getattr(me, "_recorder", None) is not None and me._recorder.rows:
-            self.march = me._march  # the start is recorded
-        if self.march is not None and event == "line":
+            self.time_loop = me._time_loop  # the start is recorded
+        if self.time_loop is not None and event == "line":
             self.left -= 1
             if self.left == 0:
                 raise KeyboardInterrupt
@@ -209,7 +209,7 @@ def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, t
             sys.settrace(before)
             run = stop.trajectory
             steps = run.stats.steps
-            assert steps == interrupter.march.steps
+            assert steps == interrupter.time_loop.steps
             numbers = np.unique(np.append(np.arange(0, steps, 10), steps))
             np.testing.assert_allclose(run.t, 1e-3 * numbers)
             np.testing.assert_array_equal(np.asarray(run.q), whole[numbers])

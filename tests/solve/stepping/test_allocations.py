@@ -55,7 +55,7 @@ def implicit(scene, integrator, solver, kind="complete", tolerance="default"):
     system = System(scene)
     system.prescribed.resolve(DT, 0.0, 1.0)
     ready = prepare_implicit(system, DT, integrator, solver, tolerance, math.inf, kind=kind)
-    return system, ready.march, ready.iteration, np.ones(1)
+    return system, ready.time_loop, ready.iteration, np.ones(1)
 
 def explicit(scene, integrator):
     system = System(scene)

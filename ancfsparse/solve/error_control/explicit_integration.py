@@ -150,24 +150,24 @@ class ExplicitIntegration:
             MIN_STEPS / self._length,
         )
 
-    def step(self, integrator: Explicit, finer: float) -> float:
+    def step(self, integrator: Explicit, ratio: float) -> float:
         """Return a step that is shorter than the longest one by a ratio [s]."""
         stable = STABILITY_RATIO * integrator.tableau.interval / self.omega
-        return min(stable, self._length / MIN_STEPS) / finer
+        return min(stable, self._length / MIN_STEPS) / ratio
 
-    def cost(self, integrator: Explicit, finer: float) -> float:
+    def cost(self, integrator: Explicit, ratio: float) -> float:
         """Return the modelled cost of a run with such steps."""
-        steps = self._length / self.step(integrator, finer) + len(self._spans)
+        steps = self._length / self.step(integrator, ratio) + len(self._spans)
         return steps * integrator.tableau.forces * self.force_cost
 
-    def run(self, integrator: Explicit, finer: float, stats: RunStats) -> SampledStates | None:
+    def run(self, integrator: Explicit, ratio: float, stats: RunStats) -> SampledStates | None:
         """Integrate the motion; return its states, or None if it became unstable.
 
         After that the highest frequency is assumed to be larger.
         """
         assert self._mass is not None
         system = self._system
-        h = self.step(integrator, finer)
+        h = self.step(integrator, ratio)
         states = SampledStates.empty(self._t, system.n_all, system.n_multipliers)
         self.rank_deficiency.begin()
         system.reset_memory()
@@ -181,19 +181,19 @@ class ExplicitIntegration:
             gain, noise = self._max_energy_gain, self._noise
             inputs = self._inputs(np.array([now]), begin, end)[0]
             state = (q, v, inputs, self._mass, gain, noise)
-            march = make_explicit(system, dt, integrator, *state, self._sizes)
+            time_loop = make_explicit(system, dt, integrator, *state, self._sizes)
             if not states.rows:
-                states.begin(*march.state)
+                states.begin(*time_loop.state)
             span = (now, float(last), n)
-            outcome = self._march(march, integrator, span, begin, end, states, stats)
-            q, v, _, lam = march.state
+            outcome = self._integrate(time_loop, integrator, span, begin, end, states, stats)
+            q, v, _, lam = time_loop.state
             if outcome != Outcome.CONVERGED:
                 count_forces(stats, integrator)
                 self._unstable += 1
                 failed = self._failed_function()
                 if self._unstable == MAX_UNSTABLE_RUNS:
                     self.failure = failed or instability_error(
-                        system, march, self._seed, integrator, outcome, stats.steps, now, dt
+                        system, time_loop, self._seed, integrator, outcome, stats.steps, now, dt
                     )
                 omega = 0.0
                 if outcome != Outcome.NOT_FINITE and failed is None:
@@ -232,9 +232,9 @@ class ExplicitIntegration:
             raise failure
         return np.hstack([amplitudes, prescribed])
 
-    def _march(
+    def _integrate(
         self,
-        march: ExplicitLoop,
+        time_loop: ExplicitLoop,
         integrator: Explicit,
         span: tuple[float, float, int],
         begin: float,
@@ -254,12 +254,12 @@ class ExplicitIntegration:
         for first in range(0, steps, chunk):
             numbers = np.arange(first, min(first + chunk, steps) + 1, dtype=np.float64)
             times = np.where(numbers < steps, start + numbers * ((stop - start) / steps), stop)
-            for table, row in zip(buffer, march.state, strict=True):
+            for table, row in zip(buffer, time_loop.state, strict=True):
                 table[0] = row
             when = times[:-1, None] + np.diff(times)[:, None] * nodes
             inputs = self._inputs(when.ravel(), begin, end)
             clock = time.perf_counter()
-            taken, code = march.advance(None, len(times) - 1, inputs, 1, 0, *buffer)
+            taken, code = time_loop.advance(None, len(times) - 1, inputs, 1, 0, *buffer)
             stats.march_seconds += time.perf_counter() - clock
             stats.steps += taken
             if taken:
@@ -269,7 +269,7 @@ class ExplicitIntegration:
                 if new.start < new.stop:
                     inputs = self._inputs(states.t[new], begin, end)
                     # Linear interpolation would be far off for rotations of a radian in a step.
-                    march.accelerations_of(
+                    time_loop.accelerations_of(
                         states.q[new], states.v[new], inputs, states.a[new], states.lam[new]
                     )
                 self.rank_deficiency.examine(times[rows], q, v, lam)
