@@ -251,7 +251,7 @@ def _locate_arcs(beam: ElasticBody, s: object, forward: Array) -> _ElementPoints
             f"s on {beam.name} must be a list of one or more arc coordinates, got {format_value(s)}"
         )
     nodes = np.concatenate([[0.0], np.cumsum(beam.lengths)])
-    slack = NODE_SNAP * beam.lengths.min()
+    slack = NODE_TOLERANCE * beam.lengths.min()
     outside = ~((arcs >= -slack) & (arcs <= nodes[-1] + slack))
     if outside.any():
         raise InputError(

@@ -14,7 +14,7 @@ from ancfsparse.scene.bodies.body import Body, Point
 
 AUTO = "auto"
 # Places of nodes on an undecided mesh: halves to sixths, eighths, tenths and half percent.
-PLACES = 600
+AUTO_ELEMENTS = 600
 
 
 def stand_ins(
@@ -30,7 +30,7 @@ def stand_ins(
         element = "thin" if dim == 2 else "thick"
     if isinstance(n_elements, str) and n_elements == AUTO:
         choices.append("n_elements")
-        n_elements = PLACES
+        n_elements = AUTO_ELEMENTS
     return element, n_elements, tuple(choices)
 
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.records.signal import Signal
 
 # A point closer to a node than this share of an element is that node: rounding, not a place.
-NODE_SNAP = 1e-9
+NODE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -115,7 +115,7 @@ def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
     whole, left = divmod(index * to, n)
     share = (left + xi * to) / n
     nearest = round(share)
-    if abs(share - nearest) <= NODE_SNAP:
+    if abs(share - nearest) <= NODE_TOLERANCE:
         return whole + nearest, 0.0
     return whole + int(share), share - int(share)
 
@@ -231,7 +231,7 @@ class Beam(ElasticBody):
 
     def among(self, n_each: int, point: Point) -> PointRef:
         """Return a point as data of a beam with another number of elements."""
-        if n_each % self.n_elements and np.ptp(self.lengths) > NODE_SNAP * self.shortest:
+        if n_each % self.n_elements and np.ptp(self.lengths) > NODE_TOLERANCE * self.shortest:
             raise InputError(
                 f"{point!r} cannot be moved to {n_each} elements, since {self.name} has nodes of "
                 f"its own: take a multiple of {self.n_elements}"
@@ -357,13 +357,13 @@ class Beam(ElasticBody):
         if not self._is_even:
             i = int(np.clip(np.searchsorted(self.arcs, distance) - 1, 0, self.n_elements - 1))
             share = i + (distance - float(self.arcs[i])) / float(self.lengths[i])
-        if not -NODE_SNAP <= share <= self.n_elements + NODE_SNAP:
+        if not -NODE_TOLERANCE <= share <= self.n_elements + NODE_TOLERANCE:
             raise InputError(
                 f"arc coordinate s = {distance:.6g} m lies outside {self.name}: "
                 f"it runs from 0 to {self.length:.6g} m"
             )
         nearest = round(share)
-        if abs(share - nearest) <= NODE_SNAP:
+        if abs(share - nearest) <= NODE_TOLERANCE:
             return Point(self, nearest, 0.0, self.line)
         return Point(self, int(share), share - int(share), self.line)
 

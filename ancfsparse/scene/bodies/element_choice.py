@@ -22,9 +22,9 @@ from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection, Taper
 
 # Second moments further apart than this share make a section that is not round.
-NOT_ROUND = 1e-9
+MAX_INERTIA_DIFFERENCE = 1e-9
 # Transition strain of strings below which rounding in the strain, 1e-16, is no longer small.
-LEAST_SLACK = 1e-9
+MIN_SLACK_STRAIN = 1e-9
 # The default of every option of every element.
 DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
 
@@ -114,10 +114,10 @@ def slack_string(label: str, element: str | ElementKind, dim: int, slack: float)
         )
     strain = check_positive(f"slack of {label}", slack)
     # At 1 every length from zero on is within the transition; below, squares lose what they add.
-    if not LEAST_SLACK <= strain < 1.0:
+    if not MIN_SLACK_STRAIN <= strain < 1.0:
         raise InputError(
-            f"slack of {label} is a strain from {LEAST_SLACK:g} to 1, got {strain:.6g}: take about "
-            "the strain under the smallest force of interest"
+            f"slack of {label} is a strain from {MIN_SLACK_STRAIN:g} to 1, got {strain:.6g}: take "
+            "about the strain under the smallest force of interest"
         )
     return slack_form(dim, strain)
 
@@ -209,7 +209,7 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
             f"section of {label} has an inertia_yz, so the beam leaves the plane where it bends: "
             "take a spatial scene"
         )
-    round_enough = abs(about_y - about_z) <= NOT_ROUND * max(about_y, about_z)
+    round_enough = abs(about_y - about_z) <= MAX_INERTIA_DIFFERENCE * max(about_y, about_z)
     if kind.bends_alike and not round_enough:
         raise InputError(
             f"{label} is a spatial cable, which bends alike in all directions, but its section "

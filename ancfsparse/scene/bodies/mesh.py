@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene.bodies.beam import NODE_SNAP, resettled
+from ancfsparse.scene.bodies.beam import NODE_TOLERANCE, resettled
 from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import section_axes
@@ -21,7 +21,7 @@ from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection
 
 # More lines than this are not looked at one by one when a scene is searched for free motions.
-MANY_LINES = 200
+MAX_SEPARATE_LINES = 200
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -114,7 +114,7 @@ class Mesh(ElasticBody):
     @property
     def parts(self) -> Numbers:
         """Line of every row, or, where there are very many lines, connected part of the mesh."""
-        if self.n_lines <= MANY_LINES:
+        if self.n_lines <= MAX_SEPARATE_LINES:
             return self.lines
         return _components(self.n_nodes, self.edges)[self.row_nodes]
 
@@ -213,7 +213,7 @@ class Mesh(ElasticBody):
         first = edge * self.n_each
         length = float(self.lengths[first])
         share = check_finite(f"s on edge {edge} of {self.name}", s, "m") / length
-        if not -NODE_SNAP <= share <= self.n_each + NODE_SNAP:
+        if not -NODE_TOLERANCE <= share <= self.n_each + NODE_TOLERANCE:
             raise InputError(
                 f"s = {s:.6g} m lies outside edge {edge} of {self.name}: it runs from 0 to "
                 f"{self.n_each * length:.6g} m"
@@ -223,7 +223,7 @@ class Mesh(ElasticBody):
         if self.flipped[index]:
             share = 1.0 - share
         for end, node in enumerate(self.edges[index]):
-            if abs(share - end) <= NODE_SNAP:
+            if abs(share - end) <= NODE_TOLERANCE:
                 return Point(self, int(node))
         return Point(self, int(index), share)
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.body import ConstraintBuilder
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
-AXES = "uvw"
+VECTOR_LETTERS = "uvw"
 # Share of a body's size within which a point is its origin.
-AT_ORIGIN = 1e-12
+ORIGIN_RATIO = 1e-12
 # Likewise of its centre of mass, for pictures.
-AT_CENTRE = 1e-9
+CENTRE_RATIO = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -153,7 +153,7 @@ class RigidBody(Body):
         return self._point(given[: self.n_vectors])
 
     def _point(self, offsets: Vector) -> Point:
-        near = np.abs(offsets) <= AT_ORIGIN * self.size
+        near = np.abs(offsets) <= ORIGIN_RATIO * self.size
         return Point(self, 0, 0.0, () if near.all() else tuple(float(x) for x in offsets))
 
     def point(self, place: PointRef) -> Point:
@@ -174,7 +174,7 @@ class RigidBody(Body):
     def interior_direction(self, node: Point) -> Vector:
         """Return the vector from a point to the centre of mass, at which it is the first vector."""
         offset = self.centre.position - node.position
-        return offset if np.linalg.norm(offset) > AT_CENTRE * self.size else self.vectors[0, 0]
+        return offset if np.linalg.norm(offset) > CENTRE_RATIO * self.size else self.vectors[0, 0]
 
     def arc(self, point: Point) -> float:
         """Refuse: a rigid body has no arc coordinate."""
@@ -218,7 +218,7 @@ class RigidBody(Body):
                 own = j == k
                 factor = 0.5 * size if own else size
                 builder.equation(
-                    f"rigidity of {self.name}, {AXES[j]}.{AXES[k]}",
+                    f"rigidity of {self.name}, {VECTOR_LETTERS[j]}.{VECTOR_LETTERS[k]}",
                     -factor if own else 0.0,
                     *((factor, a, b) for a, b in zip(u, v, strict=True)),
                     mass=self.mass,

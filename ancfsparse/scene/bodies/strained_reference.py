@@ -11,7 +11,7 @@ from ancfsparse.kernels.hermite import slope_weights
 Vector = NDArray[np.float64]
 
 # Gauss points for the chord of an element: exact to rounding for turns of a radian.
-POINTS = 10
+GAUSS_POINTS = 10
 
 
 def strained_ends(kind: ElementKind, ends: Vector, lengths: Vector, eigen: Vector) -> Vector:
@@ -46,7 +46,7 @@ def strained_ends(kind: ElementKind, ends: Vector, lengths: Vector, eigen: Vecto
     places, slopes = kind.columns("r"), kind.columns("r_x")
     axes = kind.directions("r")
     cubic = np.stack([ends[:, e, c] for e in (0, 1) for c in (places, slopes)], axis=1)
-    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
     chord = np.zeros((len(ends), 3))
     for point, weight in zip(points, weights, strict=True):
         slope = np.zeros((len(ends), 3))

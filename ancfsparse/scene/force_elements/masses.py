@@ -22,7 +22,7 @@ from ancfsparse.scene.records.record import At, PointRef, Record
 Matrix = NDArray[np.float64]
 
 # Share of a moment of inertia by which it may break the triangle inequality: rounding.
-ROUNDING = 1e-12
+ROUNDING_RATIO = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,11 +250,11 @@ def _spatial(node: Point, inertia: ArrayLike) -> Matrix:
         raise InputError(f"{what} must be finite, got {format_value(inertia)}")
     matrix = np.diag(given) if given.ndim == 1 else given
     largest = float(np.abs(matrix).max())
-    if np.abs(matrix - matrix.T).max() > ROUNDING * largest:
+    if np.abs(matrix - matrix.T).max() > ROUNDING_RATIO * largest:
         raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
     # Second moments of the mass along each axis: sums of squares.
     least = float(np.linalg.eigvalsh(second_moments(matrix)).min())
-    if least < -ROUNDING * largest:
+    if least < -ROUNDING_RATIO * largest:
         raise InputError(
             f"{what} belongs to no body: each principal moment is at most the sum of the other two "
             f"and not negative, got {format_value(inertia)}"

@@ -14,7 +14,7 @@ from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
 from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.geometry.positions import SAME_PLACE, check_position
+from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, check_position
 from ancfsparse.scene.joints.joint import check_point
 from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.methods.scene_base import SceneBase
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Stiffness = float | Callable[[float], float]
 
 # Signatures of C functions that give the force [N] at an elongation [m].
-LAWS = ("double (double)", "double (double, void *)")
+LAW_SIGNATURES = ("double (double)", "double (double, void *)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ class Spring(Attachment):
     @property
     def signature(self) -> str:
         """Signature of a force law that is a C function."""
-        return check_signature(f"the force law of {self.what}", self.stiffness, *LAWS)
+        return check_signature(f"the force law of {self.what}", self.stiffness, *LAW_SIGNATURES)
 
     @property
     def what(self) -> str:
@@ -174,7 +174,7 @@ class Springs(SceneBase):
         distance = float(np.linalg.norm(there - one.position))
         if isinstance(other, Point) and one == other:
             raise InputError(f"{what} has both ends at one point")
-        if length is None and distance <= SAME_PLACE * one.beam.size:
+        if length is None and distance <= COINCIDENCE_RATIO * one.beam.size:
             raise InputError(
                 f"{what} has both ends at one place, so its length is not known: give length="
             )
@@ -195,7 +195,7 @@ class Springs(SceneBase):
         if not law and spring.stiffness == 0.0 and spring.damping == 0.0:
             raise InputError(f"{what} does nothing: give it a stiffness or a damping")
         if is_compiled(stiffness):
-            check_signature(f"the force law of {what}", stiffness, *LAWS)
+            check_signature(f"the force law of {what}", stiffness, *LAW_SIGNATURES)
         elif law:
             try_out(spring, distance - spring.length)
         end = other.reference if isinstance(other, Point) else as_data(other)

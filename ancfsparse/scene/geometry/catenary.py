@@ -1,4 +1,4 @@
-"""The curve in which a slack cable hangs."""
+"""The catenary, in which an inextensible cable hangs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from ancfsparse.errors import InputError
 
 Vector = NDArray[np.float64]
 
-# Ends nearer to one vertical than this share of the length have no bow between them.
-FOLDED = 1e-6
+MIN_SPAN_RATIO = 1e-6  # horizontal distance of the ends, over the length
 
 
 class Catenary:
-    """A cable of given length that hangs between two points and does not stretch.
+    """An inextensible cable that hangs between two points.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ class Catenary:
     Raises
     ------
     InputError
-        If there is no gravity, or both ends are on one vertical.
+        If there is no gravity, or one end is above the other.
     """
 
     def __init__(
@@ -48,7 +47,7 @@ class Catenary:
         rise = float((end - start) @ self._up)
         across = end - start - rise * self._up
         span = float(np.linalg.norm(across))
-        if span <= FOLDED * length:
+        if span <= MIN_SPAN_RATIO * length:
             raise InputError(
                 f"{what} would hang folded, since its ends are on one vertical: give it a curve "
                 "with a bow at the bottom, or move an end aside"
@@ -74,7 +73,7 @@ class Catenary:
 
 
 def _inverse_sinhc(ratio: float) -> float:
-    """Return the x > 0 for which sinh(x) / x is a number above 1."""
+    """Return x > 0 with sinh(x) / x equal to a ratio above 1, by Newton's method."""
     x = math.sqrt(6.0 * (ratio - 1.0)) if ratio < 3.0 else math.log(2.0 * ratio)
     for _ in range(60):
         slope = (x * math.cosh(x) - math.sinh(x)) / x**2

@@ -1,4 +1,4 @@
-"""Curves with formulas of their own: lines, arcs and helices, by their arc length."""
+"""Lines, arcs and helices as functions of the arc length."""
 
 from __future__ import annotations
 
@@ -14,27 +14,25 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_finite, check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
+from ancfsparse.scene.geometry.positions import MAX_COORDINATE
 
 Vector = NDArray[np.float64]
 
 Direction = ArrayLike | Callable[[Vector], ArrayLike] | None
-"""Of the height of a section, in space: one, or one for every arc length."""
+"""Direction of the height of a section in space, or a function of the arc length."""
 
 Angle = float | Callable[[Vector], ArrayLike] | None
-"""By which a section is turned at the end, or for every arc length [rad]."""
+"""Rotation of a section at the end, or a function of the arc length [rad]."""
 
-# The start of an arc lies in the plane through its centre to this share of its radius.
-IN_PLANE = 1e-9
-# Farther away [m], squares of lengths leave the range of floating-point numbers.
-FARTHEST = 1e150
+MAX_PLANE_DISTANCE = 1e-9  # of the start of an arc, over its radius
 
 
 class Path(Protocol):
-    """A smooth curve by its arc length."""
+    """A smooth curve as a function of its arc length."""
 
     @property
     def length(self) -> float:
-        """Its length [m]."""
+        """Length [m]."""
 
     def at(self, s: Vector) -> tuple[Vector, Vector]:
         """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
@@ -47,7 +45,7 @@ class Line:
     Parameters
     ----------
     start, end : ndarray, shape (dim,)
-        Its ends [m].
+        Ends [m].
     """
 
     start: Vector
@@ -55,32 +53,32 @@ class Line:
 
     @property
     def length(self) -> float:
-        """Its length [m]."""
+        """Length [m]."""
         return float(np.linalg.norm(self.end - self.start))
 
     def at(self, s: Vector) -> tuple[Vector, Vector]:
         """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
         along = self.end - self.start
-        share = (s / self.length)[:, None]
+        fraction = (s / self.length)[:, None]
         tangents = np.broadcast_to(along / self.length, (len(s), len(along)))
-        return (1.0 - share) * self.start + share * self.end, tangents
+        return (1.0 - fraction) * self.start + fraction * self.end, tangents
 
 
 @dataclass(frozen=True)
 class Arc:
-    """A part of a circle, or all of it.
+    """A circular arc, or a full circle.
 
     Parameters
     ----------
     centre : array_like, shape (2,) or (3,)
         Centre of the circle [m].
     start : array_like, of the same shape
-        Where the arc begins [m].
+        Start of the arc [m].
     angle : float
-        From its start to its end [rad]: about `axis` by the right-hand rule, in a planar scene
-        counterclockwise; negative the other way.  2 pi is a full circle.
+        Angle from its start to its end [rad]: about `axis` by the right-hand rule, in a planar
+        scene counterclockwise; negative in the opposite direction.  2 pi is a full circle.
     axis : array_like, shape (3,), optional
-        Normal of its plane, of any length; needed in a spatial scene, and only there.
+        Normal of its plane, of any length; only in a spatial scene, where it is required.
 
     Examples
     --------
@@ -111,39 +109,39 @@ class Arc:
                 f"{angle:g} rad"
             )
         if axis is not None:
-            off = abs(float(self._towards @ _unit("axis of the arc", axis)))
-            if off > IN_PLANE * self.radius:
+            off = abs(float(self._radius_vector @ _unit("axis of the arc", axis)))
+            if off > MAX_PLANE_DISTANCE * self.radius:
                 raise InputError(
                     f"the start of the arc lies {off:.3g} m outside the plane through its centre "
                     "normal to its axis: move it into that plane, or take a Helix"
                 )
 
     @cached_property
-    def _towards(self) -> Vector:
+    def _radius_vector(self) -> Vector:
         """From the centre to the start [m]."""
         return np.array(self.start) - self.centre
 
     @property
     def radius(self) -> float:
         """Radius of the circle [m]."""
-        return float(np.linalg.norm(self._towards))
+        return float(np.linalg.norm(self._radius_vector))
 
     @property
     def length(self) -> float:
-        """Its length [m]."""
+        """Length [m]."""
         return self.radius * abs(self.angle)
 
     def at(self, s: Vector) -> tuple[Vector, Vector]:
         """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
-        one = self._towards / self.radius
+        one = self._radius_vector / self.radius
         if self.axis is None:
             other = np.array([-one[1], one[0]])
         else:
             other = np.cross(_unit("axis of the arc", self.axis), one)
-        turn = np.asarray(s) / math.copysign(self.radius, self.angle)
-        c, sn = np.cos(turn)[:, None], np.sin(turn)[:, None]
-        way = math.copysign(1.0, self.angle)
-        return self.centre + self.radius * (c * one + sn * other), way * (c * other - sn * one)
+        angle = np.asarray(s) / math.copysign(self.radius, self.angle)
+        c, sn = np.cos(angle)[:, None], np.sin(angle)[:, None]
+        sign = math.copysign(1.0, self.angle)
+        return self.centre + self.radius * (c * one + sn * other), sign * (c * other - sn * one)
 
 
 @dataclass(frozen=True)
@@ -153,19 +151,19 @@ class Helix:
     Parameters
     ----------
     radius : float
-        Radius of the cylinder on which its axis winds [m].
+        Radius of the cylinder on which it lies [m].
     pitch : float
         Rise along `axis` by turn [m]; positive for a right-handed helix that climbs, negative for a
         left-handed one that descends.
     turns : float
         Number of turns, positive.
     origin : array_like, shape (3,), optional
-        Point of the cylinder's axis beside the start [m].
+        Point of the axis of the cylinder at the height of the start [m].
     axis : array_like, shape (3,), optional
         Direction of the cylinder's axis.
     towards : array_like, shape (3,), optional
-        Rough direction from `origin` to the start, of which the part across the axis counts.  The
-        default is +x, or +y where the axis is along x.
+        Approximate direction from `origin` to the start, of which the part normal to the axis is
+        used.  The default is +x, or +y if the axis is along x.
     """
 
     radius: float
@@ -187,19 +185,19 @@ class Helix:
         )
         if self.towards is not None:
             set_fields(self, towards=_vector("`towards` of the helix", self.towards, 3))
-        self._across()
+        self._frame()
 
     @property
     def length(self) -> float:
-        """Its length [m]."""
-        return 2.0 * math.pi * self.turns * self._by_radian
+        """Length [m]."""
+        return 2.0 * math.pi * self.turns * self._length_per_radian
 
     @property
-    def _by_radian(self) -> float:
+    def _length_per_radian(self) -> float:
         return math.hypot(self.radius, self.pitch / (2.0 * math.pi))
 
-    def _across(self) -> Vector:
-        """Return the unit vectors of the axis, to the start, and normal to both, (3, 3)."""
+    def _frame(self) -> Vector:
+        """Return the unit vectors along the axis, to the start, and normal to both, (3, 3)."""
         axis = _unit("axis of the helix", self.axis)
         along_x = abs(axis[0]) > 1.0 - 1e-12
         rough = self.towards or ((0.0, 1.0, 0.0) if along_x else (1.0, 0.0, 0.0))
@@ -214,12 +212,12 @@ class Helix:
 
     def at(self, s: Vector) -> tuple[Vector, Vector]:
         """Return positions [m] and unit tangents, each (k, 3), at arc lengths (k,) [m]."""
-        axis, one, other = self._across()
-        turn = (np.asarray(s) / self._by_radian)[:, None]
+        axis, one, other = self._frame()
+        angle = (np.asarray(s) / self._length_per_radian)[:, None]
         rise = self.pitch / (2.0 * math.pi)
-        c, sn = np.cos(turn), np.sin(turn)
-        positions = self.origin + self.radius * (c * one + sn * other) + rise * turn * axis
-        tangents = (self.radius * (c * other - sn * one) + rise * axis) / self._by_radian
+        c, sn = np.cos(angle), np.sin(angle)
+        positions = self.origin + self.radius * (c * one + sn * other) + rise * angle * axis
+        tangents = (self.radius * (c * other - sn * one) + rise * axis) / self._length_per_radian
         return positions, tangents
 
 
@@ -230,9 +228,9 @@ def _vector(what: str, value: ArrayLike, dim: int | None = None) -> tuple[float,
     sizes = (2, 3) if dim is None else (dim,)
     if vector.ndim != 1 or len(vector) not in sizes or not np.isfinite(vector).all():
         raise InputError(f"{what} must be {needed}, got {format_value(value)}")
-    if np.abs(vector).max() > FARTHEST:
+    if np.abs(vector).max() > MAX_COORDINATE:
         raise InputError(
-            f"{what} is beyond {FARTHEST:g}, got {format_value(value)}: give it in metres"
+            f"{what} is beyond {MAX_COORDINATE:g}, got {format_value(value)}: give it in metres"
         )
     return tuple(vector.tolist())
 

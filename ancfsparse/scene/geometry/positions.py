@@ -10,12 +10,10 @@ from ancfsparse.errors import InputError
 
 Vector = NDArray[np.float64]
 
-# Start and end closer than this share of their distance from the origin differ by rounding only.
-NO_LENGTH = 1e-12
+MIN_LENGTH_RATIO = 1e-12  # of a beam, over the distance of its ends from the origin
 
 
-# Farther away [m], squares of lengths leave the range of floating-point numbers.
-FARTHEST = 1e150
+MAX_COORDINATE = 1e150  # [m], whose square is in the range of floating-point numbers
 
 
 def check_ends(
@@ -26,20 +24,20 @@ def check_ends(
     Raises
     ------
     InputError
-        If one is missing or no position, or both are one.
+        If an end is missing or invalid, or both coincide.
     """
     if start is None or end is None:
         missing = "start" if start is None else "end"
         raise InputError(f"{label} has no {missing}: give `start` and `end`, or a `curve`")
     tail = check_vector(f"start of {label}", start, dim, "m")
     head = check_vector(f"end of {label}", end, dim, "m")
-    far = max(np.abs(tail).max(), np.abs(head).max())
-    if far > FARTHEST:
+    largest = max(np.abs(tail).max(), np.abs(head).max())
+    if largest > MAX_COORDINATE:
         raise InputError(
-            f"{label} has an end beyond {FARTHEST:g} m: it runs from {place(tail)} to "
+            f"{label} has an end beyond {MAX_COORDINATE:g} m: it runs from {place(tail)} to "
             f"{place(head)}; give positions in metres"
         )
-    if np.linalg.norm(head - tail) <= NO_LENGTH * far:
+    if np.linalg.norm(head - tail) <= MIN_LENGTH_RATIO * largest:
         raise InputError(
             f"{label} has zero length: start and end are both at {place(tail)}, move one of them"
         )
@@ -47,23 +45,23 @@ def check_ends(
 
 
 def check_position(what: str, value: ArrayLike, dim: int) -> NDArray[np.float64]:
-    """Return a point in space as `check_vector` does, whose distances do not overflow.
+    """Return a position as `check_vector` does, whose squared distances do not overflow.
 
     Raises
     ------
     InputError
-        If it is no such vector [m], or lies beyond `FARTHEST`.
+        If it is not such a vector [m], or lies beyond `MAX_COORDINATE`.
     """
     point = check_vector(what, value, dim, "m")
-    if np.max(np.abs(point)) > FARTHEST:
+    if np.max(np.abs(point)) > MAX_COORDINATE:
         raise InputError(
-            f"{what} lies beyond {FARTHEST:g} m, at {place(point)}: give positions in metres"
+            f"{what} lies beyond {MAX_COORDINATE:g} m, at {place(point)}: give positions in metres"
         )
     return point
 
 
 def place(position: Vector) -> str:
-    """Write a position for a message.
+    """Return a position as text for a message.
 
     Parameters
     ----------
@@ -75,8 +73,7 @@ def place(position: Vector) -> str:
     str
         For example ``(0, 1.5) m``.
     """
-    return "(" + ", ".join(f"{each:.6g}" for each in position) + ") m"
+    return "(" + ", ".join(f"{x:.6g}" for x in position) + ") m"
 
 
-# Share of a beam's length within which two nodes count as being at one place.
-SAME_PLACE = 1e-9
+COINCIDENCE_RATIO = 1e-9  # distance of coincident points, over the size of the body

@@ -12,21 +12,21 @@ from ancfsparse.scene.kinematics.linear_forms import Vector
 from ancfsparse.scene.sections.cross_section import principal_axes
 from ancfsparse.scene.sections.taper import AnySection, Taper
 
-# Sine of the angle to the z axis below which a beam has e_y = +y.
-UPRIGHT = 1e-8
+MAX_SINE_UPRIGHT = 1e-8  # of the angle to the z axis of a beam that has e_y = +y
+MIN_SINE_UP = 1e-6  # of the angle between a beam and `up`
 
 
 def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
-    """Set up the unit vectors of a section.
+    """Return the unit vectors of a section.
 
     Parameters
     ----------
     axis : ndarray, shape (dim,)
         From the start of the beam to its end [m], not zero.
     up : ndarray, shape (3,), or None
-        Rough direction of e_y in a spatial scene; only its part normal to the beam counts.
-        None: as in the plane, e_z is as near to +z as it can be, and e_y = e_z x e_x; a beam
-        along z takes e_y = +y.
+        Approximate direction of e_y in a spatial scene, of which the part normal to the beam is
+        used.  None: as in the plane, e_z is as near to +z as possible, and e_y = e_z x e_x; a beam
+        along z has e_y = +y.
     where : str
         Name of the beam, for the message.
 
@@ -34,19 +34,19 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
     -------
     ndarray, shape (dim, dim)
         Rows e_x, e_y and, if spatial, e_z: right-handed and orthonormal.  In the plane e_y is e_x
-        turned by +90 degrees.
+        rotated by +90 degrees.
     """
     e_x = axis / np.linalg.norm(axis)
     if len(axis) == 2:
         return np.array([e_x, [-e_x[1], e_x[0]]])
     if up is None:
         side = np.cross([0.0, 0.0, 1.0], e_x)
-        if np.linalg.norm(side) < UPRIGHT:
+        if np.linalg.norm(side) < MAX_SINE_UPRIGHT:
             side = np.array([0.0, 1.0, 0.0])
     else:
         direction = up / check_positive(f"length of `up` of {where}", np.linalg.norm(up))
         side = direction - (direction @ e_x) * e_x
-        if np.linalg.norm(side) < 1e-6:
+        if np.linalg.norm(side) < MIN_SINE_UP:
             raise InputError(
                 f"`up` of {where} is parallel to the beam and does not define where its section "
                 "points: give a direction across the beam"
@@ -57,18 +57,18 @@ def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
 
 
 def section_frames(slopes: Vector) -> Vector:
-    """Set up the unit vectors of sections as `section_axes` does without `up`, (n, dim, dim)."""
+    """Return the unit vectors of sections as `section_axes` does without `up`, (n, dim, dim)."""
     if slopes.shape[1] == 2:
         return np.stack([slopes, np.stack([-slopes[:, 1], slopes[:, 0]], axis=1)], axis=1)
     side = np.cross([0.0, 0.0, 1.0], slopes)
-    side[np.linalg.norm(side, axis=1) < UPRIGHT] = 0.0, 1.0, 0.0
+    side[np.linalg.norm(side, axis=1) < MAX_SINE_UPRIGHT] = 0.0, 1.0, 0.0
     e_z = np.cross(slopes, side)
     e_z /= np.linalg.norm(e_z, axis=1)[:, None]
     return np.stack([slopes, np.cross(e_z, slopes), e_z], axis=1)
 
 
 def along_principal_axes(frames: Vector, section: AnySection) -> Vector:
-    """Turn frames (..., dim, dim) about e_x until e_y and e_z are principal axes of a section."""
+    """Rotate frames (..., dim, dim) about e_x to the principal axes of a section."""
     angle = 0.0 if isinstance(section, Taper) else principal_axes(section)[0]
     if not angle:
         return frames
@@ -78,10 +78,10 @@ def along_principal_axes(frames: Vector, section: AnySection) -> Vector:
 
 
 def normals(axis: Vector) -> Vector:
-    """Return the unit vectors across a unit vector, at right angles, (dim - 1, dim)."""
+    """Return orthonormal vectors normal to a unit vector, (dim - 1, dim)."""
     if len(axis) == 2:
         return np.array([[-axis[1], axis[0]]])
-    # Those of the frame of space where the axis is one of them.
+    # If the axis is a coordinate axis, the normals are the others.
     order = np.argsort(np.abs(axis), kind="stable")
     first = np.eye(3)[min(order[0], order[1])]
     one = first - (first @ axis) * axis

@@ -1,4 +1,4 @@
-"""Sections along a curve: how their axes are turned at every node."""
+"""Unit vectors of cross-sections along a curve."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from ancfsparse.scene.geometry.section_frames import section_axes
 
 Vector = NDArray[np.float64]
 
-# Steps of the transport of a frame from one node to the next, a power of two.
-STEPS = 4
+TRANSPORT_STEPS = 4  # of a frame from one node to the next, a power of two
 
 
 def frames_along(
     label: str, path: Path, s: Vector, tangents: Vector, up: Direction, twist: Angle
 ) -> Vector:
-    """Set up the unit vectors of sections.
+    """Return the unit vectors of sections at the nodes of a curve.
 
     Parameters
     ----------
@@ -53,10 +52,10 @@ def frames_along(
     if twist is None:
         return frames
     if callable(twist):
-        turn = _values(f"twist of {label}", twist, s, ())
+        angle = _values(f"twist of {label}", twist, s, ())
     else:
-        turn = check_finite(f"twist of {label}", twist, "rad") * (s / path.length)
-    c, sn = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        angle = check_finite(f"twist of {label}", twist, "rad") * (s / path.length)
+    c, sn = np.cos(angle)[:, None], np.sin(angle)[:, None]
     _, e_y, e_z = frames.transpose(1, 0, 2)
     return np.stack([tangents, c * e_y + sn * e_z, c * e_z - sn * e_y], axis=1)
 
@@ -64,8 +63,8 @@ def frames_along(
 def _values(
     what: str, function: Callable[[Vector], ArrayLike], s: Vector, each: tuple[int, ...]
 ) -> Vector:
-    """Call a function of arc lengths and check what it returns."""
-    values = check_reals(f"what {what} returns", function(s.copy()), "an array of numbers")
+    """Return the checked values of a function of arc lengths."""
+    values = check_reals(f"the result of {what}", function(s.copy()), "an array of numbers")
     if values.shape != (len(s), *each) or not np.isfinite(values).all():
         raise InputError(
             f"{what} must return finite numbers of shape {(len(s), *each)} for arc lengths of "
@@ -75,7 +74,7 @@ def _values(
 
 
 def _towards(label: str, rough: Vector, s: Vector, tangents: Vector) -> Vector:
-    """Turn e_y as near to rough directions as it can be."""
+    """Return frames whose e_y is as near to given directions as possible."""
     sizes = np.linalg.norm(rough, axis=1)
     if not sizes.min() > 0.0:
         raise InputError(f"`up` of {label} is zero at s = {s[np.argmin(sizes)]:.6g} m")
@@ -93,20 +92,22 @@ def _towards(label: str, rough: Vector, s: Vector, tangents: Vector) -> Vector:
 
 
 def _transported(path: Path, s: Vector, tangents: Vector, label: str) -> Vector:
-    """Carry the section from the start along the curve without turning it about the axis.
+    """Return rotation-minimising frames, transported from the start along the curve.
 
-    By two reflections a step (Wang, Juettler, Zheng and Liu 2008), of fourth order.
+    A step is two reflections (Wang, Juettler, Zheng and Liu 2008), of fourth order.
     """
-    fine = np.interp(np.arange(STEPS * (len(s) - 1) + 1) / STEPS, np.arange(len(s)), s)
-    places, along = path.at(fine)
-    first = _reflections(np.diff(places, axis=0))
+    fine = np.interp(
+        np.arange(TRANSPORT_STEPS * (len(s) - 1) + 1) / TRANSPORT_STEPS, np.arange(len(s)), s
+    )
+    positions, along = path.at(fine)
+    first = _reflections(np.diff(positions, axis=0))
     second = _reflections(along[1:] - (first @ along[:-1, :, None])[..., 0])
-    turns = (second @ first).reshape(-1, STEPS, 3, 3)
-    while turns.shape[1] > 1:
-        turns = turns[:, 1::2] @ turns[:, ::2]
+    rotations = (second @ first).reshape(-1, TRANSPORT_STEPS, 3, 3)
+    while rotations.shape[1] > 1:
+        rotations = rotations[:, 1::2] @ rotations[:, ::2]
     e_y = [section_axes(tangents[0], None, label)[1]]
-    for turn in turns[:, 0]:
-        e_y.append(turn @ e_y[-1])
+    for rotation in rotations[:, 0]:
+        e_y.append(rotation @ e_y[-1])
     sides = np.array(e_y)
     sides -= (sides * tangents).sum(axis=1)[:, None] * tangents
     sides /= np.linalg.norm(sides, axis=1)[:, None]
@@ -117,5 +118,5 @@ def _reflections(normals: Vector) -> Vector:
     """Return the matrices that reflect in planes across normals (n, 3); identities for zero."""
     square = np.sum(normals**2, axis=1)[:, None, None]
     outer = normals[:, :, None] * normals[:, None, :]
-    share = np.divide(outer, square, out=np.zeros_like(outer), where=square > 0.0)
-    return np.asarray(np.eye(3) - 2.0 * share)
+    projection = np.divide(outer, square, out=np.zeros_like(outer), where=square > 0.0)
+    return np.asarray(np.eye(3) - 2.0 * projection)

@@ -1,4 +1,4 @@
-"""Curves through points and curves given by functions, by their arc length."""
+"""Splines through points, and curves given by functions, as functions of the arc length."""
 
 from __future__ import annotations
 
@@ -17,26 +17,22 @@ Vector = NDArray[np.float64]
 Function = Callable[[Vector], Vector]
 AnyCurve = Arc | Helix | ArrayLike | Function
 
-POINTS = 16
-"""Gauss points of an interval, and Chebyshev points of a panel."""
+PANEL_POINTS = 16  # Gauss points of an interval, and Chebyshev points of a panel
 
-# Panels in which a function is interpolated, at first and at most.
-FIRST, MOST = 8, 4096
-# Share of the extent of a curve by which its interpolation may be off.
-SMOOTH = 1e-12
-# Angle [rad] between tangents at two sides of a point, from which on it is a corner.
-CORNER = 1e-6
-# Share of the length by which points coincide.
-SAME = 1e-12
+INITIAL_PANELS = 8
+MAX_PANELS = 4096
+MAX_TRUNCATION = 1e-12  # error of the interpolation, over the extent of the curve
+MIN_CORNER_ANGLE = 1e-6  # [rad], between the tangents at both sides of a point
+COINCIDENCE_RATIO = 1e-12  # distance of coincident points, over the length
 
 
 def path_of(what: str, curve: AnyCurve, dim: int) -> Path:
-    """Return what was given as a curve by its arc length.
+    """Return a curve as a function of its arc length.
 
     Parameters
     ----------
     what : str
-        Its name in messages.
+        Name in messages.
     curve : Arc, Helix, array_like of shape (k, dim) or callable
         A shape; points [m], through which a spline runs; or a function that maps parameters (k,)
         from 0 to 1 to positions (k, dim) [m].
@@ -46,7 +42,7 @@ def path_of(what: str, curve: AnyCurve, dim: int) -> Path:
     Raises
     ------
     InputError
-        If it is no curve, is not smooth, or has another dimension.
+        If it is not a curve, is not smooth, or has another dimension.
     """
     if isinstance(curve, Arc | Helix):
         own = 3 if isinstance(curve, Helix) else len(curve.centre)
@@ -57,26 +53,17 @@ def path_of(what: str, curve: AnyCurve, dim: int) -> Path:
             )
         return curve
     if callable(curve):
-        return _Smooth(what, *_interpolated(what, curve, dim))
+        return _Smooth(what, *_interpolate(what, curve, dim))
     return _Smooth(what, *_spline(what, curve, dim))
 
 
-def specified_curve(curve: AnyCurve) -> AnyCurve:
-    """Return a curve as data: points as an array that cannot be written to."""
-    if isinstance(curve, Arc | Helix) or callable(curve):
-        return curve
-    points = np.array(curve, dtype=float)
-    points.flags.writeable = False
-    return points
-
-
 class _Smooth:
-    """A curve by a parameter u, turned into one by its arc length.
+    """A curve of a parameter u as a function of its arc length.
 
     Parameters
     ----------
     what : str
-        Its name in messages.
+        Name in messages.
     knots : ndarray, shape (n + 1,)
         Ends of the intervals of u within which it is analytic.
     value, slope : callable
@@ -85,34 +72,34 @@ class _Smooth:
 
     def __init__(self, what: str, knots: Vector, value: Function, slope: Function) -> None:
         self._value, self._slope = value, slope
-        self._rule = legendre.leggauss(POINTS)
+        self._rule = legendre.leggauss(PANEL_POINTS)
         total = 0.0
-        while True:  # halve the intervals until the length has settled
+        while True:  # halve the intervals until the length has converged
             lengths = self._between(knots[:-1], knots[1:])
-            before, total = total, float(lengths.sum())
-            if abs(total - before) <= 1e-14 * total or len(knots) > 64 * MOST:
+            previous, total = total, float(lengths.sum())
+            if abs(total - previous) <= 1e-14 * total or len(knots) > 64 * MAX_PANELS:
                 break
             knots = np.sort(np.concatenate([knots, 0.5 * (knots[:-1] + knots[1:])]))
         self._knots, self._arcs = knots, np.concatenate([[0.0], np.cumsum(lengths)])
         speeds = np.linalg.norm(slope(knots), axis=1)
         slow = int(np.argmin(speeds))
-        if not speeds[slow] > SAME * total:
+        if not speeds[slow] > COINCIDENCE_RATIO * total:
             raise InputError(
-                f"{what} stands still at parameter {knots[slow]:.6g}, where it has no direction: "
-                "give a curve whose derivative is nowhere zero"
+                f"{what} has zero velocity at parameter {knots[slow]:.6g}, where it has no "
+                "direction: give a curve whose derivative is nowhere zero"
             )
 
     @property
     def length(self) -> float:
-        """Its length [m]."""
+        """Length [m]."""
         return float(self._arcs[-1])
 
     def at(self, s: Vector) -> tuple[Vector, Vector]:
         """Return positions [m] and unit tangents, each (k, dim), at arc lengths (k,) [m]."""
         arcs, knots = self._arcs, self._knots
         i = np.clip(np.searchsorted(arcs, s, side="right") - 1, 0, len(arcs) - 2)
-        share = (s - arcs[i]) / (arcs[i + 1] - arcs[i])
-        u = knots[i] + share * (knots[i + 1] - knots[i])
+        fraction = (s - arcs[i]) / (arcs[i + 1] - arcs[i])
+        u = knots[i] + fraction * (knots[i + 1] - knots[i])
         for _ in range(8):  # Newton's method: the derivative of the arc length is the speed
             off = arcs[i] + self._between(knots[i], u) - s
             u = np.clip(u - off / np.linalg.norm(self._slope(u), axis=1), knots[i], knots[i + 1])
@@ -129,7 +116,7 @@ class _Smooth:
 
 
 def _spline(what: str, points: ArrayLike, dim: int) -> tuple[Vector, Function, Function]:
-    """Interpolate points by a cubic spline in the length of the chords between them."""
+    """Interpolate points by a cubic spline in the chord length."""
     from scipy.interpolate import CubicSpline
 
     table = check_reals(what, points, "an Arc, a Helix, a table of points or a function")
@@ -139,11 +126,13 @@ def _spline(what: str, points: ArrayLike, dim: int) -> tuple[Vector, Function, F
             f"numbers, got {format_value(points)}"
         )
     chords = np.linalg.norm(np.diff(table, axis=0), axis=1)
-    same = chords <= SAME * chords.sum()
-    if same.any():
-        i = int(np.argmax(same))
+    coincide = chords <= COINCIDENCE_RATIO * chords.sum()
+    if coincide.any():
+        i = int(np.argmax(coincide))
         raise InputError(f"{what} has the same point twice, number {i} and {i + 1}: leave one out")
-    closed = len(table) > 3 and np.linalg.norm(table[-1] - table[0]) <= SAME * chords.sum()
+    closed = (
+        len(table) > 3 and np.linalg.norm(table[-1] - table[0]) <= COINCIDENCE_RATIO * chords.sum()
+    )
     if closed:
         table[-1] = table[0]
     knots = np.concatenate([[0.0], np.cumsum(chords)])
@@ -151,30 +140,32 @@ def _spline(what: str, points: ArrayLike, dim: int) -> tuple[Vector, Function, F
     return knots, spline, spline.derivative()
 
 
-def _interpolated(what: str, curve: Function, dim: int) -> tuple[Vector, Function, Function]:
-    """Interpolate a function by Chebyshev polynomials in as many panels as it needs."""
-    x = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-    transform = chebyshev.chebvander(x, POINTS - 1).T * (2.0 / POINTS)
+def _interpolate(what: str, curve: Function, dim: int) -> tuple[Vector, Function, Function]:
+    """Interpolate a function by Chebyshev polynomials in panels, doubled to the tolerance."""
+    x = np.cos(np.pi * (np.arange(PANEL_POINTS) + 0.5) / PANEL_POINTS)
+    transform = chebyshev.chebvander(x, PANEL_POINTS - 1).T * (2.0 / PANEL_POINTS)
     transform[0] *= 0.5
-    panels = FIRST
+    panels = INITIAL_PANELS
     while True:
         knots = np.linspace(0.0, 1.0, panels + 1)
         middle, half = 0.5 * (knots[:-1] + knots[1:]), 0.5 / panels
-        values = _called(what, curve, (middle[:, None] + half * x).ravel(), dim)
-        numbers = np.einsum("kj,pjd->kpd", transform, values.reshape(panels, POINTS, dim))
+        values = _evaluate(what, curve, (middle[:, None] + half * x).ravel(), dim)
+        coefficients = np.einsum(
+            "kj,pjd->kpd", transform, values.reshape(panels, PANEL_POINTS, dim)
+        )
         extent = np.linalg.norm(np.ptp(values, axis=0))
         if not extent > 0.0:
             raise InputError(f"{what} is a single point: its function always returns {values[0]}")
-        left = np.abs(numbers[-2:]).max(axis=(0, 2))
-        if left.max() <= SMOOTH * extent:
+        truncation = np.abs(coefficients[-2:]).max(axis=(0, 2))
+        if truncation.max() <= MAX_TRUNCATION * extent:
             break
-        if panels == MOST:
+        if panels == MAX_PANELS:
             raise InputError(
-                f"{what} is not smooth near parameter {middle[np.argmax(left)]:.4g}: a kink or a "
-                "jump needs two beams that are welded, noise a spline through points"
+                f"{what} is not smooth near parameter {middle[np.argmax(truncation)]:.4g}: a kink "
+                "or a jump needs two beams that are welded, noise a spline through points"
             )
         panels *= 2
-    slopes = chebyshev.chebder(numbers) / half
+    slopes = chebyshev.chebder(coefficients) / half
 
     def evaluate(table: Vector, u: Vector) -> Vector:
         panel = np.clip((u * panels).astype(int), 0, panels - 1)
@@ -182,18 +173,18 @@ def _interpolated(what: str, curve: Function, dim: int) -> tuple[Vector, Functio
         return np.asarray(np.einsum("uk,kud->ud", basis, table[:, panel]))
 
     ends = np.stack([chebyshev.chebval(side, slopes) for side in (-1.0, 1.0)])
-    before, after = (each / np.linalg.norm(each, axis=1)[:, None] for each in (ends[1], ends[0]))
-    turns = np.linalg.norm(after[1:] - before[:-1], axis=1)
-    if turns.max() > CORNER:
+    before, after = (side / np.linalg.norm(side, axis=1)[:, None] for side in (ends[1], ends[0]))
+    angles = np.linalg.norm(after[1:] - before[:-1], axis=1)
+    if angles.max() > MIN_CORNER_ANGLE:
         raise InputError(
-            f"{what} has a corner at parameter {knots[1 + np.argmax(turns)]:.4g}: make it of two "
+            f"{what} has a corner at parameter {knots[1 + np.argmax(angles)]:.4g}: make it of two "
             "beams that are welded"
         )
-    return knots, lambda u: evaluate(numbers, u), lambda u: evaluate(slopes, u)
+    return knots, lambda u: evaluate(coefficients, u), lambda u: evaluate(slopes, u)
 
 
-def _called(what: str, curve: Function, u: Vector, dim: int) -> Vector:
-    values = check_reals(f"what {what} returns", curve(u), "an array of numbers")
+def _evaluate(what: str, curve: Function, u: Vector, dim: int) -> Vector:
+    values = check_reals(f"the result of {what}", curve(u), "an array of numbers")
     if values.shape != (len(u), dim):
         raise InputError(
             f"{what} returned shape {values.shape} for parameters of shape {u.shape}: one row of "

@@ -1,4 +1,4 @@
-"""Clamps: the position and the rotation of a node are held."""
+"""Clamps: the position and the rotation of a node are fixed."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from ancfsparse.scene.joints.joint import Joint, Mark
 from ancfsparse.scene.kinematics.linear_forms import Coordinates
 from ancfsparse.scene.records.record import At, PointRef, Record
 
-# A slope whose direction is within this of a coordinate axis can be clamped by numbering.
-ALIGNED = 1e-14
+MAX_AXIS_DEVIATION = 1e-14  # of a unit slope along a coordinate axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,21 +25,21 @@ class ClampSpec(Record):
     method = "clamp"
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equations follow from."""
+        """Describe the data of its constraints."""
         return f"clamp ({at(self.node)}), stretch {self.stretch}"
 
 
 @dataclass(frozen=True, eq=False)
 class Clamp(Joint):
-    """Hold the position and the rotation of a node.
+    """Fix the position and the rotation of a node.
 
     Attributes
     ----------
     node : Point
-        The node held.
+        The clamped node.
     stretch : str
-        ``"free"`` leaves the slope of the axis its length, and with ``curvature="section"`` all
-        of it; ``"fixed"`` holds it too.  With ``curvature="axis"`` it is always held.
+        ``"free"`` leaves the length of the axial slope free, and with ``curvature="section"`` the
+        whole slope; ``"fixed"`` fixes it.  With ``curvature="axis"`` it is always fixed.
     """
 
     node: Point
@@ -48,7 +47,7 @@ class Clamp(Joint):
     name = "clamp"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Fix the position and the vectors of the section, row by row."""
+        """Fix the position and the section vectors of every row."""
         kind = builder.kind(self.node)
         first = self.node.beam.rows_of(self.node.index).start
         for row, coordinates in enumerate(builder.rows(self.node), first):
@@ -56,16 +55,16 @@ class Clamp(Joint):
                 builder.fix(coordinates)
             elif kind.is_cable:
                 builder.fix(coordinates[kind.columns("r")])
-                self._hold_direction(builder, row, coordinates[kind.columns("r_x")])
+                self._fix_direction(builder, row, coordinates[kind.columns("r_x")])
             else:
                 for vector in ("r", *kind.section):
                     builder.fix(coordinates[kind.columns(vector)])
 
-    def _hold_direction(self, builder: ConstraintBuilder, row: int, slope: Coordinates) -> None:
-        """Hold the direction of a slope and leave it its length.
+    def _fix_direction(self, builder: ConstraintBuilder, row: int, slope: Coordinates) -> None:
+        """Fix the direction of a slope, not its length.
 
-        A slope that is not along a coordinate axis is held by equations e.r_x = 0 across it.  It
-        counts by the way that it moves at the distance of an element: in metres.
+        A slope that is not along a coordinate axis is constrained by equations L e.r_x = 0 for its
+        normals e, scaled by the length L of an element to metres.
         """
         body, dim = self.node.beam, self.node.beam.dim
         axes = body.axes_of(row)
@@ -74,8 +73,8 @@ class Clamp(Joint):
             builder.fix(np.delete(slope, along))
             return
         length = float(np.mean(body.lengths))
-        for k, across in enumerate(axes[1:]):
-            terms = [(length * across[d], slope[d], LINEAR) for d in range(dim)]
+        for k, normal in enumerate(axes[1:]):
+            terms = [(length * normal[d], slope[d], LINEAR) for d in range(dim)]
             builder.equation(f"clamp at {self.node!r}, direction {k + 1}", 0.0, *terms)
 
     @property
@@ -85,7 +84,7 @@ class Clamp(Joint):
 
     @property
     def mark(self) -> Mark:
-        """How pictures show it."""
+        """Symbol in pictures."""
         return Mark("clamp", self.node.beam.interior_direction(self.node))
 
 
@@ -93,4 +92,4 @@ def along_axis(slope: NDArray[np.float64]) -> int | None:
     """Return the coordinate axis that a slope is parallel to, or None."""
     direction = np.abs(slope)
     axis = int(np.argmax(direction))
-    return axis if np.all(np.delete(direction, axis) <= ALIGNED) else None
+    return axis if np.all(np.delete(direction, axis) <= MAX_AXIS_DEVIATION) else None

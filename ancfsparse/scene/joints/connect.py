@@ -1,4 +1,4 @@
-"""Connections: two nodes at one place, free to turn against each other."""
+"""Connections: two points coincide, with free relative rotation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
-from ancfsparse.scene.joints.joint import Joint, in_the_plane
+from ancfsparse.scene.joints.joint import Joint, planar_coordinates
 from ancfsparse.scene.records.record import At, PointRef, Record
 
 
@@ -20,20 +20,20 @@ class ConnectSpec(Record):
     method = "connect"
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its numbering follows from."""
+        """Describe the data of its constraints."""
         return f"connection ({at(self.a)}; {at(self.b)})" + ", apart" * self.apart
 
 
 @dataclass(frozen=True, eq=False)
 class Connect(Joint):
-    """Let two nodes share one position, free to turn against each other.
+    """Make two points coincide, with free relative rotation.
 
     Attributes
     ----------
     a, b : Point
-        The nodes.
+        The points.
     apart : bool
-        Whether they may be apart in the reference shape, so that equations bring them together.
+        True if they may differ in the reference shape, so that equations make them coincide.
     """
 
     a: Point
@@ -42,16 +42,16 @@ class Connect(Joint):
     name = "connection"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Share the position; points of bodies that are not their origins by equations."""
+        """Identify the positions, or add equations for points that are not nodes."""
         if not self.has_multipliers:
             builder.share(builder.position(self.a), builder.position(self.b))
             return
         ends = [(1.0, builder.point(self.a)), (-1.0, builder.point(self.b))]
         for d in range(self.a.beam.dim):
             terms = [
-                (sign * w, place, LINEAR)
-                for sign, (places, weights) in ends
-                for w, place in zip(weights, places[d], strict=True)
+                (sign * w, k, LINEAR)
+                for sign, (indices, weights) in ends
+                for w, k in zip(weights, indices[d], strict=True)
             ]
             label = f"connection of {self.a!r} and {self.b!r}, component {d + 1}"
             size = max(node.beam.size for node in self.nodes)
@@ -59,20 +59,20 @@ class Connect(Joint):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by equations."""
+        """True if it adds equations."""
         return self.apart or not (self.a.is_node and self.b.is_node)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """In the plane its angle."""
-        return in_the_plane(self)
+        """Its angle in the plane."""
+        return planar_coordinates(self)
 
     @property
     def nodes(self) -> tuple[Point, ...]:
-        """Both nodes."""
+        """Both points."""
         return self.a, self.b
 
     @property
     def joins(self) -> bool:
-        """Whether it makes its nodes one point: always."""
+        """True: it makes its points coincide."""
         return True

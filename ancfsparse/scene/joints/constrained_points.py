@@ -1,4 +1,4 @@
-"""The check that the joints of a scene hold no point twice."""
+"""The check that joints do not constrain a point twice."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from ancfsparse.scene.joints.joint import Joint
 
 
 class ConstrainedPoints:
-    """What the joints of a scene hold where, so that no point is held twice.
+    """Constraints of the points of a scene, none of which may be redundant.
 
-    Redundant equations make the matrix singular and the reactions arbitrary.
-    Nodes that connections put at one place are a tree whose root keeps the list of what holds
-    them, so that the cost of a joint does not grow with their number.
+    Redundant equations make the matrix singular and the reactions arbitrary.  Connected nodes form
+    a tree (union-find) whose root stores their joints, so the cost of a joint does not grow with
+    the number of nodes.
     """
 
     def __init__(self) -> None:
-        self._above: dict[Point, Point] = {}
-        self._held: dict[Point, list[tuple[int, Joint]]] = {}
+        self._parent: dict[Point, Point] = {}
+        self._joints: dict[Point, list[tuple[int, Joint]]] = {}
         self._count = 0
 
     def add(self, new: Joint) -> None:
-        """Take a joint in.
+        """Add a joint.
 
         Parameters
         ----------
         new : Joint
-            The joint about to be added to the scene.
+            The joint.
 
         Raises
         ------
         SingularSceneError
-            If `new` repeats what is held; then nothing is taken in.
+            If `new` is redundant; it is not added then.
         """
         root = leaf = self._root(new.nodes[0])
         if new.joins:
@@ -41,52 +41,51 @@ class ConstrainedPoints:
             if root == leaf:
                 first, second = new.nodes
                 raise SingularSceneError(
-                    f"{first!r} and {second!r} are one point already, by connections made before: "
+                    f"{first!r} and {second!r} already coincide by other connections: "
                     "leave this one out"
                 )
-            here = self._held.get(root, []) + self._held.get(leaf, [])
-            here.sort(key=lambda each: each[0])
+            here = self._joints.get(root, []) + self._joints.get(leaf, [])
+            here.sort(key=lambda entry: entry[0])
         else:
-            here = [*self._held.get(root, []), (self._count, new)]
-        _check_place([joint for _, joint in here])
+            here = [*self._joints.get(root, []), (self._count, new)]
+        _check_point([joint for _, joint in here])
         self._count += 1
         if leaf != root:
-            self._above[leaf] = root
-            self._held.pop(leaf, None)
+            self._parent[leaf] = root
+            self._joints.pop(leaf, None)
         if here:
-            self._held[root] = here
+            self._joints[root] = here
 
     def _root(self, node: Point) -> Point:
-        while node in self._above:
-            above = self._above[node]
-            if above in self._above:
-                self._above[node] = self._above[above]
-            node = above
+        while node in self._parent:
+            parent = self._parent[node]
+            if parent in self._parent:
+                self._parent[node] = self._parent[parent]
+            node = parent
         return node
 
 
-def _check_place(here: list[Joint]) -> None:
-    """Refuse joints, in the order they were added, that hold one place twice."""
-    found = [(each, each.direction) for each in here]
-    fixed = [each for each, direction in found if direction is None]
-    partly = [each for each, direction in found if direction is not None]
+def _check_point(here: list[Joint]) -> None:
+    """Refuse joints, in the order of their addition, that constrain one point twice."""
+    fixed = [joint for joint in here if joint.direction is None]
+    partial = [joint for joint in here if joint.direction is not None]
     if len(fixed) > 1:
         first, second = fixed[:2]
         (node,), (other,) = second.nodes, first.nodes
         raise SingularSceneError(
-            f"{node!r} is held twice: the {first.name} at {other!r} already fixes its position, "
+            f"{node!r} is constrained twice: the {first.name} at {other!r} already fixes its position, "
             f"leave out the {second.name}" + ("" if node == other else " or the connection")
         )
-    if fixed and partly:
+    if fixed and partial:
         raise SingularSceneError(
-            f"{partly[0].nodes[0]!r} is held twice: its position is fixed by a {fixed[0].name}, so "
-            f"the {partly[0].name} has nothing left to hold"
+            f"{partial[0].nodes[0]!r} is constrained twice: its position is fixed by a "
+            f"{fixed[0].name}, so the {partial[0].name} is redundant"
         )
-    if len(partly) > 1:
-        directions = np.array([direction for _, direction in found])
-        if np.linalg.matrix_rank(directions, tol=1e-9) < len(partly):
-            last = partly[-1]
+    if len(partial) > 1:
+        directions = np.array([joint.direction for joint in partial])
+        if np.linalg.matrix_rank(directions, tol=1e-9) < len(partial):
+            last = partial[-1]
             raise SingularSceneError(
-                f"{last.nodes[0]!r} is held twice: its {len(partly)} {last.name}s point in "
+                f"{last.nodes[0]!r} is constrained twice: its {len(partial)} {last.name}s point in "
                 "dependent directions, leave one out or move its anchor"
             )

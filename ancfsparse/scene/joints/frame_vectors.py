@@ -1,4 +1,4 @@
-"""Points and directions at joints as sums of coordinates, and equations between them."""
+"""Points and directions at joints as linear forms, and equations between them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
 from ancfsparse.scene.kinematics.linear_forms import (
-    ALIGNED,
+    COMPONENT_TOLERANCE,
     Coordinates,
     LinearForm,
     Vector,
-    _mixed,
+    linear_combination,
 )
 
 
@@ -29,7 +29,7 @@ def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
     Raises
     ------
     InputError
-        If lines of a mesh that turn against each other meet there.
+        If several lines of a mesh meet there, which rotate independently.
     """
     rows = builder.rows(node)
     if len(rows) > 1:
@@ -43,7 +43,7 @@ def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
 
 
 def vectors_of(builder: ConstraintBuilder, node: Point) -> list[Coordinates]:
-    """Return the coordinates of the vectors of a node, each (dim,)."""
+    """Return the coordinates of the slope and section vectors of a node, each (dim,)."""
     row, dim = row_of(builder, node), node.beam.dim
     width = (len(row) // dim - 1) * dim
     return list(row[dim : dim + width].reshape(-1, dim))
@@ -52,33 +52,33 @@ def vectors_of(builder: ConstraintBuilder, node: Point) -> list[Coordinates]:
 def direction(builder: ConstraintBuilder, node: Point, vector: Vector) -> LinearForm:
     """Return the direction that is `vector` in the reference shape and rotates with a node.
 
-    In the plane one vector is a frame; in space it gives only the directions along it.
+    In the plane one vector defines a frame; in space it defines only its own direction.
     """
-    own = vectors_of(builder, node)
-    frame = node.frame[: len(own)]
+    vectors = vectors_of(builder, node)
+    frame = node.frame[: len(vectors)]
     if len(frame) == 1 and node.beam.dim == 2:
         size = float(frame[0] @ frame[0])
         along = float(vector @ frame[0]) / size
-        beside = float(frame[0, 0] * vector[1] - frame[0, 1] * vector[0]) / size
-        u = LinearForm.of(own, [1.0])
-        weights = np.array([along, beside])
-        if abs(beside) > ALIGNED:
-            return _mixed(u, along, u.turned(), beside)
+        normal = float(frame[0, 0] * vector[1] - frame[0, 1] * vector[0]) / size
+        u = LinearForm.of(vectors, [1.0])
+        weights = np.array([along, normal])
+        if abs(normal) > COMPONENT_TOLERANCE:
+            return linear_combination(u, along, u.rotated(), normal)
     else:
         weights = np.linalg.lstsq(frame.T, vector, rcond=None)[0]
-    weights[np.abs(weights) <= ALIGNED] = 0.0
-    weights[np.abs(weights - 1.0) <= ALIGNED] = 1.0
-    found = LinearForm.of(own, weights[: len(own)].tolist())
-    # The slopes of beams change their length: what they share is a direction.
-    return replace(found, whole=None) if node.beam.n_elements else found
+    weights[np.abs(weights) <= COMPONENT_TOLERANCE] = 0.0
+    weights[np.abs(weights - 1.0) <= COMPONENT_TOLERANCE] = 1.0
+    form = LinearForm.of(vectors, weights[: len(vectors)].tolist())
+    # The slopes of beams change their length, so only their direction can be identified.
+    return replace(form, coordinates=None) if node.beam.n_elements else form
 
 
-def is_one(one: LinearForm, other: LinearForm) -> bool:
-    """Whether two vectors can be identified by numbering."""
-    return one.whole is not None and (other.whole is not None or not any(other.terms))
+def can_identify(one: LinearForm, other: LinearForm) -> bool:
+    """Return True if two vectors can be made equal without equations."""
+    return one.coordinates is not None and (other.coordinates is not None or not any(other.terms))
 
 
-def same(
+def equate(
     builder: ConstraintBuilder,
     label: str,
     one: LinearForm,
@@ -86,34 +86,34 @@ def same(
     size: float,
     factor: float = 1.0,
 ) -> None:
-    """Make two vectors equal: by numbering where both are coordinates, else by linear equations.
+    """Make two vectors equal: identify coordinates if possible, else add linear equations.
 
-    The rounding of their components is that of a size [m].
+    The magnitude `size` of their components [m] determines the rounding error.
     """
-    if one.whole is not None and other.whole is not None:
-        builder.share(one.whole, other.whole)
+    if one.coordinates is not None and other.coordinates is not None:
+        builder.share(one.coordinates, other.coordinates)
         return
-    for whole, rest in ((one.whole, other), (other.whole, one)):
-        if whole is not None and not any(rest.terms):
-            builder.fix(whole)
+    for coordinates, rest in ((one.coordinates, other), (other.coordinates, one)):
+        if coordinates is not None and not any(rest.terms):
+            builder.fix(coordinates)
             return
-    apart = one - other
-    for d, terms in enumerate(apart.terms):
+    difference = one - other
+    for d, terms in enumerate(difference.terms):
         linear = ((factor * w, k, LINEAR) for k, w in terms.items())
         name = f"{label}, component {d + 1}"
-        builder.equation(name, factor * float(apart.constant[d]), *linear, size=size)
+        builder.equation(name, factor * float(difference.constant[d]), *linear, size=size)
 
 
-def across(
+def make_orthogonal(
     builder: ConstraintBuilder, label: str, one: LinearForm, other: LinearForm, factor: float
 ) -> None:
-    """Hold two vectors at a right angle: ``factor one . other = 0``, the factor in metres."""
+    """Add the equation ``factor one . other = 0``, with a factor in metres."""
     offset, size, terms = 0.0, factor, []
     pairs = zip(one.terms, other.terms, one.constant, other.constant, strict=True)
-    for mine, its, c, e in pairs:
+    for first, second, c, e in pairs:
         offset += factor * float(c * e)
         size += abs(factor * float(c * e))
-        terms += [(factor * w * float(e), k, LINEAR) for k, w in mine.items() if e != 0.0]
-        terms += [(factor * w * float(c), k, LINEAR) for k, w in its.items() if c != 0.0]
-        terms += [(factor * w * x, k, j) for k, w in mine.items() for j, x in its.items()]
+        terms += [(factor * w * float(e), k, LINEAR) for k, w in first.items() if e != 0.0]
+        terms += [(factor * w * float(c), k, LINEAR) for k, w in second.items() if c != 0.0]
+        terms += [(factor * w * x, k, j) for k, w in first.items() for j, x in second.items()]
     builder.equation(label, offset, *terms, size=size)

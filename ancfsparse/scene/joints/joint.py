@@ -1,4 +1,4 @@
-"""What joints have in common, and what they are lowered to."""
+"""The base class of joints, and checks of their points."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ancfsparse.scene.kinematics.linear_forms import Vector
 
 
 class Mark(NamedTuple):
-    """How pictures show a joint.
+    """The symbol of a joint in pictures.
 
     Attributes
     ----------
     kind : str
         ``"pin"``, ``"clamp"`` or ``"rod"``.
     other : (dim,) float, optional
-        The anchor of a rod [m]; the direction in which a beam leaves the wall it is clamped to.
+        Anchor of a rod [m]; direction from a clamp into the beam.
     """
 
     kind: str
@@ -29,33 +29,33 @@ class Mark(NamedTuple):
 
 
 class Joint(ABC):
-    """The properties that every joint declares.
+    """A joint, which declares the constraints on its points.
 
     Attributes
     ----------
     name : str
-        What it is called in messages.
+        Name in messages.
     """
 
     name: ClassVar[str]
 
     @abstractmethod
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Fix or share coordinates, or state equations."""
+        """Fix or identify coordinates, or add constraint equations."""
 
     @property
     @abstractmethod
     def nodes(self) -> tuple[Point, ...]:
-        """Nodes that it holds."""
+        """Points that it constrains."""
 
     @property
     def joins(self) -> bool:
-        """Whether it makes its two nodes one point, instead of holding one beside the ground."""
+        """True if it makes its two nodes coincide; False if it constrains one to the ground."""
         return False
 
     @property
     def mark(self) -> Mark | None:
-        """How pictures show it at its first node; None if they do not."""
+        """Symbol in pictures at its first node, or None."""
         return None
 
     @property
@@ -65,33 +65,33 @@ class Joint(ABC):
 
     @property
     def direction(self) -> Vector | None:
-        """The only direction in which it holds its node, a unit vector (dim,); None holds all."""
+        """The only constrained direction, a unit vector (dim,); None constrains all directions."""
         return None
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it certainly makes equations."""
+        """True if it certainly adds equations."""
         return False
 
     @property
     def turns_body(self) -> bool:
-        """Whether it prescribes the direction of a body, which numbering can do."""
+        """True if it prescribes the direction of a body without an equation."""
         return False
 
     @property
     def sides(self) -> tuple[Point, Point | None]:
-        """The point of the first side and that of the second, which None is at the ground."""
+        """The points of the first and the second side; None for the ground."""
         a, *b = self.nodes
         return a, b[0] if b else None
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """What it leaves free that is one number: ``"angle"``, ``"displacement"``."""
+        """Names of its joint coordinates: ``"angle"``, ``"displacement"``."""
         return ()
 
     @property
     def axis(self) -> Vector | None:
-        """The axis of its freedoms in the reference shape, a unit vector (dim,)."""
+        """Axis of its coordinates in the reference shape, a unit vector (dim,)."""
         return None
 
     @property
@@ -105,12 +105,12 @@ class Joint(ABC):
         return f"{self.name} of {' and '.join(map(repr, self.nodes))}"
 
 
-def in_the_plane(joint: Joint) -> tuple[str, ...]:
-    """Return the freedoms of a joint of points: an angle in the plane, where nodes have slopes."""
-    turn = all(
+def planar_coordinates(joint: Joint) -> tuple[str, ...]:
+    """Return the coordinates of a joint of points: an angle in the plane, if nodes have slopes."""
+    has_angle = all(
         node.beam.dim == 2 and not node.xi and not node.beam.kind.is_string for node in joint.nodes
     )
-    return ("angle",) if turn else ()
+    return ("angle",) if has_angle else ()
 
 
 def check_point(what: str, node: object) -> Point:
@@ -119,9 +119,9 @@ def check_point(what: str, node: object) -> Point:
     Parameters
     ----------
     what : str
-        The load or result that needs it, for the message.
+        Name of the load or result in the message.
     node : object
-        What was given.
+        The argument.
     """
     if not isinstance(node, Point):
         raise InputError(
@@ -132,14 +132,14 @@ def check_point(what: str, node: object) -> Point:
 
 
 def check_end(what: str, node: object) -> Point:
-    """Return `node` if a joint can hold it: a node of a beam or mesh, or any point of a body.
+    """Return `node` if a joint can constrain it: a node of a beam or mesh, or a point of a body.
 
     Parameters
     ----------
     what : str
-        The joint, for the message.
+        Name of the joint in the message.
     node : object
-        What was given.
+        The argument.
     """
     if isinstance(node, Point) and node.offsets and not node.xi:
         return node
@@ -147,41 +147,41 @@ def check_end(what: str, node: object) -> Point:
 
 
 def check_turns(what: str, node: Point) -> Point:
-    """Return `node` if it has directions, which nodes of strings do not.
+    """Return `node` if it has slopes, which nodes of strings have not.
 
     Parameters
     ----------
     what : str
-        The joint or load that needs them, for the message.
+        Name of the joint or load in the message.
     node : Point
-        What was given.
+        The argument.
     """
     if node.beam.kind.is_string:
         raise InputError(
-            f"{what} needs a direction at {node!r}, and a string has positions alone: take "
-            "element='thin', or hold the position by a pin"
+            f"{what} needs a direction at {node!r}, but a string has only positions: take "
+            "element='thin', or fix the position by a pin"
         )
     return node
 
 
 def check_other_body(what: str, a: Point, b: Point) -> None:
-    """Refuse to join a rigid body to itself; points of one beam or mesh may be joined."""
+    """Refuse a joint of a rigid body to itself; points of one beam or mesh may be joined."""
     if a.beam is b.beam and a.beam.element == RIGID:
         raise InputError(
-            f"{what} cannot join {a!r} to {b!r}: {a.beam.name} is rigid and holds its own points "
-            "already; give a point of another body"
+            f"{what} cannot join {a!r} to {b!r}: both are points of the rigid body {a.beam.name}; "
+            "give a point of another body"
         )
 
 
 def check_node(what: str, node: object) -> Point:
-    """Return `node` if it is a node of the mesh; of a point beside it in a section, the node.
+    """Return `node` if it is a node of the mesh; for another point of its section, the node.
 
     Parameters
     ----------
     what : str
-        The joint or load that needs it, for the message.
+        Name of the joint or load in the message.
     node : object
-        What was given.
+        The argument.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Pins: the position of a node is held, its rotation is free."""
+"""Pins: the position of a node is fixed, its rotation is free."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
-from ancfsparse.scene.joints.joint import Joint, Mark, in_the_plane
+from ancfsparse.scene.joints.joint import Joint, Mark, planar_coordinates
 from ancfsparse.scene.records.record import At, PointRef, Record
 
 
@@ -19,20 +19,20 @@ class PinSpec(Record):
     method = "pin"
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equations follow from."""
+        """Describe the data of its constraints."""
         return f"pin ({at(self.node)})" + " as constraint" * self.as_constraint
 
 
 @dataclass(frozen=True, eq=False)
 class Pin(Joint):
-    """Hold the position of a node, leave its rotation free.
+    """Fix the position of a node, leave its rotation free.
 
     Attributes
     ----------
     node : Point
-        The node held.
+        The fixed node.
     as_constraint : bool
-        Hold it by equations with multipliers instead of by numbering.
+        Add equations with multipliers instead of fixing coordinates.
     """
 
     node: Point
@@ -40,20 +40,20 @@ class Pin(Joint):
     name = "pin"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Fix the position, or state an equation for each component."""
+        """Fix the position, or add an equation for each component."""
         if not self.has_multipliers:
             builder.fix(builder.position(self.node))
             return
-        places, weights = builder.point(self.node)
-        for d, (row, held) in enumerate(zip(places, self.node.position, strict=True)):
+        indices, weights = builder.point(self.node)
+        for d, (row, position) in enumerate(zip(indices, self.node.position, strict=True)):
             label = f"pin at {self.node!r}, component {d + 1}"
-            terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
-            builder.equation(label, -held, *terms, size=self.node.beam.size)
+            terms = ((w, k, LINEAR) for w, k in zip(weights, row, strict=True))
+            builder.equation(label, -position, *terms, size=self.node.beam.size)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
-        """In the plane its angle."""
-        return in_the_plane(self)
+        """Its angle in the plane."""
+        return planar_coordinates(self)
 
     @property
     def nodes(self) -> tuple[Point, ...]:
@@ -62,10 +62,10 @@ class Pin(Joint):
 
     @property
     def mark(self) -> Mark:
-        """How pictures show it."""
+        """Symbol in pictures."""
         return Mark("pin")
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by equations."""
+        """True if it adds equations."""
         return self.as_constraint or not self.node.is_node

@@ -1,4 +1,4 @@
-"""Drives: supports that move as prescribed."""
+"""Prescribed points: supports with a prescribed motion."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class DriveSpec(Record):
     units: ClassVar = {"position": "m", "rate": "m/s", "second_rate": "m/s2"}
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equations follow from."""
+        """Describe the data of its constraints."""
         kind = "drive as constraint" if self.as_constraint else "drive"
         return f"{kind} ({at(self.node)}) along {text(self.position, at)}"
 
@@ -41,11 +41,11 @@ class PrescribedPoint(Joint):
     Attributes
     ----------
     node : Point
-        The node moved.
+        The node.
     motion : PrescribedMotion
-        Its position over time.
+        The motion of its position.
     as_constraint : bool
-        Move it by equations with multipliers instead of by numbering.
+        Add equations with multipliers instead of prescribing coordinates.
     """
 
     node: Point
@@ -54,14 +54,14 @@ class PrescribedPoint(Joint):
     name = "drive"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Prescribe the position, or what an equation for each component has."""
+        """Prescribe the position, or add an equation for each component."""
         if not self.has_multipliers:
             builder.drive(builder.position(self.node), self.motion)
             return
-        places, weights = builder.point(self.node)
-        for d, row in enumerate(places):
+        indices, weights = builder.point(self.node)
+        for d, row in enumerate(indices):
             label = f"drive at {self.node!r}, component {d + 1}"
-            terms = ((w, place, LINEAR) for w, place in zip(weights, row, strict=True))
+            terms = ((w, k, LINEAR) for w, k in zip(weights, row, strict=True))
             builder.equation(label, 0.0, *terms, rheonomic=RheonomicTerm(self.motion, d))
 
     @property
@@ -71,10 +71,10 @@ class PrescribedPoint(Joint):
 
     @property
     def mark(self) -> Mark:
-        """How pictures show it."""
+        """Symbol in pictures."""
         return Mark("pin")
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by equations."""
+        """True if it adds equations."""
         return self.as_constraint or not self.node.is_node

@@ -1,10 +1,10 @@
-"""What a joint leaves free, as a number: an angle, a distance, a displacement along an axis.
+"""Joint coordinates: an angle, a distance, or a displacement along an axis.
 
-Each is a function h of two products of vectors A, B, C which are linear in the coordinates,
+A joint coordinate is a function h of two products of vectors A, B, C that are linear in q,
 
     x = A . B,   y = A . C,
 
-so its derivatives, and the discrete gradient of the energy-momentum method, need h alone.
+so its derivatives, and the discrete gradient of the energy-momentum method, follow from h.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
-# Functions h, in the order of ``h_of`` in measures.pxi: atan2(y, x), sqrt(x) and x.
+# Functions h, in the order of ``h_of`` in coordinate_functions.pxi: atan2(y, x), sqrt(x) and x.
 ANGLE, LENGTH, ALONG = range(3)
 
 
 @dataclass(frozen=True)
 class JointCoordinate:
-    """A number that follows from coordinates.
+    """A scalar function of the coordinates q.
 
     Attributes
     ----------
     kind : int
         `ANGLE` [rad], `LENGTH` [m] or `ALONG` [m].
     place : (m,) int32
-        The coordinates.
+        Indices of the coordinates.
     weight : (m, 9) float
-        Their weights in the components of A, B and C, each in space.
+        Their weights in the three components of A, B and C.
     constant : (9,) float
-        The parts of these that are fixed in space.
+        Constant parts of these components.
     """
 
     kind: int
@@ -50,58 +50,58 @@ class JointCoordinate:
 
     @classmethod
     def of(cls, kind: int, vectors: Sequence[LinearForm]) -> JointCoordinate:
-        """Make it from A, B and C; those that are left out are zero."""
-        used = sorted({k for each in vectors for terms in each.terms for k in terms})
+        """Build the coordinate from A, B and C, of which missing ones are zero."""
+        used = sorted({k for vector in vectors for terms in vector.terms for k in terms})
         column = {k: i for i, k in enumerate(used)}
         weight, constant = np.zeros((len(used), 9)), np.zeros(9)
-        for n, each in enumerate(vectors):
-            for d, terms in enumerate(each.terms):
-                constant[3 * n + d] = each.constant[d]
+        for n, vector in enumerate(vectors):
+            for d, terms in enumerate(vector.terms):
+                constant[3 * n + d] = vector.constant[d]
                 for k, w in terms.items():
                     weight[column[k], 3 * n + d] += w
         return cls(kind, np.array(used, dtype=np.int32), weight, constant)
 
     def placed(self, final: Integers) -> JointCoordinate:
-        """Return it with other numbers of coordinates, of which several may be one."""
-        place, own = np.unique(final[self.place], return_inverse=True)
+        """Return the function of renumbered coordinates, of which several may coincide."""
+        place, inverse = np.unique(final[self.place], return_inverse=True)
         weight = np.zeros((len(place), 9))
-        np.add.at(weight, own, self.weight)
+        np.add.at(weight, inverse, self.weight)
         return replace(self, place=place.astype(np.int32), weight=weight)
 
     @property
     def is_angle(self) -> bool:
-        """Whether it is an angle [rad], not a length [m]."""
+        """True for an angle [rad], False for a length [m]."""
         return self.kind == ANGLE
 
     def values(self, q: Vector) -> Vector:
-        """Return it for states q (k, n_all), shape (k,) [rad or m]; angles without jumps."""
+        """Return the values in states q (k, n_all), (k,) [rad or m]; angles are continuous."""
         x, y = self._products(self._vectors(q))
         if self.kind == LENGTH:
             return np.asarray(np.sqrt(x))
         return np.asarray(np.unwrap(np.arctan2(y, x)) if self.kind == ANGLE else x)
 
     def rates(self, q: Vector, v: Vector) -> Vector:
-        """Return its rate for states and velocities (k, n_all), shape (k,) [rad/s or m/s]."""
+        """Return the rates in states and velocities (k, n_all), (k,) [rad/s or m/s]."""
         return np.asarray(np.einsum("ki,ki->k", self.gradients(q), v[:, self.place]))
 
     def gradients(self, q: Vector) -> Vector:
-        """Return its derivatives by its coordinates for states q (k, n_all), shape (k, m)."""
+        """Return the derivatives by the coordinates in states q (k, n_all), (k, m)."""
         vectors = self._vectors(q)
-        h_x, h_y = (each[:, None] for each in self._slopes(*self._products(vectors)))
+        h_x, h_y = (slope[:, None] for slope in self._slopes(*self._products(vectors)))
         a, b, c = vectors[:, :3], vectors[:, 3:6], vectors[:, 6:]
         by_vectors = np.concatenate([h_x * b + h_y * c, h_x * a, h_y * a], axis=1)
         return np.asarray(by_vectors @ self.weight.T)
 
     def entries(self, q: Vector) -> tuple[Integers, Vector]:
-        """Return the coordinates that it depends on in a state, and its derivatives by them."""
+        """Return the indices of the coordinates in a state, and the derivatives by them."""
         return self.place, self.gradients(q[None])[0]
 
     def reach(self) -> Integers:
-        """Return which coordinates meet in it, a row, (1, m)."""
+        """Return the indices of coupled coordinates, one row, (1, m)."""
         return self.place[None]
 
     def push(self, out: Vector, q: Vector, factor: Vector) -> None:
-        """Add its gradients in states q (k, n_all), times a factor of each (k,), to `out`."""
+        """Add the gradients in states q (k, n_all), times factors (k,), to `out`."""
         out[:, self.place] += factor[:, None] * self.gradients(q)
 
     def bending(self, q: Vector, v: Vector) -> float:
@@ -109,9 +109,9 @@ class JointCoordinate:
         vectors = self._vectors(q[None])[0]
         rates = v[self.place] @ self.weight
         (a, b, c), (da, db, dc) = vectors.reshape(3, 3), rates.reshape(3, 3)
-        x, y = (float(each[0]) for each in self._products(vectors[None]))
+        x, y = (float(product[0]) for product in self._products(vectors[None]))
         dx, dy = float(a @ db + b @ da), float(a @ dc + c @ da)
-        h_x, h_y = (float(each[0]) for each in self._slopes(np.array([x]), np.array([y])))
+        h_x, h_y = (float(slope[0]) for slope in self._slopes(np.array([x]), np.array([y])))
         h_xx = h_xy = h_yy = 0.0
         if self.kind == LENGTH:
             h_xx = -0.25 * x**-1.5
@@ -119,15 +119,15 @@ class JointCoordinate:
             square = (x * x + y * y) ** 2
             h_xx, h_xy = 2.0 * x * y / square, (y * y - x * x) / square
             h_yy = -h_xx
-        bent = h_xx * dx * dx + 2.0 * h_xy * dx * dy + h_yy * dy * dy
-        return bent + 2.0 * float(da @ (h_x * db + h_y * dc))
+        curvature = h_xx * dx * dx + 2.0 * h_xy * dx * dy + h_yy * dy * dy
+        return curvature + 2.0 * float(da @ (h_x * db + h_y * dc))
 
     def size(self, q: Vector) -> float:
-        """Return the size of the terms that it is added up from, by which it is rounded."""
+        """Return the magnitude of its summands, which determines the rounding error."""
         if self.kind == ANGLE:
             return 1.0
-        of_a = np.abs(q[self.place]) @ np.abs(self.weight[:, :3])
-        return float(np.sum(np.abs(self.constant[:3]) + of_a))
+        part_of_a = np.abs(q[self.place]) @ np.abs(self.weight[:, :3])
+        return float(np.sum(np.abs(self.constant[:3]) + part_of_a))
 
     def _vectors(self, q: Vector) -> Vector:
         return np.asarray(q[:, self.place] @ self.weight + self.constant)

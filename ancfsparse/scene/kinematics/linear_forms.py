@@ -1,4 +1,4 @@
-"""Vectors that are linear in the coordinates."""
+"""Vectors that are linear forms of the coordinates."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 Coordinates = NDArray[np.int32]  # numbers given by a constraint builder
 
-# A direction whose components are within this of those of a vector of a frame is that vector.
-ALIGNED = 1e-12
+COMPONENT_TOLERANCE = 1e-12  # of unit vectors that are equal
 
 
 @dataclass(frozen=True)
@@ -22,20 +21,20 @@ class LinearForm:
     Attributes
     ----------
     terms : tuple of dict from int to float
-        Per component the weight of each coordinate.
+        Weight of each coordinate, for every component.
     constant : (dim,) float
-        The part that is fixed in space.
-    whole : (dim,) int or None
-        The coordinates that it consists of, if it is just these.
+        Constant part.
+    coordinates : (dim,) int or None
+        The coordinates that are its components, if it is just these.
     """
 
     terms: tuple[dict[int, float], ...]
     constant: Vector
-    whole: Coordinates | None = None
+    coordinates: Coordinates | None = None
 
     @classmethod
     def fixed(cls, vector: Vector) -> LinearForm:
-        """Return a vector that stays as it is."""
+        """Return a constant vector."""
         return cls(tuple({} for _ in vector), np.asarray(vector, dtype=float))
 
     @classmethod
@@ -47,21 +46,21 @@ class LinearForm:
         alone = len(used) == 1 and used[0][1] == 1.0
         return cls(terms, np.zeros(dim), used[0][0] if alone else None)
 
-    def turned(self) -> LinearForm:
+    def rotated(self) -> LinearForm:
         """Return the vector rotated by +90 degrees in the plane."""
         x, y = self.terms
         constant = np.array([-self.constant[1], self.constant[0]])
         return LinearForm(({k: -w for k, w in y.items()}, x), constant)
 
     def component(self, along: Vector) -> Coordinates | None:
-        """Return the coordinate (1,) that is the component along a unit vector; None if none is."""
+        """Return the coordinate (1,) that is the component along a unit vector, or None."""
         d = int(np.argmax(np.abs(along)))
-        if self.whole is None or np.abs(np.delete(along, d)).max() > ALIGNED:
+        if self.coordinates is None or np.abs(np.delete(along, d)).max() > COMPONENT_TOLERANCE:
             return None
-        return self.whole[[d]]
+        return self.coordinates[[d]]
 
     def __sub__(self, other: LinearForm) -> LinearForm:
-        """Return the difference of two."""
+        """Return the difference of two vectors."""
         terms = []
         for mine, its in zip(self.terms, other.terms, strict=True):
             both = dict(mine)
@@ -71,7 +70,8 @@ class LinearForm:
         return LinearForm(tuple(terms), self.constant - other.constant)
 
 
-def _mixed(one: LinearForm, a: float, other: LinearForm, b: float) -> LinearForm:
+def linear_combination(one: LinearForm, a: float, other: LinearForm, b: float) -> LinearForm:
+    """Return ``a one + b other``."""
     terms = []
     for mine, its in zip(one.terms, other.terms, strict=True):
         both = {k: a * w for k, w in mine.items()}

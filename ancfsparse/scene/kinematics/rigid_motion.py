@@ -12,19 +12,19 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class UniformVelocity:
-    """The same velocity everywhere.
+    """A uniform velocity field.
 
     Parameters
     ----------
     velocity : ndarray, shape (dim,)
-        It [m/s].
+        The velocity [m/s].
     """
 
     velocity: Vector
 
-    def __call__(self, places: Vector) -> Vector:
-        """Return it for every place, shape (k, dim)."""
-        return np.broadcast_to(self.velocity, np.shape(places)).copy()
+    def __call__(self, positions: Vector) -> Vector:
+        """Return the velocity at positions (k, dim), (k, dim)."""
+        return np.broadcast_to(self.velocity, np.shape(positions)).copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,27 +33,27 @@ class RigidMotion:
 
     Parameters
     ----------
-    place : ndarray, shape (dim,)
-        A point [m].
+    point : ndarray, shape (dim,)
+        Position of a point [m].
     velocity : ndarray, shape (dim,)
         Velocity of that point [m/s].
     spin : ndarray, shape (dim, dim)
-        The skew matrix that takes a vector to its rate [rad/s].
+        Skew matrix of the angular velocity: the rate of a vector is spin times the vector [rad/s].
     """
 
-    place: Vector
+    point: Vector
     velocity: Vector
     spin: Vector
 
-    def __call__(self, places: Vector) -> Vector:
-        """Return the velocities of places, shape (k, dim)."""
-        return np.asarray(self.velocity + (places - self.place) @ self.spin.T)
+    def __call__(self, positions: Vector) -> Vector:
+        """Return the velocities at positions (k, dim), (k, dim)."""
+        return np.asarray(self.velocity + (positions - self.point) @ self.spin.T)
 
-    def turned(self, vectors: Vector) -> Vector:
+    def rates(self, vectors: Vector) -> Vector:
         """Return the rates of vectors (..., dim) that rotate with it."""
         return np.asarray(vectors @ self.spin.T)
 
 
 def second_moments(inertia: Vector) -> Vector:
-    """Return the integral of x x^T over the mass of a body from its moments of inertia, (3, 3)."""
+    """Return the second moments int x x^T dm of a body from its inertia tensor, (3, 3)."""
     return np.asarray(0.5 * np.trace(inertia) * np.eye(3) - inertia)

@@ -19,7 +19,7 @@ from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
 Vector = NDArray[np.float64]
 # How a single number is read in the force that follows a cable in space.
-ALONG = "one number along the axis, the only axis that a cable has in space"
+AXIAL_FORCE = "one number along the axis, the only axis that a cable has in space"
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ class PointForce(TimeDependentValue):
     value: Value
     follow: bool = False
     unit = "N"
-    number = ALONG
+    number = AXIAL_FORCE
 
     @property
     def what(self) -> str:
@@ -163,7 +163,7 @@ class DistributedForce(TimeDependentValue):
     along: Callable[[float], float] | None = None
     follow: bool = False
     unit = "N/m"
-    number = ALONG
+    number = AXIAL_FORCE
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what is pickled."""

@@ -7,7 +7,13 @@ from typing import ClassVar
 
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.geometry.section_frames import normals
-from ancfsparse.scene.joints.frame_vectors import across, direction, is_one, point, same
+from ancfsparse.scene.joints.frame_vectors import (
+    can_identify,
+    direction,
+    equate,
+    make_orthogonal,
+    point,
+)
 from ancfsparse.scene.joints.joint import Joint, Mark
 from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
 
@@ -78,31 +84,31 @@ class TwoBodyJoint(Joint):
         return LinearForm.fixed(vector) if self.b is None else direction(builder, self.b, vector)
 
     def _share_point(self, builder: ConstraintBuilder) -> None:
-        same(builder, self.label, *self._points(builder), self.size)
+        equate(builder, self.label, *self._points(builder), self.size)
 
     def _share_axis(self, builder: ConstraintBuilder, axis: Vector) -> None:
         """Keep an axis of both parallel: one vector where it is one of each, else two equations."""
         one, other = self._of_a(builder, axis), self._of_b(builder, axis)
-        if is_one(one, other):
-            same(builder, f"{self.label}, axis", one, other, self.size, self.size)
+        if can_identify(one, other):
+            equate(builder, f"{self.label}, axis", one, other, self.size, self.size)
             return
         for k, normal in enumerate(normals(axis)):
             label = f"{self.label}, axis {k + 1}"
-            across(builder, label, one, self._of_b(builder, normal), self.size)
+            make_orthogonal(builder, label, one, self._of_b(builder, normal), self.size)
 
     def _share_frame(self, builder: ConstraintBuilder) -> None:
         """Keep all directions of both parallel."""
         axes = self.a.beam.axes_of(self.a.beam.rows_of(self.a.index).start)
         ones = [self._of_a(builder, axis) for axis in axes]
         others = [self._of_b(builder, axis) for axis in axes]
-        if all(is_one(*pair) for pair in zip(ones, others, strict=True)):
+        if all(can_identify(*pair) for pair in zip(ones, others, strict=True)):
             for one, other in zip(ones, others, strict=True):
-                same(builder, f"{self.label}, axes", one, other, self.size, self.size)
+                equate(builder, f"{self.label}, axes", one, other, self.size, self.size)
             return
         pairs = [(0, 1)] if len(axes) == 2 else [(0, 1), (0, 2), (1, 2)]
         for i, j in pairs:
             label = f"{self.label}, turn {i + j}"
-            across(builder, label, ones[i], others[j], self.size)
+            make_orthogonal(builder, label, ones[i], others[j], self.size)
 
     def _share_line(self, builder: ConstraintBuilder, axis: Vector) -> None:
         """Keep the point of `a` on the line through that of `b` along an axis of `b`.
@@ -116,7 +122,7 @@ class TwoBodyJoint(Joint):
                 builder.hold(held)
                 continue
             label = f"{self.label}, across {k + 1}"
-            across(builder, label, one - other, self._of_b(builder, normal), 1.0)
+            make_orthogonal(builder, label, one - other, self._of_b(builder, normal), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +152,7 @@ class Universal(TwoBodyJoint):
         """Share the point, and hold the angle."""
         self._share_point(builder)
         one, other = self._of_a(builder, self.axes[0]), self._of_b(builder, self.axes[1])
-        across(builder, f"{self.label}, angle", one, other, self.size)
+        make_orthogonal(builder, f"{self.label}, angle", one, other, self.size)
 
 
 @dataclass(frozen=True, eq=False)

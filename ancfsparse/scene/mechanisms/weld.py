@@ -10,19 +10,19 @@ from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import (
-    across,
     direction,
+    equate,
+    make_orthogonal,
     row_of,
-    same,
     vectors_of,
 )
 from ancfsparse.scene.joints.joint import Mark
 from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
 from ancfsparse.scene.mechanisms.two_body_joint import TwoBodyJoint
 
-NAMES = ("r_x", "r_y", "r_z")
+VECTOR_NAMES = ("r_x", "r_y", "r_z")
 # Sine of the angle between two slopes below which they are in line.
-OFF = 1e-9
+MAX_SINE_IN_LINE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,14 +70,16 @@ class Weld(TwoBodyJoint):
             for k, normal in enumerate(normals(tangent)):
                 label = f"{self.label}, direction {k + 1}"
                 beside = self._beside(builder, wall, normal)
-                across(builder, label, direction(builder, held, tangent), beside, self.size)
+                make_orthogonal(
+                    builder, label, direction(builder, held, tangent), beside, self.size
+                )
             return
         row = row_of(builder, held)
         for name, vector in zip(("r_x", "r_y", "r_z"), frame, strict=False):
             if name in kind.section or (name == "r_x" and self.stretch == "fixed"):
                 own = LinearForm.of([row[kind.columns(name)]], [1.0])
                 beside = self._beside(builder, wall, vector)
-                same(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
+                equate(builder, f"{self.label}, {name}", own, beside, self.size, self.size)
 
     @staticmethod
     def _needs_stiff_section(held: Point, wall: Point) -> bool:
@@ -86,7 +88,7 @@ class Weld(TwoBodyJoint):
             return not wall.beam.kind.is_cable
         slope, section = held.frame[0], wall.frame[1:]
         sizes = np.linalg.norm(slope) * np.linalg.norm(section, axis=1)
-        return bool((np.abs(section @ slope) > OFF * sizes).any())
+        return bool((np.abs(section @ slope) > MAX_SINE_IN_LINE * sizes).any())
 
     def _stiffen(self, builder: ConstraintBuilder, wall: Point) -> None:
         """Keep lengths and angles of the vectors of a node.
@@ -100,7 +102,7 @@ class Weld(TwoBodyJoint):
         for k, (u, mine) in enumerate(zip(vectors, frame, strict=True)):
             for j, (v, its) in enumerate(zip(vectors[: k + 1], frame, strict=False)):
                 factor = 0.5 * self.size if j == k else self.size
-                label = f"rigidity of {wall!r}, {NAMES[j]}.{NAMES[k]}"
+                label = f"rigidity of {wall!r}, {VECTOR_NAMES[j]}.{VECTOR_NAMES[k]}"
                 terms = ((factor, a, b) for a, b in zip(u, v, strict=True))
                 builder.equation(label, -factor * float(mine @ its), *terms, size=factor, mass=mass)
 

@@ -15,7 +15,7 @@ from ancfsparse.scene.bodies.element_choice import (
     curved_kind,
     given_options,
 )
-from ancfsparse.scene.geometry.positions import FARTHEST, check_ends, place
+from ancfsparse.scene.geometry.positions import MAX_COORDINATE, check_ends, place
 from ancfsparse.scene.geometry.section_frames import along_principal_axes
 from ancfsparse.scene.geometry.section_frames_along import frames_along
 from ancfsparse.scene.meshing.initial_stretch import initial_shape, lateral_contraction
@@ -26,7 +26,7 @@ Vector = NDArray[np.float64]
 # Shapes in which a beam along a curve may be free of stress, the default first.
 RESTS = ("curved", "straight")
 # Memory of the arrays of a beam [bytes per element], and per element and squared dimension.
-BYTES = 400.0
+BYTES_PER_ELEMENT = 400.0
 BYTES_PER_SQUARED_DIM = 64.0
 
 
@@ -44,7 +44,7 @@ def build_curved_beam(record: BeamSpec, gravity: Vector) -> Beam:
     element, options, kind = chosen_element(label, record.element, dim, given_options(record))
     count = check_count(f"n_elements of {label}", record.n_elements)
     check_make(label, kind, record.section, record.material)
-    check_element_memory(label, count, BYTES_PER_SQUARED_DIM * dim**2 + BYTES)
+    check_element_memory(label, count, BYTES_PER_SQUARED_DIM * dim**2 + BYTES_PER_ELEMENT)
     _check_directions(record, element, kind)
     path, natural, stretch = initial_shape(record, element, options, gravity)
     contraction = lateral_contraction(label, stretch, record.material.poisson_ratio, kind)
@@ -113,9 +113,9 @@ def _is_stress_free_curved(record: BeamSpec) -> bool:
 
 def _check_range(label: str, positions: Vector) -> None:
     """Refuse positions whose squares leave the range of numbers."""
-    if not np.abs(positions).max() <= FARTHEST:
+    if not np.abs(positions).max() <= MAX_COORDINATE:
         raise InputError(
-            f"{label} reaches beyond {FARTHEST:g} m, to "
+            f"{label} reaches beyond {MAX_COORDINATE:g} m, to "
             f"{place(positions[np.argmax(np.abs(positions).max(axis=1))])}; give positions in "
             "metres"
         )

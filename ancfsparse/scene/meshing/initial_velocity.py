@@ -32,7 +32,7 @@ def velocity_field(
     if not callable(velocity):
         constant = check_vector(what, velocity, positions.shape[1], "m/s")
         return UniformVelocity(constant)
-    values = check_reals(f"what {what} returns", velocity(positions.copy()), "an array of numbers")
+    values = check_reals(f"the result of {what}", velocity(positions.copy()), "an array of numbers")
     if values.shape != positions.shape:
         raise InputError(
             f"{what} returned shape {values.shape} for positions of shape {positions.shape}: "

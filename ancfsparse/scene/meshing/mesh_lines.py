@@ -29,9 +29,9 @@ Integers = NDArray[np.integer[Any]]
 
 # By how much more than the slope the height of a section may turn at a bend: steeper than 60
 # degrees, sections that all have e_z near +z would turn about their axes by more.
-TWISTED = 2.0
-EVEN = 1e-9
-BYTES = 400.0  # of the arrays of an element
+MAX_ROTATION_RATIO = 2.0
+ROUNDING = 1e-9
+BYTES_PER_ELEMENT = 400.0  # of the arrays of an element
 
 
 def build_mesh(record: MeshSpec, dim: int) -> Mesh:
@@ -83,7 +83,7 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
     outward = np.stack([directions, -directions], axis=1).reshape(-1, dim)
     partners = _partners(at, outward, 2.0 * np.sin(0.5 * np.radians(angle)))
     if count > 1:
-        check_element_memory(label, count * len(given), BYTES)
+        check_element_memory(label, count * len(given), BYTES_PER_ELEMENT)
         positions, given, partners = _divided(positions, given, partners, count)
         at, lengths = given.ravel(), np.repeat(lengths / count, count)
         directions = np.repeat(directions, count, axis=0)
@@ -132,7 +132,7 @@ def _frames(label: str, slopes: Vector, ends: Numbers, n_each: int) -> Vector:
     """
     frames = section_frames(slopes)
     e_x, e_y = (np.linalg.norm(np.diff(frames[ends, k], axis=1)[:, 0], axis=1) for k in (0, 1))
-    twisted = e_y > TWISTED * e_x + EVEN
+    twisted = e_y > MAX_ROTATION_RATIO * e_x + ROUNDING
     if twisted.any():
         k = int(np.argmax(twisted)) // n_each
         raise InputError(

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.checks import check_reals, is_masked
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Numbers, Vector
-from ancfsparse.scene.geometry.positions import FARTHEST, place
+from ancfsparse.scene.geometry.positions import MAX_COORDINATE, place
 
 # Nodes closer than this share of the whole mesh are at one place.
-SAME_PLACE = 1e-9
+COINCIDENCE_RATIO = 1e-9
 EPSILON = float(np.finfo(np.float64).eps)
 
 
@@ -62,14 +62,14 @@ def checked_graph(
     size = float(np.linalg.norm(np.ptp(positions, axis=0)))
     lengths = np.linalg.norm(positions[ends[:, 1]] - positions[ends[:, 0]], axis=1)
     _refuse(
-        lengths <= SAME_PLACE * size,
+        lengths <= COINCIDENCE_RATIO * size,
         lambda k, some: (
             f"{label} has {some} of zero length, first edge {k}, {_pair(ends[k])}: "
             "leave it out or move one of its nodes"
         ),
         "edge",
     )
-    _check_apart(label, positions, SAME_PLACE * size)
+    _check_apart(label, positions, COINCIDENCE_RATIO * size)
     _refuse(
         np.bincount(ends.ravel(), minlength=n) == 0,
         lambda k, some: (
@@ -133,10 +133,10 @@ def _positions(label: str, dim: int, nodes: ArrayLike) -> Vector:
         "node",
     )
     _refuse(
-        (np.abs(positions) > FARTHEST).any(axis=1),
+        (np.abs(positions) > MAX_COORDINATE).any(axis=1),
         lambda k, some: (
-            f"{label} has {some} beyond {FARTHEST:g} m, first node {k} at {place(positions[k])}: "
-            "give positions in metres"
+            f"{label} has {some} beyond {MAX_COORDINATE:g} m, first node {k} at "
+            f"{place(positions[k])}: give positions in metres"
         ),
         "node",
     )

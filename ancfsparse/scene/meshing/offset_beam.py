@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.beam import Beam
 
 # Components of unit vectors that differ by no more are those of one direction.
-EVEN = 1e-9
+MAX_DIRECTION_CHANGE = 1e-9
 
 
 def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
@@ -40,7 +40,7 @@ def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
     place = np.atleast_1d(check_reals(what, offset, needed))
     if place.shape != (beam.dim - 1,):
         raise InputError(f"{what} must be {needed}, got {format_value(offset)}")
-    if np.ptp(beam.frames, axis=0).max() > EVEN:
+    if np.ptp(beam.frames, axis=0).max() > MAX_DIRECTION_CHANGE:
         raise InputError(
             f"{what} needs a straight beam, whose sections all point one way: give the curve of "
             f"its centroid, and attach to points such as rod.at(s, y={-float(place[0]):.6g})"

@@ -20,7 +20,7 @@ from ancfsparse.system_memory import check_memory
 Vector = NDArray[np.float64]
 
 # Memory of the arrays of a beam [bytes per element], and per element and dimension.
-BYTES = 20.0
+BYTES_PER_ELEMENT = 20.0
 BYTES_PER_DIM = 16.0
 
 
@@ -30,7 +30,7 @@ def build_straight_beam(record: BeamSpec, dim: int) -> Beam:
     element, options, kind = chosen_element(label, record.element, dim, given_options(record))
     count = check_count(f"n_elements of {label}", record.n_elements)
     check_make(label, kind, record.section, record.material)
-    check_element_memory(label, count, BYTES_PER_DIM * dim + BYTES)
+    check_element_memory(label, count, BYTES_PER_DIM * dim + BYTES_PER_ELEMENT)
     tail, head = check_ends(label, record.start, record.end, dim)
     if record.up is not None and dim == 2:
         raise InputError(

@@ -13,7 +13,7 @@ from ancfsparse.checks import check_choice, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.scene import records
 from ancfsparse.scene.bodies.body import Point
-from ancfsparse.scene.geometry.positions import SAME_PLACE, check_position, place
+from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, check_position, place
 from ancfsparse.scene.joints.clamp import Clamp, ClampSpec
 from ancfsparse.scene.joints.connect import Connect, ConnectSpec
 from ancfsparse.scene.joints.distance import Distance, DistanceSpec, RigidRod, RodSpec
@@ -149,7 +149,7 @@ class Joints(SceneBase):
         point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
         way = node.position - point
         distance = math.sqrt(way @ way)
-        if distance <= SAME_PLACE * node.beam.size:
+        if distance <= COINCIDENCE_RATIO * node.beam.size:
             raise InputError(
                 f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
                 "node itself; to hold the node there, use pin"
@@ -181,7 +181,9 @@ class Joints(SceneBase):
             raise InputError(f"a connection needs two points, got {a!r} twice")
         check_other_body("a connection", a, b)
         gap = float(np.linalg.norm(a.position - b.position))
-        if not check_flag("apart", apart) and gap > SAME_PLACE * max(a.beam.size, b.beam.size):
+        if not check_flag("apart", apart) and gap > COINCIDENCE_RATIO * max(
+            a.beam.size, b.beam.size
+        ):
             raise InputError(
                 f"{a!r} and {b!r} cannot be connected: they are {gap:.6g} m apart, at "
                 f"{place(a.position)} and {place(b.position)}; move one beam so that they meet, "
@@ -220,7 +222,7 @@ class Joints(SceneBase):
         self._mine("a distance", check_point("a distance", b))
         check_other_body("a distance", a, b)
         apart = float(np.linalg.norm(a.position - b.position))
-        if apart <= SAME_PLACE * max(a.beam.size, b.beam.size):
+        if apart <= COINCIDENCE_RATIO * max(a.beam.size, b.beam.size):
             raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
         subject = f"the distance of {a!r} and {b!r}"
         motion = self._length_over_time(subject, length, rate, second_rate)

@@ -17,7 +17,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import mechanisms
 from ancfsparse.scene.bodies.body import Point, Vector
-from ancfsparse.scene.geometry.positions import SAME_PLACE, place
+from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, place
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
 from ancfsparse.scene.methods.scene_base import SceneBase
@@ -36,9 +36,9 @@ if TYPE_CHECKING:
 Kind = TypeVar("Kind", bound="TwoBodyJoint")
 
 # Deviation from a right angle that is taken for rounding [rad].
-OFF = 1e-9
+MAX_ANGLE_ERROR = 1e-9
 # Deviation of the length of a unit vector from 1 that is taken for rounding.
-UNIT = 8.0 * np.finfo(float).eps
+MAX_LENGTH_ERROR = 8.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +156,7 @@ class Mechanisms(SceneBase):
         ends = self._ends("a universal joint", a, b)
         one = self._axis("a universal joint", axis_a, "axis_a")
         other = self._axis("a universal joint", axis_b, "axis_b")
-        if abs(one @ other) > OFF:
+        if abs(one @ other) > MAX_ANGLE_ERROR:
             angle = float(np.degrees(np.arccos(np.clip(one @ other, -1.0, 1.0))))
             raise InputError(
                 f"the axes of a universal joint must be at a right angle, got {angle:.6g} degrees"
@@ -268,7 +268,7 @@ class Mechanisms(SceneBase):
             raise InputError(f"{what} needs two points, got {a!r} twice")
         check_other_body(what, one, other)
         gap = float(np.linalg.norm(one.position - other.position))
-        if not apart and gap > SAME_PLACE * max(one.beam.size, other.beam.size):
+        if not apart and gap > COINCIDENCE_RATIO * max(one.beam.size, other.beam.size):
             raise InputError(
                 f"{what} cannot join {a!r} and {b!r}: they are {gap:.6g} m apart, at "
                 f"{place(one.position)} and {place(other.position)}"
@@ -283,7 +283,7 @@ class Mechanisms(SceneBase):
         if not 0.0 < length < math.inf:
             raise InputError(f"the axis of {what} has no direction, got {format_value(axis)}")
         # A unit vector stays as it is, so that copies and files of a scene equal it.
-        return given if abs(length - 1.0) <= UNIT else np.asarray(given / length)
+        return given if abs(length - 1.0) <= MAX_LENGTH_ERROR else np.asarray(given / length)
 
     @staticmethod
     def _check_line(what: str, a: Point, b: Point | None, axis: Vector) -> None:
@@ -291,7 +291,7 @@ class Mechanisms(SceneBase):
             return
         way = a.position - b.position
         off = float(np.linalg.norm(way - (way @ axis) * axis))
-        if off > SAME_PLACE * max(a.beam.size, b.beam.size):
+        if off > COINCIDENCE_RATIO * max(a.beam.size, b.beam.size):
             raise InputError(
                 f"{what} needs {a!r} on the line through {b!r} along its axis, but it is "
                 f"{off:.6g} m off"

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
 # Relative deviation of inertias, unit vectors and right angles that is taken for rounding.
-ROUNDING = 1e-9
+ROUNDING_RATIO = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,15 +220,15 @@ def _second_moments(
         )
     tensor = np.diag(moments) if moments.ndim == 1 else moments
     largest = check_moderate(f"largest moment of the {what}", np.abs(tensor).max(), "kg m2")
-    if np.abs(tensor - tensor.T).max() > ROUNDING * largest:
+    if np.abs(tensor - tensor.T).max() > ROUNDING_RATIO * largest:
         raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
     principal = np.linalg.eigvalsh(tensor)
-    if principal[0] <= ROUNDING * principal[2]:
+    if principal[0] <= ROUNDING_RATIO * principal[2]:
         raise InputError(
             f"{what} has the principal moments {_listed(principal)} kg m2, and all three must be "
             "positive; a thin rod, which has none about its axis, is the shape Rod(length)"
         )
-    if principal[0] + principal[1] < (1.0 - ROUNDING) * principal[2]:
+    if principal[0] + principal[1] < (1.0 - ROUNDING_RATIO) * principal[2]:
         raise InputError(
             f"{what} violates the triangle inequality: the largest principal moment is at most the "
             f"sum of the other two, got {_listed(principal)} kg m2"
@@ -262,11 +262,11 @@ def _axes(label: str, dim: int, orientation: ArrayLike | None) -> Vector:
         raise InputError(f"{what} must be {needed}, got {format_value(orientation)}")
     if given.shape == (4,):
         norm = float(np.linalg.norm(given))
-        if abs(norm - 1.0) > ROUNDING:
+        if abs(norm - 1.0) > ROUNDING_RATIO:
             raise InputError(f"{what} must be a unit quaternion, got one of length {norm:.9g}")
         return _matrix(given / norm).T
     off = float(np.abs(given.T @ given - np.eye(3)).max())
-    if off > ROUNDING:
+    if off > ROUNDING_RATIO:
         raise InputError(f"{what} must have orthonormal columns, but they are off by {off:.3g}")
     if np.linalg.det(given) < 0.0:
         raise InputError(f"{what} is left-handed, a reflection: change the sign of one column")

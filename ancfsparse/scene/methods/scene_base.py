@@ -16,7 +16,7 @@ from ancfsparse.messages import format_value, suggest_names
 from ancfsparse.scene import records
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.geometry.positions import SAME_PLACE, Vector, check_position
+from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, Vector, check_position
 from ancfsparse.scene.joints.constrained_points import ConstrainedPoints
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attachment
@@ -233,7 +233,7 @@ class SceneBase:
         places = np.array([each.position if isinstance(each, Point) else each for each in ends])
         apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
         k = int(np.argmin(apart))
-        if apart[k] <= SAME_PLACE * max(each.beam.size for each in nodes):
+        if apart[k] <= COINCIDENCE_RATIO * max(each.beam.size for each in nodes):
             raise InputError(
                 f"points {k} and {k + 1} of {what} coincide, so its rope has no direction there: "
                 "leave one of them out"

@@ -1,6 +1,6 @@
-"""Records: the arguments of one call of a method of a scene, as data.
+"""Records: the arguments of one call of a method of a scene, as plain data.
 
-A scene is a list of them.  They name bodies instead of holding handles, so they can be compared,
+A scene is a list of records.  They name bodies instead of holding handles, so they can be compared,
 written, changed, and built again in another scene.
 """
 
@@ -19,7 +19,7 @@ from ancfsparse.scene.records.signal import Signal
 
 # The record of every method of `Scene` that adds something.
 RECORD_TYPES: dict[str, type[Record]] = {}
-# What records hold in place of handles, by the name of the class.
+# References that records hold in place of handles, by their names in files.
 REFERENCE_TYPES: dict[str, type[BodyRef]] = {}
 
 
@@ -29,7 +29,7 @@ class References(Protocol):
     Attributes
     ----------
     joints : list of Joint
-        The joints so far.
+        The joints that have been added.
     """
 
     joints: list[Any]
@@ -52,16 +52,16 @@ class BodyRef:
     body: str
 
     def __init_subclass__(cls) -> None:
-        """Enter it in the table of references."""
+        """Enter the class in the table of references."""
         REFERENCE_TYPES[cls.kind()] = cls
 
     @classmethod
     def kind(cls) -> str:
-        """Return its name in files, such as "Point"."""
+        """Return the name of the class in files, such as "Point"."""
         return cls.__name__.removesuffix("Ref")
 
     def of(self, scene: References) -> Any:
-        """Return its handle in a scene."""
+        """Return the handle in a scene."""
         return scene.body(self.body)
 
 
@@ -82,8 +82,8 @@ class PointRef(BodyRef):
         Fraction of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge
         of a mesh it counts from the first node of the edge, as given.
     offsets : tuple of float, optional
-        Of a point of a rigid body that is not its origin, its coordinates in the body [m]; of a
-        point beside the axis of a beam those along r_x, r_y and r_z [m].
+        Coordinates in the frame of a rigid body [m], empty at its origin; or along r_x, r_y and r_z
+        of a beam [m], empty on its axis.
     """
 
     index: int
@@ -91,7 +91,7 @@ class PointRef(BodyRef):
     offsets: tuple[float, ...] = ()
 
     def of(self, scene: References) -> Any:
-        """Return its handle in a scene."""
+        """Return the handle in a scene."""
         return scene.body(self.body).point(self)
 
 
@@ -102,18 +102,18 @@ class JointRef(BodyRef):
     Parameters
     ----------
     body : str
-        Name of a body that it holds.
+        Name of a body that it constrains.
     number : int
-        Its place among the joints of the scene.
+        Its index in the list of joints of the scene.
     """
 
     number: int
 
     def of(self, scene: References) -> Any:
-        """Return its handle in a scene."""
+        """Return the handle in a scene."""
         if not 0 <= self.number < len(scene.joints):
             raise InputError(
-                f"the scene has no joint {self.number}: it has {len(scene.joints)} joints so far"
+                f"the scene has no joint {self.number}: it has {len(scene.joints)} joints"
             )
         return scene.joints[self.number]
 
@@ -140,12 +140,12 @@ class Record:
     units: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(cls) -> None:
-        """Enter it in the table of records."""
+        """Enter the class in the table of records."""
         if "method" in cls.__dict__:
             RECORD_TYPES[cls.method] = cls
 
     def __post_init__(self) -> None:
-        """Keep vectors as tuples, and numbers of NumPy as those of Python."""
+        """Normalise NumPy vectors to tuples and NumPy scalars to Python numbers."""
         for name, value in self.__dict__.items():
             if isinstance(value, _NUMPY) and value.ndim < 2:
                 self.__dict__[name] = tuple(value.tolist()) if value.ndim else value.item()
@@ -156,8 +156,11 @@ class Record:
         return dict(self.__dict__)
 
     def build(self, scene: References) -> Any:
-        """Add it to a scene; return the handle."""
-        handles = {k: mapped(value, lambda each: each.of(scene)) for k, value in self.given.items()}
+        """Call the method of a scene with the arguments; return the handle."""
+        handles = {
+            k: mapped(value, lambda reference: reference.of(scene))
+            for k, value in self.given.items()
+        }
         return getattr(scene, self.method)(**handles)
 
     def moved(self, move: Callable[[BodyRef], BodyRef]) -> Self:
@@ -165,28 +168,28 @@ class Record:
         return replace(self, **{name: mapped(value, move) for name, value in self.given.items()})
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe what decides how a scene moves, for its digest.
+        """Describe the arguments that determine the motion, for the digest of a scene.
 
         Parameters
         ----------
         at : callable
-            Describes a body or a point.
+            Function that describes a reference.
         made : object
-            The handle that was built from it.
+            The handle that was built from the record.
         """
-        values = ", ".join(f"{name} {text(each, at)}" for name, each in self.given.items())
+        values = ", ".join(f"{name} {text(value, at)}" for name, value in self.given.items())
         return f"{self.method}: {values}"
 
     def __eq__(self, other: object) -> bool:
         """Compare all fields."""
         return type(self) is type(other) and all(
-            equal(mine, getattr(other, name)) for name, mine in self.given.items()
+            equal(value, getattr(other, name)) for name, value in self.given.items()
         )
 
     __hash__ = None  # type: ignore[assignment]
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what is pickled: functions only if they can be."""
+        """Return the state for pickling, with functions in a form that can be pickled."""
         return {
             name: picklable_callback(value, self.method) for name, value in self.__dict__.items()
         }
@@ -197,19 +200,19 @@ def mapped(value: Any, change: Callable[[BodyRef], Any]) -> Any:
     if isinstance(value, BodyRef):
         return change(value)
     if isinstance(value, tuple):
-        return tuple(mapped(each, change) for each in value)
+        return tuple(mapped(item, change) for item in value)
     return value
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Whether two values of a field are equal; functions are if they are the same."""
+    """Return True if two values of a field are equal; functions are equal if identical."""
     if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
         return np.array_equal(one, other)
     return bool(one == other)
 
 
 def text(value: Any, at: At) -> str:
-    """Write a value for a digest: numbers with nine digits, functions without what they compute."""
+    """Return a value as text for a digest, numbers with nine digits."""
     if isinstance(value, tuple) and value:
         return "; ".join(map(at, value)) if isinstance(value[0], BodyRef) else format_numbers(value)
     if isinstance(value, BodyRef):

@@ -1,4 +1,4 @@
-"""What functions of time that are data have in common: sums, multiples, and their rates."""
+"""The base of signals, which are functions of time as data: sums, multiples, derivatives."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ Value = float | tuple[float, ...]
 
 
 class Signal(ABC):
-    """A function of time that is evaluated for all times at once.
+    """A function of time that can be evaluated for an array of times.
 
     Attributes
     ----------
     takes_arrays : bool
-        That it is, which other functions with this attribute are too.
+        True; other functions with this attribute are called with arrays of times too.
     """
 
     takes_arrays: ClassVar[bool] = True
 
     @abstractmethod
     def __call__(self, t: ArrayLike) -> Vector:
-        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
+        """Return the value at a time [s], or one row for each of an array of times (k,)."""
 
     def describe(self) -> str:
-        """Describe everything that its values follow from, for comparison with another one."""
+        """Describe the data that determine its values, for comparison with other signals."""
         return repr(self)
 
     @property
     def smoothness(self) -> float:
-        """Number of continuous derivatives: none by default."""
+        """Number of continuous derivatives."""
         return 0.0
 
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:
@@ -47,7 +47,7 @@ class Signal(ABC):
         Raises
         ------
         InputError
-            If that is not continuous.
+            If the derivative is not continuous.
         """
         return self._no_rate(order)
 
@@ -56,52 +56,52 @@ class Signal(ABC):
         raise InputError(f"{self!r} has no continuous {what}: take Ramp(..., smooth=True) or Sine")
 
     def __add__(self, other: Signal | ArrayLike) -> Signal:
-        """Return the sum with another signal, or with a value that does not change."""
+        """Return the sum with another signal or a constant."""
         if isinstance(other, Signal):
             return Sum((self, other))
-        return Sum((self,), checked_value("what is added to a signal", other))
+        return Sum((self,), checked_value("the summand of a signal", other))
 
     __radd__ = __add__
 
-    # Arrays must not take a signal for one of their numbers.
+    # Arrays must leave a sum with a signal to the signal.
     __array_ufunc__ = None
 
 
 def is_vectorized(value: object) -> bool:
-    """Whether a load or motion is a function that takes arrays of any times."""
+    """Return True for a load or motion that is a function of arrays of times."""
     return bool(getattr(value, "takes_arrays", False))
 
 
 @dataclass(frozen=True)
 class Sum(Signal):
-    """A sum of signals and a value that does not change.
+    """A sum of signals and a constant.
 
     Parameters
     ----------
     parts : tuple of Signal
         The signals.
     constant : float or tuple of float, optional
-        The value [N, N m, N/m or m].
+        The constant [N, N m, N/m or m].
     """
 
     parts: tuple[Signal, ...]
     constant: Value = 0.0
 
     def __post_init__(self) -> None:
-        """Check the parts and keep the constant in double precision."""
+        """Check the parts and store the constant in double precision."""
         if not isinstance(self.parts, tuple) or not all(
-            isinstance(each, Signal) for each in self.parts
+            isinstance(part, Signal) for part in self.parts
         ):
             raise InputError(f"the parts of a sum must be signals, got {format_value(self.parts)}")
         set_fields(self, constant=checked_value("constant of a sum", self.constant))
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous."""
+        """Number of continuous derivatives."""
         return min(part.smoothness for part in self.parts)
 
     def __call__(self, t: ArrayLike) -> Vector:
-        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
+        """Return the value at a time [s], or one row for each of an array of times (k,)."""
         total = sum(part(t) for part in self.parts)
         return np.asarray(total + np.asarray(self.constant))
 
@@ -110,28 +110,28 @@ class Sum(Signal):
         return np.asarray(sum(part.rate(t, order) for part in self.parts))
 
     def describe(self) -> str:
-        """Describe everything that its values follow from."""
+        """Describe the data that determine its values."""
         return " + ".join([*(part.describe() for part in self.parts), repr(self.constant)])
 
 
 class ScaledSignal(Signal):
-    """A value that is multiplied by a number which changes with time."""
+    """A constant value times a factor that changes with time."""
 
     @property
     @abstractmethod
     def largest(self) -> Value:
-        """The value where that number is 1."""
+        """The value at factor 1."""
 
     @abstractmethod
     def factor(self, t: Vector, order: int = 0) -> Vector:
-        """Return that number for every time, or a derivative of it [1/s, 1/s2]."""
+        """Return the factor at every time, or a derivative of it [1/s, 1/s2]."""
 
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:
         """Return its first or second derivative, shaped like its values."""
         return np.multiply.outer(self.factor(np.asarray(t, dtype=float), order), self.largest)
 
     def __call__(self, t: ArrayLike) -> Vector:
-        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
+        """Return the value at a time [s], or one row for each of an array of times (k,)."""
         return np.multiply.outer(self.factor(np.asarray(t, dtype=float)), self.largest)
 
 

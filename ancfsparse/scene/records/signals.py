@@ -1,8 +1,8 @@
-"""Functions of time that are data: tables, ramps, sines, pulses.
+"""Signals: tables, ramps, sines and pulses.
 
-Each is called with a time t [s] and returns a value, or with an array (k,) of times and returns k
-of them.  A value is a number or a vector, in the unit of the load it is given to: N, N m or N/m.
-``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` one that begins elsewhere.
+A signal is called with a time t [s] and returns a value, or with an array (k,) of times and returns
+k values.  A value is a number or a vector in the unit of the load: N, N m or N/m.
+``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` a ramp from another value.
 """
 
 from __future__ import annotations
@@ -37,21 +37,21 @@ class Table(Signal):
     Parameters
     ----------
     times : array_like, shape (k,)
-        Times, increasing [s].
+        Increasing times [s].
     values : array_like, shape (k,) or (k, n)
         The value at each of them [N, N m or N/m].
     outside : str, optional
-        What is before the first time and after the last: ``"error"``, a table that must not be
-        asked; ``"hold"``, the first and the last value; ``"zero"``.
+        Value before the first time and after the last: ``"error"``, a call raises an error;
+        ``"hold"``, the first and the last value; ``"zero"``.
     smooth : bool, optional
-        Whether a spline of fifth order joins the values instead, with four continuous derivatives,
-        which begins and ends without speed and acceleration, as what is prescribed must that is
-        held outside.  It may swing beyond values that change abruptly.
+        If True, interpolate by a spline of fifth degree with four continuous derivatives, whose
+        velocity and acceleration vanish at both ends, as a prescribed motion with
+        ``outside="hold"`` requires.  It may overshoot values that change abruptly.
 
     Raises
     ------
     InputError
-        If the shapes do not fit, a number is not finite or the times do not increase; when it is
+        If the shapes do not match, a number is not finite or the times do not increase; when it is
         called, if a time is outside and ``outside`` is ``"error"``.
     """
 
@@ -61,7 +61,7 @@ class Table(Signal):
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        """Check the table and keep a copy that cannot be changed."""
+        """Check the table and store a read-only copy."""
         times = check_reals("times of a table", self.times, "a list of numbers")
         values = check_reals("values of a table", self.values, "a list of numbers or of rows")
         if times.ndim != 1 or not len(times):
@@ -77,9 +77,9 @@ class Table(Signal):
             if not np.isfinite(numbers).all():
                 row = int(np.argwhere(~np.isfinite(numbers))[0][0])
                 raise InputError(f"{what} of a table must be finite, but in row {row} they are not")
-        back = np.flatnonzero(np.diff(times) <= 0.0)
-        if len(back):
-            row = int(back[0])
+        not_increasing = np.flatnonzero(np.diff(times) <= 0.0)
+        if len(not_increasing):
+            row = int(not_increasing[0])
             raise InputError(
                 f"times of a table must increase, but {times[row + 1]:.6g} s follows "
                 f"{times[row]:.6g} s in row {row + 1}: write a jump as a short interval"
@@ -95,26 +95,27 @@ class Table(Signal):
         set_fields(self, times=times, values=values)
 
     def __call__(self, t: ArrayLike) -> Vector:
-        """Return the value at a time, or one in each row for an array of times (k,) [s]."""
+        """Return the value at a time [s], or one row for each of an array of times (k,)."""
         t = np.asarray(t, dtype=float)
         first, last = float(self.times[0]), float(self.times[-1])
-        without = (t < first) | (t > last)
-        if self.outside == "error" and without.any():
+        is_outside = (t < first) | (t > last)
+        if self.outside == "error" and is_outside.any():
             raise InputError(
                 f"the table has values from t = {first:.6g} s to {last:.6g} s, and none at "
-                f"{float(t[without].flat[0]):.6g} s: extend it, or choose outside='hold' or 'zero'"
+                f"{float(t[is_outside].flat[0]):.6g} s: extend it, or choose outside='hold' or "
+                "'zero'"
             )
         if self.smooth:
             return np.asarray(self._spline(np.clip(t, first, last)))
         columns = self.values.reshape(len(self.times), -1).T
         out = np.stack([np.interp(t, self.times, column) for column in columns], axis=-1)
         if self.outside == "zero":
-            out[without] = 0.0
+            out[is_outside] = 0.0
         return out if self.values.ndim == 2 else out[..., 0]
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous."""
+        """Number of continuous derivatives."""
         return 2.0 if self.smooth else 0.0
 
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:
@@ -130,11 +131,11 @@ class Table(Signal):
     def _spline(self) -> Any:
         from scipy.interpolate import make_interp_spline
 
-        rest = [(order, np.zeros(self.values.shape[1:])) for order in (1, 2)]
-        return make_interp_spline(self.times, self.values, k=5, bc_type=(rest, rest))
+        ends = [(order, np.zeros(self.values.shape[1:])) for order in (1, 2)]
+        return make_interp_spline(self.times, self.values, k=5, bc_type=(ends, ends))
 
     def __repr__(self) -> str:
-        """Count the values."""
+        """Return the number of values and the interval."""
         shape = f", {self.values.shape[1]} in each row" if self.values.ndim == 2 else ""
         return (
             f"Table({len(self.times)} times from {self.times[0]:.6g} s to {self.times[-1]:.6g} s"
@@ -150,26 +151,26 @@ class Table(Signal):
         return hash(self.describe())
 
     def describe(self) -> str:
-        """Describe it by a checksum of all its numbers."""
+        """Describe the table by a checksum of its numbers."""
         numbers = np.concatenate([self.times, self.values.ravel()]).astype("<f8")
         return f"{self!r} {checksum(numbers.tobytes())}"
 
 
 @dataclass(frozen=True)
 class Ramp(ScaledSignal):
-    """A rise from zero to a value, which is then held.
+    """A rise from zero to a constant value.
 
     Parameters
     ----------
     value : float or sequence of float
         The value from `end` on [N, N m or N/m].
     end : float
-        When it is reached [s].
+        Time at which the rise ends [s].
     start : float, optional
-        When the rise begins [s].
+        Time at which the rise begins [s].
     smooth : bool, optional
-        Whether it rises with zero speed and acceleration at both ends, as
-        ``10 x^3 - 15 x^4 + 6 x^5``, instead of evenly.
+        If True, the rise is ``10 x^3 - 15 x^4 + 6 x^5``, whose velocity and acceleration vanish at
+        both ends, and else linear.
     """
 
     value: Value
@@ -178,7 +179,7 @@ class Ramp(ScaledSignal):
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        """Check every number and keep it in double precision."""
+        """Check the numbers and store them in double precision."""
         value = checked_value("value of a ramp", self.value)
         start, end = _interval("a ramp", self.start, self.end)
         check_flag("smooth of a ramp", self.smooth)
@@ -191,11 +192,11 @@ class Ramp(ScaledSignal):
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous."""
+        """Number of continuous derivatives."""
         return 2.0 if self.smooth else 0.0
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
-        """Return the share of the value that is reached, or a derivative of it [1/s, 1/s2]."""
+        """Return the fraction of the value, or a derivative of it [1/s, 1/s2]."""
         length = self.end - self.start
         x = np.clip((t - self.start) / length, 0.0, 1.0)
         if not self.smooth:
@@ -226,7 +227,7 @@ class Sine(ScaledSignal):
     phase: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check every number and keep it in double precision."""
+        """Check the numbers and store them in double precision."""
         set_fields(
             self,
             amplitude=checked_value("amplitude of a sine", self.amplitude),
@@ -241,7 +242,7 @@ class Sine(ScaledSignal):
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous: all."""
+        """Number of continuous derivatives: infinite."""
         return math.inf
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
@@ -259,10 +260,10 @@ class Pulse(ScaledSignal):
     value : float or sequence of float
         The value [N, N m or N/m].
     start, end : float
-        When it begins and when it is over [s].
+        Times at which it begins and ends [s].
     rise : float, optional
-        How long it takes to rise evenly after `start`, and to fall before `end` [s]; half the pulse
-        at most.  With 0 it jumps: it acts for ``start <= t < end``.
+        Duration of the linear rise after `start`, and of the fall before `end` [s]; at most half
+        the pulse.  With 0 the value jumps: it acts for ``start <= t < end``.
     """
 
     value: Value
@@ -271,7 +272,7 @@ class Pulse(ScaledSignal):
     rise: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check every number and keep it in double precision."""
+        """Check the numbers and store them in double precision."""
         value = checked_value("value of a pulse", self.value)
         start, end = _interval("a pulse", self.start, self.end)
         rise = check_finite("rise of a pulse", self.rise, "s")
@@ -290,17 +291,17 @@ class Pulse(ScaledSignal):
         return self.value
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
-        """Return the share of the value that acts."""
+        """Return the fraction of the value."""
         if order:
             return self._no_rate(order)
         if self.rise == 0.0:
             return ((self.start <= t) & (t < self.end)).astype(float)
-        near = np.minimum(t - self.start, self.end - t)
-        return np.clip(near / self.rise, 0.0, 1.0)
+        distance = np.minimum(t - self.start, self.end - t)
+        return np.clip(distance / self.rise, 0.0, 1.0)
 
 
 def _interval(what: str, start: object, end: object) -> tuple[float, float]:
-    """Return the times between which something happens [s]."""
+    """Return the checked times at which a signal begins and ends [s]."""
     begin = check_finite(f"start of {what}", start, "s")
     stop = check_finite(f"end of {what}", end, "s")
     if stop <= begin:

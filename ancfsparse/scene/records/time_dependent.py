@@ -20,14 +20,14 @@ Value = ArrayLike | Callable[[float], ArrayLike]
 
 
 class TimeDependentValue(ABC):
-    """What all loads have in common.
+    """A load or a prescribed value: constant, or a function of time.
 
-    It can be sent to another process, if need be without its function of time.
+    It can be pickled, if necessary without its function of time.
 
     Attributes
     ----------
     value : number, ndarray or callable
-        The load, or a function of t [s] that returns it.
+        A value [`unit`], or a function of t [s] that returns it.
     """
 
     value: Value
@@ -35,20 +35,20 @@ class TimeDependentValue(ABC):
     number: ClassVar[str] = "one number about +z because the scene is planar"
 
     def __post_init__(self) -> None:
-        """Try the load out, and keep a constant one as a checked number or vector."""
+        """Evaluate the value at t = 0, and store a constant as a checked number or vector."""
         with trial_call():
             now = self.at(0.0)
         if not callable(self.value):
             set_fields(self, value=now if self.shape else float(now[0]))
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
+        """Return the state for pickling."""
         return self.__dict__ | {"value": picklable(self.__dict__["value"])}
 
     @property
     @abstractmethod
     def what(self) -> str:
-        """Name of the load in messages."""
+        """Name in messages."""
 
     @property
     @abstractmethod
@@ -56,28 +56,28 @@ class TimeDependentValue(ABC):
         """Shape of a value: ``(dim,)``, or ``()`` for a number."""
 
     def at(self, t: float) -> Vector:
-        """Give the load at time `t` [s], shape (dim,) or (1,) [`unit`].
+        """Return the value at time `t` [s], shape (dim,) or (1,) [`unit`].
 
         Raises
         ------
         InputError
-            If a constant load is invalid; a `LoadError` if it is a function.
+            If a constant value is invalid; a `LoadError` for a function.
         """
         if not callable(self.value):
             return self._checked(self.what, self.value)
         try:
             now = self.value(t)
-        except Exception as error:  # a function of the caller's may raise anything
+        except Exception as error:  # a user function may raise anything
             raise self.failure(t, error) from error
         return self.checked(t, now)
 
     def checked(self, t: float, now: ArrayLike) -> Vector:
-        """Return what a function of time has returned, shape (dim,) or (1,), if it is a load.
+        """Check a value that a function of time has returned; return it, (dim,) or (1,).
 
         Raises
         ------
         LoadError
-            If it is invalid.
+            If the value is invalid.
         """
         try:
             return self._checked(f"{self.what}, a function of time, at t = {t:.6g} s,", now)
@@ -85,7 +85,7 @@ class TimeDependentValue(ABC):
             raise LoadError(str(wrong), t) from None
 
     def failure(self, t: float, error: Exception) -> LoadError:
-        """Return the error for a function that raised one."""
+        """Return the error for a function that raised an exception."""
         kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
         reason = f"{kind}{error}".rstrip(": ")
         return LoadError(f"{self.what}, a function of time, failed at t = {t:.6g} s: {reason}", t)

@@ -1,4 +1,4 @@
-"""The base of cross-sections, their table, and their principal axes.
+"""The base class of cross-sections, the table of its subclasses, and principal axes.
 
 A section lies in its own y-z plane; the axis of the beam is x.  In a planar scene y is in the plane
 and z points out of it.

@@ -22,21 +22,21 @@ class Material:
     poisson_ratio : float, optional
         Poisson's ratio, greater than -1 and less than 0.5.  Cables do not use it.
     axial_damping : float, optional
-        Retardation time of stretching [s], of a beam's section too: Kelvin and Voigt's
-        sigma = E (eps + tau eps').  A vibration of angular frequency omega decays with the damping
-        ratio tau omega / 2.
+        Retardation time of stretching [s], also of the section of a beam, in the Kelvin-Voigt law
+        sigma = E (eps + tau eps').  A vibration of angular frequency omega has the damping ratio
+        tau omega / 2.
     bending_damping : float, optional
         Retardation time of bending and, in a thick beam, of shear and torsion [s].
     rayleigh : (float, float), optional
-        Rayleigh's alpha [1/s] and beta [s]: a force alpha M v against the velocity in space, and
-        beta as a retardation time of every strain.  The damping ratio is
+        Rayleigh's alpha [1/s] and beta [s]: a force -alpha M v proportional to the velocity in
+        space, and beta as a retardation time of every strain.  The damping ratio is
         alpha / (2 omega) + beta omega / 2.
 
     Notes
     -----
-    Rayleigh's beta K v, taken literally, would also damp rigid rotation, because K holds the
-    stresses; acting on the strains it is the same for small vibrations about the unstressed shape
-    and leaves rotation alone.  The retardation times add up.
+    The force beta K v would also damp rigid rotation, because K contains the stresses; acting on
+    the strains it is the same for small vibrations about the stress-free shape and does not damp
+    rotation.  The retardation times add up.
     """
 
     youngs_modulus: float
@@ -90,12 +90,12 @@ class Material:
 
     @property
     def axial_retardation(self) -> float:
-        """Retardation time of stretching [s]: its own and Rayleigh's beta."""
+        """Retardation time of stretching [s], including Rayleigh's beta."""
         return self.axial_damping + self.rayleigh[1]
 
     @property
     def bending_retardation(self) -> float:
-        """Retardation time of bending, shear and torsion [s]: its own and Rayleigh's beta."""
+        """Retardation time of bending, shear and torsion [s], including Rayleigh's beta."""
         return self.bending_damping + self.rayleigh[1]
 
 

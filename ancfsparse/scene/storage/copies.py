@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.scene.bodies.auto_element import PLACES
+from ancfsparse.scene.bodies.auto_element import AUTO_ELEMENTS
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.methods.scene_base import SceneBase
@@ -92,7 +92,7 @@ def _count(record: Record) -> int:
     """Return the number of elements of a beam, or of every edge of a mesh, from its record."""
     n_elements = record.given["n_elements"]
     if isinstance(n_elements, str) and n_elements == "auto":
-        return 1 if record.method == "add_mesh" else PLACES
+        return 1 if record.method == "add_mesh" else AUTO_ELEMENTS
     return check_count(f"n_elements of {record.given['name']}", n_elements)
 
 

@@ -10,10 +10,10 @@ from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef
 
 # Longer descriptions are cut here and end in a checksum.
-LONGEST = 200
+MAX_CHARACTERS = 200
 
 # Numbers, and what version 0.1.0 wrote around those that were not Python's.
-WRAPPED = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
+WRAPPED_NUMBER = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 
@@ -74,10 +74,10 @@ def difference(there: Mapping[str, str], here: Mapping[str, str]) -> str | None:
 
 
 def _by_value(text: str) -> str:
-    return NUMBER.sub(lambda found: repr(float(found[0])), WRAPPED.sub(r"\1", text))
+    return NUMBER.sub(lambda found: repr(float(found[0])), WRAPPED_NUMBER.sub(r"\1", text))
 
 
 def _short(text: str) -> str:
-    if len(text) <= LONGEST:
+    if len(text) <= MAX_CHARACTERS:
         return text
-    return f"{text[:LONGEST]}... {checksum(text.encode())}"
+    return f"{text[:MAX_CHARACTERS]}... {checksum(text.encode())}"

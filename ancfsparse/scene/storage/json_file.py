@@ -31,10 +31,11 @@ from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 from ancfsparse.scene.sections.cross_section import SECTION_TYPES
 from ancfsparse.scene.sections.material import Material
 
-FORMAT, VERSION = "ancfsparse scene", 1
+FORMAT = "ancfsparse scene"
+VERSION = 1
 UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 # Arrays of more numbers are written in base64.
-INLINE = 1000
+MAX_INLINE_NUMBERS = 1000
 # Data that arguments are made of, by the name of the class.
 SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
 CURVES = (Arc, Helix)
@@ -183,7 +184,7 @@ def name_of(value: Any) -> str:
 
 
 def _array(values: np.ndarray[Any, Any]) -> Any:
-    if values.size <= INLINE:
+    if values.size <= MAX_INLINE_NUMBERS:
         return values.tolist()
     plain = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
     text = base64.b64encode(plain.tobytes()).decode()

@@ -272,7 +272,7 @@ def initial_velocities(body: Body) -> NDArray[np.float64]:
     places = body.positions[nodes]
     v[:, kind.columns("r")] = field(body.positions)[nodes]
     rates = (
-        field.turned(np.broadcast_to(body.vectors, (len(nodes), *body.vectors.shape[1:])))
+        field.rates(np.broadcast_to(body.vectors, (len(nodes), *body.vectors.shape[1:])))
         if isinstance(field, RigidMotion)
         else None
     )

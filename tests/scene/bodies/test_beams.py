@@ -186,7 +186,7 @@ def test_points_that_are_not_on_it(point, message):
         ({"velocity": lambda x: np.where(x > 1.1, np.nan, x)},
          r"velocity of beam 0 must be finite, got \[nan  0.\] at \(1.2, 0\) m"),
         ({"velocity": lambda x: "fast"},
-         "what velocity of beam 0 returns must be an array of numbers, got 'fast'"),
+         "the result of velocity of beam 0 must be an array of numbers, got 'fast'"),
         ({"name": ""}, "name of a beam must be a non-empty string"),
     ],
 )  # fmt: skip

@@ -117,7 +117,7 @@ def test_joints_and_loads_take_nodes_of_a_mesh():
     scene.distributed_force(mesh, (0, 1))
     with pytest.raises(InputError, match=r"edge 0 at .* lies inside element 0: its ends are"):
         scene.clamp(mesh.at(0, 0.5))
-    with pytest.raises(InputError, match="node 0 is held twice"):
+    with pytest.raises(InputError, match="node 0 is constrained twice"):
         scene.pin(mesh.node(0))
     assert scene.beams == [mesh, beam]
 

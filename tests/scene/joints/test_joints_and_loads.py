@@ -93,7 +93,7 @@ def test_handles_of_another_scene(say):
     ("first", "second", "message"),
     [
         (lambda s, a, b: s.pin(a.start), lambda s, a, b: s.pin(a.start),
-         "beam 0 at s = 0 m is held twice: the pin at .* fixes its position, leave out the pin$"),
+         "beam 0 at s = 0 m is constrained twice: the pin at .* fixes its position, leave out the pin$"),
         (lambda s, a, b: s.pin(a.start), lambda s, a, b: s.clamp(a.start), "leave out the clamp"),
         (lambda s, a, b: s.pin(a.start), lambda s, a, b: s.rod(a.start, (0, 1)),
          "its position is fixed by a pin, so the rod has nothing left to hold"),
@@ -103,9 +103,9 @@ def test_handles_of_another_scene(say):
         (lambda s, a, b: s.connect(a.end, b.start), lambda s, a, b: s.connect(b.start, a.end),
          "are one point already, by connections made before"),
         (lambda s, a, b: (s.connect(a.end, b.start), s.pin(a.end)), lambda s, a, b: s.pin(b.start),
-         "beam 1 at s = 0 m is held twice: the pin at beam 0 at s = 1 m .* or the connection"),
+         "beam 1 at s = 0 m is constrained twice: the pin at beam 0 at s = 1 m .* or the connection"),
         (lambda s, a, b: (s.pin(a.end), s.pin(b.start)),
-         lambda s, a, b: s.connect(a.end, b.start), "is held twice"),
+         lambda s, a, b: s.connect(a.end, b.start), "is constrained twice"),
     ],
 )  # fmt: skip
 def test_nothing_is_held_twice(first, second, message):

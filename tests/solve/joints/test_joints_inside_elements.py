@@ -145,7 +145,7 @@ def test_what_they_do_not_have_is_named():
     pin = scene.pin(rod.at(0.33))
     with pytest.raises(InputError, match="has none: take a revolute"):
         scene.drive_joint(pin, 0.0)
-    with pytest.raises(InputError, match=r"is held twice: the pin at beam 0 at s = 0\.33 m"):
+    with pytest.raises(InputError, match=r"is constrained twice: the pin at beam 0 at s = 0\.33 m"):
         scene.drive(rod.at(0.33), lambda t: (0.33, t**3))
     run = ancf.simulate(scene, 1e-3, 1e-3)
     with pytest.raises(InputError, match=r"s = 0.33 m .* ask for joint_force of the joint there"):

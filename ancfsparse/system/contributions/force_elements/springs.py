@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
-from ancfsparse.scene.force_elements.springs import LAWS, Spring
+from ancfsparse.scene.force_elements.springs import LAW_SIGNATURES, Spring
 from ancfsparse.scene.records.compiled_callbacks import get_capsule
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
@@ -112,7 +112,7 @@ def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
     capsule = get_capsule(spring.stiffness)
     if capsule is None:
         return spring.stiffness, None, spring.failure
-    return capsule, LAWS.index(spring.signature), spring.failure
+    return capsule, LAW_SIGNATURES.index(spring.signature), spring.failure
 
 
 def of(system: Discretization) -> list[Springs]:

@@ -21,7 +21,7 @@ class Tracks(Contribution):
     def __init__(self, system: Discretization, rows: list[int], offset: CurveOffset) -> None:
         self._n_free, self._rows, self._offset = system.n_free, rows, offset
         self._label = system.constraints.labels[rows[0]].split(", normal")[0]
-        self._start = offset.track.nearest(system.q0)
+        self._start = offset.curve.nearest(system.q0)
 
     def cliques(self) -> list[Unknowns]:
         """Return multipliers and coordinates of the point with each element, a row each."""
@@ -31,7 +31,7 @@ class Tracks(Contribution):
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled joint."""
-        track = self._offset.track
+        track = self._offset.curve
         arrays = {
             "ends": np.ascontiguousarray(track.ends, dtype=np.int32),
             "arcs": track.arcs,
