@@ -1,4 +1,4 @@
-"""Beams, as handles that joints, loads and results are asked with."""
+"""Beams: their records, and their handles for joints, loads and results."""
 
 from __future__ import annotations
 
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.geometry.splines import AnyCurve
     from ancfsparse.scene.records.signal import Signal
 
-# A point closer to a node than this share of an element is that node: rounding, not a place.
-NODE_TOLERANCE = 1e-9
+NODE_TOLERANCE = 1e-9  # distance of a point that is a node, over the length of an element
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -91,33 +90,33 @@ class BeamSpec(Record):
         )
 
 
-def resettled(index: int, xi: float, n: int, to: int) -> tuple[int, float]:
-    """Return the element that a point is in, and where in it, when n elements become others.
+def relocate(index: int, xi: float, n: int, n_new: int) -> tuple[int, float]:
+    """Return the element of a point, and xi in it, on a mesh with another number of elements.
 
     Parameters
     ----------
     index : int
         Number of its element, or of its node if `xi` is 0.
     xi : float
-        Share of the element's length.
-    n, to : int
-        Numbers of elements on one length, before and after.
+        Fraction of the length of the element.
+    n, n_new : int
+        Numbers of elements, before and after.
 
     Returns
     -------
     index : int
-        As before, among the new elements.
+        Number of the new element or node.
     xi : float
-        Likewise; exact where every element is divided.
+        Fraction in the new element, exact if every element is divided.
     """
-    common = math.gcd(n, to)
-    n, to = n // common, to // common
-    whole, left = divmod(index * to, n)
-    share = (left + xi * to) / n
-    nearest = round(share)
-    if abs(share - nearest) <= NODE_TOLERANCE:
-        return whole + nearest, 0.0
-    return whole + int(share), share - int(share)
+    common = math.gcd(n, n_new)
+    n, n_new = n // common, n_new // common
+    quotient, remainder = divmod(index * n_new, n)
+    position = (remainder + xi * n_new) / n
+    nearest = round(position)
+    if abs(position - nearest) <= NODE_TOLERANCE:
+        return quotient + nearest, 0.0
+    return quotient + int(position), position - int(position)
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -129,19 +128,19 @@ class Beam(ElasticBody):
     name, element, options, kind, section, material, positions, lengths, velocity
         As in `ElasticBody`.
     arcs : ndarray, shape (n_nodes,)
-        Arc coordinates of the nodes: lengths from the start without stress [m], read-only.
+        Arc coordinates of the nodes, measured without stress from the start [m], read-only.
     frames : ndarray, shape (n_nodes or 1, dim, dim)
         Rows are the unit vectors e_x (along the beam), e_y and, in a spatial scene, e_z of the
         section at every node in the reference shape, or one for all, read-only.
     nodes : tuple of float, or None
-        Shares of the length at which its nodes stand, if they were given.
+        Positions of the nodes as fractions of the length, if specified.
     offset : tuple of float
-        Where the centroid is beside the line that it was given by, along the vectors of its
-        sections [m]; empty if it is on the line.
+        Offset of the centroid from the line through the ends, along the vectors of its sections
+        [m]; empty if it is on the line.
     eigen : ndarray, shape (n_elements, 2 or 3), or None
         Eigenstrain [-] and eigencurvature [1/m] of every element, read-only.
     changing : tuple of (Signal or None, Signal or None), or None
-        What is added to both over time, the same in all elements.
+        Signals added to both, the same in all elements.
     """
 
     arcs: Vector
@@ -166,8 +165,8 @@ class Beam(ElasticBody):
         return float(self.arcs[-1])
 
     @property
-    def _is_even(self) -> bool:
-        """Whether it is straight, with elements of one length."""
+    def _is_uniform(self) -> bool:
+        """True if it is straight, with elements of one length."""
         return len(self.frames) == 1
 
     @property
@@ -176,27 +175,27 @@ class Beam(ElasticBody):
         return np.asarray(self.frames[0])
 
     def describe(self) -> dict[str, str]:
-        """Describe element, section, material and mesh, and what shapes do not show."""
+        """Return element, section, material, mesh, length and eigenstrains, for the digest."""
         parts = super().describe()
         if self.kind.is_curved and not self.kind.package:
             parts["element"] += " curved"
-        if not self._is_even:
+        if not self._is_uniform:
             parts["mesh"] += f", {self.length:.9g} m"
         if self.eigen is not None:
             parts["eigenstrain"] = format_numbers(self.eigen.ravel())
         if self.changing is not None:
-            each = ("none" if x is None else x.describe() for x in self.changing)
-            parts["eigenstrain"] += f" + {', '.join(each)}"
+            signals = ("none" if x is None else x.describe() for x in self.changing)
+            parts["eigenstrain"] += f" + {', '.join(signals)}"
         return parts
 
     def free_of_stress(self, ends: Vector) -> Vector:
-        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c)."""
+        """Return the stress-free coordinates of both nodes of every element, (n, 2, n_c)."""
         if self.eigen is None:
             return ends
         return strained_ends(self.kind, ends, self.lengths, self.eigen)
 
     def free_of_stress_at(self, ends: Vector, elements: NDArray[np.intp], times: Vector) -> Vector:
-        """Return the same of some elements at many times of a changing eigenstrain."""
+        """Return the same for some elements at many times of a time-dependent eigenstrain."""
         assert self.eigen is not None
         eigen = self.eigen[elements] + self.eigen_changes(times)[:, None]
         all_ends = np.tile(ends[elements], (len(times), 1, 1))
@@ -205,11 +204,11 @@ class Beam(ElasticBody):
 
     @property
     def strains_change(self) -> bool:
-        """Whether its shape without stress changes with time."""
+        """True if its stress-free shape changes with time."""
         return self.changing is not None
 
     def eigen_changes(self, times: Vector) -> Vector:
-        """Return eigenstrain and eigencurvature that follow signals, (k, width) [-, 1/m]."""
+        """Return the time-dependent eigenstrain and eigencurvature, (k, width) [-, 1/m]."""
         assert self.changing is not None
         out = np.zeros((len(times), 2 if self.dim == 2 else 3))
         strain, curvature = self.changing
@@ -226,21 +225,21 @@ class Beam(ElasticBody):
 
     @property
     def parts(self) -> Numbers:
-        """Zero for every row: a beam is one piece."""
+        """Zero for every row: a beam is one part."""
         return np.zeros(self.n_nodes, dtype=np.int32)
 
     def among(self, n_each: int, point: Point) -> PointRef:
-        """Return a point as data of a beam with another number of elements."""
+        """Return a reference to the same point of a beam with another number of elements."""
         if n_each % self.n_elements and np.ptp(self.lengths) > NODE_TOLERANCE * self.shortest:
             raise InputError(
-                f"{point!r} cannot be moved to {n_each} elements, since {self.name} has nodes of "
-                f"its own: take a multiple of {self.n_elements}"
+                f"{point!r} cannot be moved to {n_each} elements, since {self.name} has specified "
+                f"nodes: take a multiple of {self.n_elements}"
             )
-        place = resettled(point.index, point.xi, self.n_elements, n_each)
-        return PointRef(self.name, *place, point.offsets)
+        index, xi = relocate(point.index, point.xi, self.n_elements, n_each)
+        return PointRef(self.name, index, xi, point.offsets)
 
     def finer(self, times: int) -> dict[str, Any]:
-        """Return what changes in its record if every element is divided."""
+        """Return the arguments that change if every element is divided."""
         changes = super().finer(times)
         if self.nodes is not None:
             inner = np.arange(times * self.n_elements + 1) / times
@@ -250,17 +249,17 @@ class Beam(ElasticBody):
 
     @property
     def profile(self) -> Any:
-        """Its section; where that changes, its means over elements."""
+        """Section, or its means over elements if it changes."""
         if isinstance(self.section, Taper):
             return self.section.over(self.arcs / self.length)
         return self.section
 
     def arc(self, point: Point) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""
-        if self._is_even:
+        if self._is_uniform:
             return (point.index + point.xi) / self.n_elements * self.length
-        beyond = point.xi * self.lengths[point.index] if point.xi else 0.0
-        return float(self.arcs[point.index] + beyond)
+        inside = point.xi * self.lengths[point.index] if point.xi else 0.0
+        return float(self.arcs[point.index] + inside)
 
     def inside(self, element: int, xi: float) -> Vector:
         """Return the position of a point inside an element in the reference shape, (dim,) [m]."""
@@ -276,13 +275,13 @@ class Beam(ElasticBody):
         return np.asarray(self.frames[min(row, len(self.frames) - 1)])
 
     def say(self, point: Point) -> str:
-        """Describe where a point is."""
+        """Return the location of a point, for messages."""
         pairs = zip("yz", point.offsets[1:], strict=False)
-        beside = "".join(f", {name} = {each:.6g} m" for name, each in pairs)
-        return f"{self.name} at s = {self.arc(point):.6g} m{beside}"
+        offset = "".join(f", {name} = {value:.6g} m" for name, value in pairs)
+        return f"{self.name} at s = {self.arc(point):.6g} m{offset}"
 
     def hint(self, point: Point) -> str:
-        """Describe which node to take instead of a point inside an element."""
+        """Return a hint which node to use instead of a point inside an element."""
         return (
             f"the nodes are {self.length / self.n_elements:.6g} m apart, take "
             f"rod.node({round(point.index + point.xi)}) or choose n_elements so that a node falls "
@@ -300,7 +299,7 @@ class Beam(ElasticBody):
         return self.node(self.n_elements)
 
     def node(self, i: int) -> Point:
-        """Return one of the nodes; of a beam with an `offset` the point of its line there.
+        """Return a node; for a beam with an `offset`, the point of its line at the node.
 
         Parameters
         ----------
@@ -316,26 +315,26 @@ class Beam(ElasticBody):
 
     @property
     def line(self) -> tuple[float, ...]:
-        """Where the line that it was given by is, along the vectors of its sections [m]."""
-        return tuple(0.0 - each for each in self.offset)
+        """Offset of the line through the ends from the centroid, along the section vectors [m]."""
+        return tuple(0.0 - x for x in self.offset)
 
     def at(self, s: float, *, y: float | None = None, z: float | None = None) -> Point:
-        """Return the point at an arc coordinate of the reference shape, on the axis or beside it.
+        """Return a point of the section at an arc coordinate of the reference shape.
 
         Parameters
         ----------
         s : float
             Distance from the start along the undeformed axis [m], 0 to ``length``.
         y, z : float, optional
-            Place in the section, from its centroid along its height and width [m]; by default the
-            point is on the axis, and of a beam with an `offset` on the line it was given by.  A
-            force there acts on the section together with its moment about the centroid.  It needs
+            Position in the section, from its centroid along its height and width [m].  The default
+            is a point of the axis, or for a beam with an `offset` of the line through its ends.  A
+            force acts on the section together with its moment about the centroid.  Requires
             ``"thick"`` with ``curvature="section"``.
 
         Returns
         -------
         Point
-            A node where `s` falls on one (to rounding), else a point inside an element.
+            A node if `s` is that of a node (to rounding), else a point inside an element.
         """
         point = self._at(s)
         if y is None and z is None:
@@ -344,28 +343,28 @@ class Beam(ElasticBody):
             point, offsets=offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
         )
 
-    def point(self, place: PointRef) -> Point:
-        """Return the handle of a point that is data."""
-        point = super().point(replace(place, offsets=()))
-        if not place.offsets:
+    def point(self, reference: PointRef) -> Point:
+        """Return the handle of a point from its reference."""
+        point = super().point(replace(reference, offsets=()))
+        if not reference.offsets:
             return replace(point, offsets=())
-        return replace(point, offsets=checked_offsets(self, place.offsets))
+        return replace(point, offsets=checked_offsets(self, reference.offsets))
 
     def _at(self, s: float) -> Point:
         distance = check_finite(f"arc coordinate s on {self.name}", s, "m")
-        share = distance / self.length * self.n_elements
-        if not self._is_even:
+        position = distance / self.length * self.n_elements
+        if not self._is_uniform:
             i = int(np.clip(np.searchsorted(self.arcs, distance) - 1, 0, self.n_elements - 1))
-            share = i + (distance - float(self.arcs[i])) / float(self.lengths[i])
-        if not -NODE_TOLERANCE <= share <= self.n_elements + NODE_TOLERANCE:
+            position = i + (distance - float(self.arcs[i])) / float(self.lengths[i])
+        if not -NODE_TOLERANCE <= position <= self.n_elements + NODE_TOLERANCE:
             raise InputError(
                 f"arc coordinate s = {distance:.6g} m lies outside {self.name}: "
                 f"it runs from 0 to {self.length:.6g} m"
             )
-        nearest = round(share)
-        if abs(share - nearest) <= NODE_TOLERANCE:
+        nearest = round(position)
+        if abs(position - nearest) <= NODE_TOLERANCE:
             return Point(self, nearest, 0.0, self.line)
-        return Point(self, int(share), share - int(share), self.line)
+        return Point(self, int(position), position - int(position), self.line)
 
     def corresponding_point(self, handle: Point) -> Point:
         """Return the point at the same fraction of the length."""
@@ -373,7 +372,7 @@ class Beam(ElasticBody):
         return self.end if last else self.at(handle.s * (self.length / handle.beam.size))
 
     def parameters(self) -> dict[str, float]:
-        """Give the base parameters of the kernels, the same for every element of the beam.
+        """Return the parameters of the kernels, the same for every element of the beam.
 
         Returns
         -------

@@ -1,9 +1,8 @@
-"""What everything with coordinates has in common, and the points on it.
+"""The base class of bodies, the points on them, and the interface of constraints.
 
-A body is a table of rows and a list of elements.  A row is a node together with one slope at it:
-the nodes of a beam have one row each, a node of a net one for each line that runs through it.
-Rows of one node share its position.  An element joins two rows.  A rigid body is one row and no
-element.
+A body is a table of rows and a list of elements.  A row is a node together with one slope: a node
+of a beam has one row, a node of a net one for each line through it.  Rows of one node have the same
+position.  An element connects two rows.  A rigid body is one row without elements.
 """
 
 from __future__ import annotations
@@ -49,37 +48,37 @@ MAX_OUT_OF_SPAN = 1e-9  # of a direction, over its length, attributed to roundin
 class Body(ABC):
     """Coordinates with a reference shape: rows, and elements between them.
 
-    Two bodies are equal only if they are the same one.
+    Two bodies are equal only if they are identical.
 
     Attributes
     ----------
     name : str
         Unique in its scene.
     element : str
-        Name of its element: ``"string"``, ``"l2t2"``, ``"thin"``, ``"thick"``, or that of one built
-        outside this package; ``"rigid"`` of a rigid body, which has no elements.
+        Name of its element: ``"string"``, ``"l2t2"``, ``"thin"``, ``"thick"``, that of a
+        user element, or ``"rigid"`` for a rigid body, which has no elements.
     options : dict of str to str
-        The options this element has, and no others.
+        The options of this element.
     kind : ElementKind
-        What its coordinates are, and the kernels of its elements.
+        Its coordinates, and the kernels of its elements.
     positions : ndarray, shape (n_nodes, dim)
         Reference positions of the nodes [m], read-only.
     n_each : int
-        Number of elements that was given: of a beam, or of every edge of a mesh; 0 of a rigid body.
+        Number of elements of a beam, or of every edge of a mesh; 0 for a rigid body.
     lengths : ndarray, shape (n_elements,)
         Length of every element [m], read-only.
     row_nodes : ndarray, shape (n_rows,)
-        Node of every row, ascending, read-only.
+        Node of every row, in ascending order, read-only.
     ends : ndarray, shape (n_elements, 2)
         The two rows of every element, read-only.
     vectors : ndarray, shape (n_rows or 1, k, dim)
-        Reference slope and, in a beam, section vectors of every row, or one for all, read-only;
-        of a rigid body its unit vectors.
+        Reference slope and section vectors of every row, or one for all, read-only; the unit
+        vectors of a rigid body.
     velocity : callable or None
-        Initial velocities: maps reference places (k, dim) [m] to velocities (k, dim) [m/s].
-        None for a body at rest.
+        Initial velocities (k, dim) [m/s] as a function of reference positions (k, dim) [m]; None
+        for a body at rest.
     automatic : tuple of str
-        Arguments that are ``"auto"``, to be chosen by a plan; element and mesh are stand-ins then.
+        Arguments that are ``"auto"`` and chosen by a plan, until which the body is a stand-in.
     """
 
     name: str
@@ -96,7 +95,7 @@ class Body(ABC):
     automatic: tuple[str, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled: a velocity only if it can be."""
+        """Return the state for pickling."""
         return self.__dict__ | {"velocity": picklable(self.velocity)}
 
     @property
@@ -117,12 +116,12 @@ class Body(ABC):
     @property
     @abstractmethod
     def length(self) -> float:
-        """Length of all elements together in the reference shape [m]."""
+        """Total length of the elements in the reference shape [m]."""
 
     @property
     @abstractmethod
     def size(self) -> float:
-        """Extent in the reference shape [m], relative to which rounding is measured."""
+        """Extent in the reference shape [m], the scale of rounding errors."""
 
     @property
     def shortest(self) -> float:
@@ -131,17 +130,17 @@ class Body(ABC):
 
     @property
     def corners(self) -> Vector:
-        """Points that span its extent in the reference shape, (k, dim) [m]."""
+        """Points that bound it in the reference shape, (k, dim) [m]."""
         return self.positions
 
     @property
     @abstractmethod
     def speed(self) -> float | None:
-        """Speed of waves along its elements, which velocities are compared with [m/s], or None."""
+        """Wave speed in its elements, the scale of velocities [m/s], or None."""
 
     @property
     def masses(self) -> Vector | None:
-        """Constant masses (k, k) of position and vectors of its row, in addition to elements.
+        """Constant mass matrix (k, k) of the position and vectors of its row, besides elements.
 
         The kinetic energy is ``1/2 sum A_ij v_i.v_j`` over them [kg, kg m, kg m2].
         """
@@ -150,7 +149,7 @@ class Body(ABC):
     @property
     @abstractmethod
     def parts(self) -> Numbers:
-        """Number of the piece that every row belongs to, (n_rows,); bodies define their pieces."""
+        """Number of the connected part of every row, (n_rows,)."""
 
     @abstractmethod
     def arc(self, point: Point) -> float:
@@ -162,15 +161,15 @@ class Body(ABC):
 
     @abstractmethod
     def say(self, point: Point) -> str:
-        """Describe where a point is, for messages."""
+        """Return the location of a point, for messages."""
 
     @abstractmethod
     def hint(self, point: Point) -> str:
-        """Describe which node to take instead of a point inside an element."""
+        """Return a hint which node to use instead of a point inside an element."""
 
     @abstractmethod
     def among(self, n_each: int, point: Point) -> PointRef:
-        """Return a point as data of a body with another such number, at the same place."""
+        """Return a reference to the same point of a body with `n_each` elements."""
 
     @abstractmethod
     def corresponding_point(self, handle: Point) -> Point:
@@ -184,29 +183,29 @@ class Body(ABC):
 
     @property
     def reference(self) -> BodyRef:
-        """The body as data."""
+        """Reference to the body, as data."""
         return BodyRef(self.name)
 
     def refer(self, point: Point) -> PointRef:
-        """Return a point as data."""
+        """Return the reference to a point, as data."""
         return PointRef(self.name, point.index, point.xi, point.offsets)
 
-    def point(self, place: PointRef) -> Point:
-        """Return the handle of a point that is data."""
-        if place.offsets:
+    def point(self, reference: PointRef) -> Point:
+        """Return the handle of a point from its reference."""
+        if reference.offsets:
             raise InputError(
-                f"{self.name} is not rigid and has no point at {format_value(place.offsets)}"
+                f"{self.name} is not rigid and has no point at {format_value(reference.offsets)}"
             )
-        share = check_finite(f"xi of a point of {self.name}", place.xi)
-        if share == 0.0:
-            return self.node(place.index)
-        number = check_integer(f"the number of an element of {self.name}", place.index)
-        if not 0 <= number < self.n_elements or not 0.0 < share < 1.0:
+        xi = check_finite(f"xi of a point of {self.name}", reference.xi)
+        if xi == 0.0:
+            return self.node(reference.index)
+        number = check_integer(f"the number of an element of {self.name}", reference.index)
+        if not 0 <= number < self.n_elements or not 0.0 < xi < 1.0:
             raise InputError(
-                f"{self.name} has elements 0 to {self.n_elements - 1}, and places in them above 0 "
-                f"and below 1; there is no place {share:g} in element {number}"
+                f"{self.name} has elements 0 to {self.n_elements - 1}, and xi in them is between 0 "
+                f"and 1; there is no point at xi = {xi:g} in element {number}"
             )
-        return Point(self, number, share)
+        return Point(self, number, xi)
 
     def inside(self, element: int, xi: float) -> Vector:
         """Return the position of a point inside an element in the reference shape, (dim,) [m]."""
@@ -221,10 +220,10 @@ class Body(ABC):
 
     @abstractmethod
     def describe(self) -> dict[str, str]:
-        """Describe for the digest of a scene what decides how it moves, but for its shape."""
+        """Return the properties that determine its motion except its shape, for the digest."""
 
     def constrain(self, builder: ConstraintBuilder) -> None:
-        """State the equations of its coordinates that do not depend on joints: none by default."""
+        """Add the equations of its coordinates that do not depend on joints, by default none."""
         del builder
 
     def rows_of(self, node: int) -> slice:
@@ -256,19 +255,19 @@ class Body(ABC):
 
 @dataclass(frozen=True, repr=False)
 class Point:
-    """A point on a beam, a mesh or a rigid body.
+    """A point of a beam, a mesh or a rigid body.
 
     Parameters
     ----------
     beam : Beam, Mesh or RigidBody
-        What it is on.
+        The body.
     index : int
         Number of the node if `xi` is 0, else of the element the point is inside of.
     xi : float, optional
         Share of the element's length, in (0, 1) inside an element, 0 at a node.
     offsets : tuple of float, optional
-        Of a point of a rigid body, or beside the axis of a beam, its coordinates along the vectors
-        there [m]; empty at the origin and on the axis.
+        Coordinates along the vectors of a rigid body, or of the section of a beam [m]; empty at the
+        origin and on the axis.
     """
 
     beam: Body
@@ -277,22 +276,22 @@ class Point:
     offsets: tuple[float, ...] = ()
 
     def __repr__(self) -> str:
-        """Describe where the point is."""
+        """Return the location of the point."""
         return self.beam.say(self)
 
     @property
     def is_node(self) -> bool:
-        """Whether the point is a node of the mesh, or the origin of a rigid body."""
+        """True for a node of the mesh, or the origin of a rigid body."""
         return self.xi == 0.0 and not self.offsets
 
     @property
     def reference(self) -> PointRef:
-        """The point as data."""
+        """Reference to the point, as data."""
         return self.beam.refer(self)
 
     @property
     def s(self) -> float:
-        """Arc coordinate in the reference shape: along a beam, or along an edge of a mesh [m]."""
+        """Arc coordinate along a beam, or along an edge of a mesh, in the reference shape [m]."""
         return self.beam.arc(self)
 
     @property
@@ -318,27 +317,28 @@ class Point:
     def position(self) -> Vector:
         """Position in the reference shape, shape (dim,) [m]."""
         nodes = self.beam.positions
-        place = self.beam.inside(self.index, self.xi) if self.xi else np.array(nodes[self.index])
+        inside = self.xi != 0.0
+        position = self.beam.inside(self.index, self.xi) if inside else np.array(nodes[self.index])
         if self.offsets:
-            place += np.array(self.offsets) @ self.beam.vectors_at(self)[: len(self.offsets)]
-        return place
+            position += np.array(self.offsets) @ self.beam.vectors_at(self)[: len(self.offsets)]
+        return position
 
 
-# Stands for the second coordinate of a linear term.
-LINEAR = -1
+LINEAR = -1  # in place of the second coordinate of a linear term
 
 
 class RheonomicTerm(NamedTuple):
-    """What an equation follows: ``g(q) = s(t)``.
+    """The prescribed right-hand side of a rheonomic constraint ``g(q) = s(t)``.
 
     Attributes
     ----------
     motion : PrescribedMotion
-        A prescribed motion.
+        The prescribed motion.
     column : int
-        The component of it that counts.
+        Component of the motion.
     scale : callable, optional
-        From its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; by default they are it.
+        Maps its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; the default is the
+        identity.
     """
 
     motion: PrescribedMotion
@@ -347,21 +347,21 @@ class RheonomicTerm(NamedTuple):
 
 
 class ConstraintBuilder(Protocol):
-    """What joints are lowered to; coordinates are numbers that it gives out.
+    """The interface to which joints are lowered; it numbers the coordinates.
 
     Attributes
     ----------
     turns : bool
-        Whether angles may be prescribed by numbering.
+        Whether angles may be prescribed without equations.
     lines : bool
-        Whether `hold` may be used; it may not where joints hold a point several times.
+        Whether `hold` may be used, which requires that no point is constrained several times.
     """
 
     turns: bool
     lines: bool
 
     def kind(self, node: Point) -> ElementKind:
-        """Return the element at a node, which has the names of its coordinates."""
+        """Return the element type at a node, which names its coordinates."""
         ...
 
     def rows(self, node: Point) -> Coordinates:
@@ -373,27 +373,27 @@ class ConstraintBuilder(Protocol):
         ...
 
     def ends(self, node: Point) -> Coordinates:
-        """Return the coordinates of all rows that a point follows from, (k, n_c)."""
+        """Return the coordinates of all rows that determine a point, (k, n_c)."""
         ...
 
     def point(self, node: Point) -> tuple[Coordinates, Vector]:
-        """Return coordinates (dim, p) and weights (p,) whose sums are a point of a body."""
+        """Return coordinates (dim, p) and weights (p,) whose weighted sum is a point."""
         ...
 
     def fix(self, coordinates: Coordinates) -> None:
-        """Hold coordinates at their reference values; the force that takes is the reaction."""
+        """Fix coordinates at their reference values; the required force is the reaction."""
         ...
 
     def hold(self, coordinates: Coordinates) -> None:
-        """Hold coordinates as `fix` does, in place of equations that hold just these."""
+        """Fix coordinates as `fix` does, in place of equations for single coordinates."""
         ...
 
     def drive(self, coordinates: Coordinates, motion: PrescribedMotion) -> None:
-        """Let coordinates follow a prescribed motion, one component of it each."""
+        """Prescribe coordinates by the components of a motion."""
         ...
 
     def share(self, one: Coordinates, other: Coordinates) -> None:
-        """Make coordinates one, pair by pair."""
+        """Identify coordinates, pair by pair."""
         ...
 
     def equation(
@@ -407,26 +407,26 @@ class ConstraintBuilder(Protocol):
         mass: float = 0.0,
         measures: Sequence[tuple[float, JointCoordinate | CurveOffset]] = (),
     ) -> None:
-        """Hold ``offset + sum of c (q_i - about) (q_j - about) = 0`` by a multiplier.
+        """Add the equation ``offset + sum of c (q_i - about) (q_j - about) = 0``.
 
         Parameters
         ----------
         label : str
-            What it holds, for messages.
+            Name in messages.
         offset : float
             Constant [m].
         *terms : (float, int, int)
             Factor c [1 or 1/m] and two coordinates; ``j = LINEAR`` makes the term ``c q_i``.
         about : sequence of float, optional
-            Of each term [m].
+            Origin of the factors of each term [m].
         size : float, optional
-            Of what the offset was added up from [m].
+            Magnitude of the summands of the offset [m], for rounding errors.
         rheonomic : RheonomicTerm, optional
-            A function of time that takes the place of the zero [m].
+            Right-hand side as a function of time, instead of zero [m].
         mass : float, optional
-            What its gradients count with where masses are used as a matrix [kg], for coordinates
-            that have none of their own.  A solution does not depend on it.
+            Weight of its gradients in the mass matrix [kg], for coordinates that have no mass.  The
+            solution does not depend on it.
         measures : sequence of (float, JointCoordinate), optional
-            Further terms: a factor [m or 1] and an angle or a length.
+            Further terms: factors [m or 1] and joint coordinates.
         """
         ...

@@ -18,24 +18,24 @@ from ancfsparse.scene.sections.taper import AnySection
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class ElasticBody(Body):
-    """Nodes and elements of one kind, section and material.
+    """Elements of one type, section and material.
 
     Attributes
     ----------
     section : CrossSection or Taper
-        Its cross-section.
+        Cross-section.
     material : Material
-        What it is made of.
+        Material.
     """
 
     section: AnySection
     material: Material
 
     def finer(self, times: int) -> dict[str, Any]:
-        """Return what changes in its record if every element is divided."""
+        """Return the arguments that change if every element is divided."""
         if "n_elements" in self.automatic:
             raise InputError(
-                f"{self.name} has n_elements='auto', which a plan decides: nothing can be refined"
+                f"{self.name} has n_elements='auto', which a plan chooses: nothing can be refined"
             )
         return {"n_elements": times * self.n_each}
 
@@ -52,9 +52,9 @@ class ElasticBody(Body):
         }
 
     def free_of_stress(self, ends: Vector) -> Vector:
-        """Return the coordinates of both nodes of every element without stress, (n, 2, n_c).
+        """Return the stress-free coordinates of both nodes of every element, (n, 2, n_c).
 
-        `ends` holds those of the reference shape, from which they may differ by eigenstrains.
+        `ends` are the coordinates in the reference shape; eigenstrains make them differ.
         """
         return ends
 
@@ -64,7 +64,7 @@ class ElasticBody(Body):
         return math.sqrt(self.material.youngs_modulus / self.material.density)
 
     def stiffnesses(self) -> dict[str, float]:
-        """Give the base parameters of the kernels that all elements have in common.
+        """Return the parameters of the kernels that all elements have in common.
 
         Returns
         -------
@@ -79,7 +79,7 @@ class ElasticBody(Body):
         Notes
         -----
         ``inertia_y`` goes with the section vector r_y and so holds int y^2 dA, which as a second
-        moment of area is named after the axis it turns about: ``section.inertia_z``.
+        moment of area is named after the axis of rotation: ``section.inertia_z``.
         """
         return {
             name: value for group in self._parameters().values() for name, value in group.items()
@@ -87,21 +87,21 @@ class ElasticBody(Body):
 
     @property
     def profile(self) -> Any:
-        """Its section; where that changes, its means over elements."""
+        """Section, or its means over elements if it changes."""
         return self.section
 
     @property
     def strains_damped(self) -> bool:
-        """Whether the rates of its strains are damped."""
+        """True if the rates of its strains are damped."""
         return self.material.axial_retardation > 0.0 or self.material.bending_retardation > 0.0
 
     @property
     def masses_damped(self) -> bool:
-        """Whether its velocity in space is damped."""
+        """True if its velocity in space is damped."""
         return self.material.rayleigh[0] > 0.0
 
     def viscosities(self) -> dict[str, float]:
-        """Give what takes the place of `stiffnesses` in the kernels of damping.
+        """Return the parameters of the kernels for damping, in place of `stiffnesses`.
 
         Returns
         -------
@@ -123,7 +123,7 @@ class ElasticBody(Body):
         }
 
     def _parameters(self) -> dict[str, dict[str, float]]:
-        """Give all parameters, by what damps them, those of its element alone too."""
+        """Return all parameters, of user elements too, grouped by their damping."""
         groups = section_parameters(self.profile, self.material)
         for name, group in self.kind.own.items():
             groups[group][name] = self.kind.values[name]

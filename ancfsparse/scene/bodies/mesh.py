@@ -1,4 +1,4 @@
-"""Nets and lattices of cables and beams, as handles for joints, loads and results."""
+"""Nets and lattices of cables and beams: their records and handles."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene.bodies.beam import NODE_TOLERANCE, resettled
+from ancfsparse.scene.bodies.beam import NODE_TOLERANCE, relocate
 from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import section_axes
@@ -20,8 +20,7 @@ from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection
 
-# More lines than this are not looked at one by one when a scene is searched for free motions.
-MAX_SEPARATE_LINES = 200
+MAX_SEPARATE_LINES = 200  # that are examined one by one for rigid-body motions
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -63,14 +62,13 @@ class MeshSpec(Record):
 class Mesh(ElasticBody):
     """Cables or beams between nodes, as `Scene.add_mesh` returns them.
 
-    All edges at a node share its position.  Edges that run on through it in one line share their
-    slope too, and their section, and so make one cable or beam; lines are free to turn against each
-    other.
+    All edges at a node share its position.  Edges that continue each other in a line also share
+    their slope and section and form one cable or beam; lines rotate independently.
 
     Attributes
     ----------
     name, element, options, kind, section, material, positions, n_each, lengths, velocity
-        As in `ElasticBody`.  Nodes inside edges come after those that were given.
+        As in `ElasticBody`.  Nodes inside edges come after the specified nodes.
     edges : ndarray, shape (n_elements, 2)
         Nodes at the two ends of every element, edge after edge in the order given, reversed
         where all elements of a line then point the same way, read-only.
@@ -93,27 +91,27 @@ class Mesh(ElasticBody):
 
     @property
     def n_lines(self) -> int:
-        """Number of lines: cables of one slope after the other."""
+        """Number of lines, each a cable or beam with a continuous slope."""
         return int(self.lines.max()) + 1
 
     @property
     def length(self) -> float:
-        """Length of all edges together in the reference shape [m]."""
+        """Total length of the edges in the reference shape [m]."""
         return float(self.lengths.sum())
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the box around all nodes [m]."""
+        """Diagonal of the bounding box of the nodes [m]."""
         return float(np.linalg.norm(np.ptp(self.positions, axis=0)))
 
     @cached_property
     def lines(self) -> Numbers:
-        """Number of the line that every row belongs to, shape (n_rows,)."""
+        """Number of the line of every row, shape (n_rows,)."""
         return _components(len(self.row_nodes), self.ends)
 
     @property
     def parts(self) -> Numbers:
-        """Line of every row, or, where there are very many lines, connected part of the mesh."""
+        """Line of every row, or its connected part of the mesh if there are very many lines."""
         if self.n_lines <= MAX_SEPARATE_LINES:
             return self.lines
         return _components(self.n_nodes, self.edges)[self.row_nodes]
@@ -122,20 +120,20 @@ class Mesh(ElasticBody):
         """Return the distance of a point from the first end of its edge, as given [m]."""
         if point.is_node:
             raise InputError(f"{point!r} has no arc coordinate: several edges may meet there")
-        share = point.index % self.n_each + self._as_given(point)
-        return float(share * self.lengths[point.index])
+        position = point.index % self.n_each + self._xi_as_given(point)
+        return float(position * self.lengths[point.index])
 
     def refer(self, point: Point) -> PointRef:
-        """Return a point as data, inside an element counted from where its edge begins as given."""
-        return PointRef(self.name, point.index, self._as_given(point))
+        """Return the reference to a point, with xi from the first node of the edge as given."""
+        return PointRef(self.name, point.index, self._xi_as_given(point))
 
-    def point(self, place: PointRef) -> Point:
-        """Return the handle of such a point."""
-        node = super().point(place)
-        return Point(self, node.index, self._as_given(node))
+    def point(self, reference: PointRef) -> Point:
+        """Return the handle of a point from its reference."""
+        node = super().point(reference)
+        return Point(self, node.index, self._xi_as_given(node))
 
     def given(self) -> tuple[Vector, Numbers]:
-        """Return the arrays it was made from: nodes (n, dim) [m] and edges (m, 2)."""
+        """Return its arguments: nodes (n, dim) [m] and edges (m, 2)."""
         edges = self.edges
         if self.flipped.any():
             edges = np.where(self.flipped[:, None], edges[:, ::-1], edges)
@@ -147,14 +145,14 @@ class Mesh(ElasticBody):
         return self.positions[: self._n_given], edges
 
     def among(self, n_each: int, point: Point) -> PointRef:
-        """Return a point as data of a mesh with another number of elements on every edge."""
-        index, xi = point.index, self._as_given(point)
+        """Return a reference to the same point of a mesh with `n_each` elements per edge."""
+        index, xi = point.index, self._xi_as_given(point)
         if point.is_node:
             edge, inside = divmod(index - self._n_given, max(1, self.n_each - 1))
             if edge < 0:
                 return PointRef(self.name, index)
             index = edge * self.n_each + inside + 1
-        index, xi = resettled(index, xi, self.n_each, n_each)
+        index, xi = relocate(index, xi, self.n_each, n_each)
         if xi:
             return PointRef(self.name, index, xi)
         edge, inside = divmod(index, n_each)
@@ -166,13 +164,13 @@ class Mesh(ElasticBody):
 
     @property
     def _n_given(self) -> int:
-        """Number of the nodes that were given."""
+        """Number of the specified nodes."""
         return self.n_nodes - self.n_elements // self.n_each * (self.n_each - 1)
 
-    def _as_given(self, point: Point | PointRef) -> float:
-        """Reverse the share of an element whose edge was reversed."""
-        turned = point.xi != 0.0 and self.flipped[point.index]
-        return 1.0 - point.xi if turned else point.xi
+    def _xi_as_given(self, point: Point | PointRef) -> float:
+        """Return xi of a point counted from the first node of the edge as given."""
+        is_reversed = point.xi != 0.0 and self.flipped[point.index]
+        return 1.0 - point.xi if is_reversed else point.xi
 
     def axes_of(self, row: int) -> Vector:
         """Return unit vectors along and across the slope of a row, shape (dim, dim)."""
@@ -181,13 +179,13 @@ class Mesh(ElasticBody):
         return section_axes(self.vectors[row, 0], None, self.name)
 
     def say(self, point: Point) -> str:
-        """Describe where a point is."""
+        """Return the location of a point, for messages."""
         if point.is_node:
             return f"{self.name}, node {point.index}"
         return f"{self.name}, edge {point.index // self.n_each} at s = {self.arc(point):.6g} m"
 
     def hint(self, point: Point) -> str:
-        """Describe which node to take instead of a point inside an element."""
+        """Return a hint which node to use instead of a point inside an element."""
         tail, head = self.edges[point.index]
         return f"its ends are {self.name}.node({tail}) and .node({head})"
 
@@ -204,7 +202,7 @@ class Mesh(ElasticBody):
         Returns
         -------
         Point
-            A node where `s` falls on one (to rounding), else a point inside the edge.
+            A node if `s` is that of a node (to rounding), else a point inside the edge.
         """
         check_count("the number of an edge", edge, 0)
         n_edges = self.n_elements // self.n_each
@@ -212,20 +210,20 @@ class Mesh(ElasticBody):
             raise InputError(f"{self.name} has edges 0 to {n_edges - 1}, there is no edge {edge}")
         first = edge * self.n_each
         length = float(self.lengths[first])
-        share = check_finite(f"s on edge {edge} of {self.name}", s, "m") / length
-        if not -NODE_TOLERANCE <= share <= self.n_each + NODE_TOLERANCE:
+        position = check_finite(f"s on edge {edge} of {self.name}", s, "m") / length
+        if not -NODE_TOLERANCE <= position <= self.n_each + NODE_TOLERANCE:
             raise InputError(
                 f"s = {s:.6g} m lies outside edge {edge} of {self.name}: it runs from 0 to "
                 f"{self.n_each * length:.6g} m"
             )
-        inside = min(max(int(share), 0), self.n_each - 1)
-        index, share = first + inside, share - inside
+        inside = min(max(int(position), 0), self.n_each - 1)
+        index, xi = first + inside, position - inside
         if self.flipped[index]:
-            share = 1.0 - share
+            xi = 1.0 - xi
         for end, node in enumerate(self.edges[index]):
-            if abs(share - end) <= NODE_TOLERANCE:
+            if abs(xi - end) <= NODE_TOLERANCE:
                 return Point(self, int(node))
-        return Point(self, int(index), share)
+        return Point(self, int(index), xi)
 
 
 def _components(n: int, pairs: Numbers) -> Numbers:

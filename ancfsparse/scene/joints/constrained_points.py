@@ -73,8 +73,9 @@ def _check_point(here: list[Joint]) -> None:
         first, second = fixed[:2]
         (node,), (other,) = second.nodes, first.nodes
         raise SingularSceneError(
-            f"{node!r} is constrained twice: the {first.name} at {other!r} already fixes its position, "
-            f"leave out the {second.name}" + ("" if node == other else " or the connection")
+            f"{node!r} is constrained twice: the {first.name} at {other!r} already fixes its "
+            f"position, leave out the {second.name}"
+            + ("" if node == other else " or the connection")
         )
     if fixed and partial:
         raise SingularSceneError(

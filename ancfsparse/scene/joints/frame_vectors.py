@@ -17,10 +17,12 @@ from ancfsparse.scene.kinematics.linear_forms import (
 )
 
 
-def point(builder: ConstraintBuilder, node: Point) -> LinearForm:
-    """Return the position of a point."""
-    places, weights = builder.point(node)
-    return LinearForm.of(list(places.T), weights.tolist())
+def point(builder: ConstraintBuilder, end: Point | Vector) -> LinearForm:
+    """Return the position of a point of a body, or of one that is fixed in space."""
+    if not isinstance(end, Point):
+        return LinearForm.fixed(end)
+    indices, weights = builder.point(end)
+    return LinearForm.of(list(indices.T), weights.tolist())
 
 
 def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
@@ -49,11 +51,15 @@ def vectors_of(builder: ConstraintBuilder, node: Point) -> list[Coordinates]:
     return list(row[dim : dim + width].reshape(-1, dim))
 
 
-def direction(builder: ConstraintBuilder, node: Point, vector: Vector) -> LinearForm:
+def direction(builder: ConstraintBuilder, node: Point | None, vector: Vector) -> LinearForm:
     """Return the direction that is `vector` in the reference shape and rotates with a node.
+
+    Without a node it is fixed in space.
 
     In the plane one vector defines a frame; in space it defines only its own direction.
     """
+    if node is None:
+        return LinearForm.fixed(vector)
     vectors = vectors_of(builder, node)
     frame = node.frame[: len(vectors)]
     if len(frame) == 1 and node.beam.dim == 2:

@@ -61,21 +61,15 @@ class LinearForm:
 
     def __sub__(self, other: LinearForm) -> LinearForm:
         """Return the difference of two vectors."""
-        terms = []
-        for mine, its in zip(self.terms, other.terms, strict=True):
-            both = dict(mine)
-            for k, w in its.items():
-                both[k] = both.get(k, 0.0) - w
-            terms.append(both)
-        return LinearForm(tuple(terms), self.constant - other.constant)
+        return linear_combination(self, 1.0, other, -1.0)
 
 
 def linear_combination(one: LinearForm, a: float, other: LinearForm, b: float) -> LinearForm:
     """Return ``a one + b other``."""
     terms = []
-    for mine, its in zip(one.terms, other.terms, strict=True):
-        both = {k: a * w for k, w in mine.items()}
-        for k, w in its.items():
-            both[k] = both.get(k, 0.0) + b * w
-        terms.append(both)
+    for first, second in zip(one.terms, other.terms, strict=True):
+        weights = {k: a * w for k, w in first.items()}
+        for k, w in second.items():
+            weights[k] = weights.get(k, 0.0) + b * w
+        terms.append(weights)
     return LinearForm(tuple(terms), a * one.constant + b * other.constant)

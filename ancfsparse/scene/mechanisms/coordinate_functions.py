@@ -1,4 +1,4 @@
-"""What joints leave free: the angle of a hinge, the displacement of a sliding joint."""
+"""Joint coordinates as functions: the angle of a hinge, the displacement of a sliding joint."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import direction, point
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, JointCoordinate
-from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
+from ancfsparse.scene.kinematics.linear_forms import Vector
 
 
 def joint_coordinate(builder: ConstraintBuilder, joint: Joint, of: str) -> JointCoordinate:
-    """Return a freedom of a joint.
+    """Return a coordinate of a joint as a function of q.
 
     Parameters
     ----------
     builder : ConstraintBuilder
-        What gives the coordinates.
+        Numbering of the coordinates.
     joint : Joint
-        One that has the freedom.
+        A joint that has the coordinate.
     of : str
-        ``"angle"``, by which the first side is turned against the second one about the axis since
-        the reference shape; or ``"displacement"`` of its point along the axis, from that of the
-        second one.
+        ``"angle"``, the rotation of the first side relative to the second one about the axis since
+        the reference shape; or ``"displacement"``, of its point relative to the point of the second
+        side along the axis.
     """
     return _angle(builder, joint) if of == "angle" else _displacement(builder, joint)
 
 
-def at_reference(joint: Joint, of: str) -> float:
-    """Return a freedom of a joint in the reference shape [rad or m]."""
+def reference_value(joint: Joint, of: str) -> float:
+    """Return a coordinate of a joint in the reference shape [rad or m]."""
     a, b = joint.sides
     if of == "angle" or b is None or joint.axis is None:
         return 0.0
@@ -41,12 +41,12 @@ def distance(
     builder: ConstraintBuilder, one: Point | Vector, other: Point | Vector
 ) -> JointCoordinate:
     """Return the distance of two points, of which one may be fixed in space."""
-    apart = _place(builder, one) - _place(builder, other)
-    return JointCoordinate.of(LENGTH, [apart, apart])
+    difference = point(builder, one) - point(builder, other)
+    return JointCoordinate.of(LENGTH, [difference, difference])
 
 
-def first_across(axis: Vector | None) -> tuple[Vector, Vector]:
-    """Return two directions across an axis, (dim,), the second a quarter turn after the first."""
+def reference_normals(axis: Vector | None) -> tuple[Vector, Vector]:
+    """Return two normals of an axis, (dim,), the second rotated by +90 degrees from the first."""
     if axis is None:
         return np.array([1.0, 0.0]), np.array([0.0, 1.0])
     first = normals(axis)[0]
@@ -55,22 +55,14 @@ def first_across(axis: Vector | None) -> tuple[Vector, Vector]:
 
 def _angle(builder: ConstraintBuilder, joint: Joint) -> JointCoordinate:
     a, b = joint.sides
-    one, other = first_across(joint.axis)
-    across = [_direction(builder, b, each) for each in (one, other)]
-    return JointCoordinate.of(ANGLE, [direction(builder, a, one), *across])
+    one, other = reference_normals(joint.axis)
+    normals_of_b = [direction(builder, b, vector) for vector in (one, other)]
+    return JointCoordinate.of(ANGLE, [direction(builder, a, one), *normals_of_b])
 
 
 def _displacement(builder: ConstraintBuilder, joint: Joint) -> JointCoordinate:
     a, b = joint.sides
-    apart = point(builder, a) - _place(builder, a.position if b is None else b)
+    difference = point(builder, a) - point(builder, a.position if b is None else b)
     axis = joint.axis
     assert axis is not None
-    return JointCoordinate.of(ALONG, [apart, _direction(builder, b, axis)])
-
-
-def _direction(builder: ConstraintBuilder, node: Point | None, vector: Vector) -> LinearForm:
-    return LinearForm.fixed(vector) if node is None else direction(builder, node, vector)
-
-
-def _place(builder: ConstraintBuilder, end: Point | Vector) -> LinearForm:
-    return point(builder, end) if isinstance(end, Point) else LinearForm.fixed(end)
+    return JointCoordinate.of(ALONG, [difference, direction(builder, b, axis)])

@@ -1,4 +1,4 @@
-"""Gears: what one joint leaves free follows what another does, at a fixed ratio."""
+"""Gears: the coordinate of one joint follows that of another at a fixed ratio."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.mechanisms.coordinate_functions import at_reference, joint_coordinate
+from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate, reference_value
 
 
 @dataclass(frozen=True, eq=False)
 class Gear(Joint):
-    """Keep ``h_one - ratio h_other`` of the freedoms of two joints.
+    """Keep ``h_one - ratio h_other`` of the coordinates of two joints constant.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class Gear(Joint):
     of : (str, str)
         ``"angle"`` or ``"displacement"`` of each.
     ratio : float
-        Of both, [1], [rad/m] or [m/rad].
+        Transmission ratio [1, rad/m or m/rad].
     """
 
     one: Joint
@@ -30,10 +30,10 @@ class Gear(Joint):
     name = "gear"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """State ``factor (h_one - ratio h_other - c) = 0``, in metres."""
+        """Add the equation ``factor (h_one - ratio h_other - c) = 0``, in metres."""
         factor = self.one.arm if self.of[0] == "angle" else 1.0
         factors, pairs = (factor, -factor * self.ratio), zip(self.joints, self.of, strict=True)
-        start = [at_reference(joint, of) for joint, of in zip(self.joints, self.of, strict=True)]
+        start = [reference_value(joint, of) for joint, of in zip(self.joints, self.of, strict=True)]
         builder.equation(
             self.label,
             -sum(f * value for f, value in zip(factors, start, strict=True)),
@@ -50,12 +50,12 @@ class Gear(Joint):
 
     @property
     def nodes(self) -> tuple[Point, ...]:
-        """Those of both joints."""
+        """Points of both joints."""
         return *self.one.nodes, *self.other.nodes
 
     @property
     def sides(self) -> tuple[Point, Point | None]:
-        """Those of the first joint."""
+        """Sides of the first joint."""
         return self.one.sides
 
     @property
@@ -65,5 +65,5 @@ class Gear(Joint):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by an equation: always."""
+        """True: it adds an equation."""
         return True

@@ -1,4 +1,4 @@
-"""Slides: a point stays on the axis of a beam or a line of a mesh, without friction along it."""
+"""Sliding joints: a point stays on the axis of a beam or a line of a mesh without friction."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ class Slide(Joint):
     point : Point
         The point.
     along : Beam or Mesh
-        The beam, or the mesh of which the point is on a line.
+        The beam, or the mesh with the line.
     elements : (n,) int
-        Its elements, or those of the line, one after the other.
+        Its elements, or the elements of the line, in order.
     lateral : (dim,) ndarray
-        In space a direction that the axis must not turn to.
+        Direction in space to which the axis must not become parallel.
     """
 
     point: Point
@@ -38,17 +38,17 @@ class Slide(Joint):
     name = "slide"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """State ``n . (p - r(s*)) = 0`` for each normal."""
+        """Add the equation ``n . (p - r(s*)) = 0`` for each normal."""
         body = self.along
         kind = builder.kind(body.node(0))
         rows = np.array([self._row(builder, row) for row in self._rows])
         pairs = [rows[:, kind.columns(name)] for name in ("r", "r_x")]
-        ends = np.stack([each[part] for part in (slice(-1), slice(1, None)) for each in pairs], 1)
-        places, weights = builder.point(self.point)
-        track = SlidingCurve(ends, body.lengths[self.elements], places, weights, self.lateral)
+        ends = np.stack([pair[part] for part in (slice(-1), slice(1, None)) for pair in pairs], 1)
+        indices, weights = builder.point(self.point)
+        curve = SlidingCurve(ends, body.lengths[self.elements], indices, weights, self.lateral)
         for k in range(body.dim - 1):
             label = self.label + (f", normal {k + 1}" if body.dim == 3 else "")
-            builder.equation(label, 0.0, measures=[(1.0, CurveOffset(track, k))])
+            builder.equation(label, 0.0, measures=[(1.0, CurveOffset(curve, k))])
 
     @property
     def _rows(self) -> list[int]:
@@ -73,32 +73,33 @@ class Slide(Joint):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by equations: always."""
+        """True: it adds equations."""
         return True
 
 
 def elements_under(point: Point, along: ElasticBody) -> NDArray[np.intp]:
-    """Return the elements of the line that a point is on, one after the other.
+    """Return the elements of the line through a point, in order.
 
-    At a crossing the line goes straight on, as its slope does.
+    At a crossing the line continues straight, as its slope does.
 
     Raises
     ------
     InputError
-        If the lines of a mesh are closed there, so that none of its elements is the first.
+        If the line is closed, so that no element is the first.
     """
     ends = along.ends
     begin, end = (along.positions[along.row_nodes[ends[:, k]]] for k in (0, 1))
-    way = end - begin
-    share = np.einsum("ed,ed->e", point.position - begin, way) / np.einsum("ed,ed->e", way, way)
-    nearest = begin + np.clip(share, 0.0, 1.0)[:, None] * way
-    here = int(np.argmin(np.linalg.norm(point.position - nearest, axis=1)))
+    chord = end - begin
+    squares = np.einsum("ed,ed->e", chord, chord)
+    xi = np.einsum("ed,ed->e", point.position - begin, chord) / squares
+    nearest = begin + np.clip(xi, 0.0, 1.0)[:, None] * chord
+    start = int(np.argmin(np.linalg.norm(point.position - nearest, axis=1)))
     after = dict(zip(ends[:, 0].tolist(), range(len(ends)), strict=True))
     before = dict(zip(ends[:, 1].tolist(), range(len(ends)), strict=True))
-    first = here
+    first = start
     while (previous := before.get(int(ends[first, 0]))) is not None:
         first = previous
-        if first == here:
+        if first == start:
             raise InputError(
                 f"{point!r} is on a closed line of {along.name}, which has no start to count from: "
                 "leave out one of its edges, or let it slide along a beam"

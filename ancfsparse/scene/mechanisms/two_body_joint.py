@@ -29,7 +29,7 @@ class TwoBodyJoint(Joint):
     b : Point or None
         The other point; None is the ground.
     axes : tuple of ndarray, shape (dim,)
-        Its directions in the reference shape, unit vectors.
+        Its axes in the reference shape, unit vectors.
     """
 
     a: Point
@@ -39,22 +39,22 @@ class TwoBodyJoint(Joint):
 
     @property
     def nodes(self) -> tuple[Point, ...]:
-        """The points it joins."""
+        """The points that it joins."""
         return (self.a,) if self.b is None else (self.a, self.b)
 
     @property
     def joins(self) -> bool:
-        """Whether it makes two points one."""
+        """True if it makes two points coincide."""
         return self.is_point and self.b is not None
 
     @property
     def mark(self) -> Mark | None:
-        """How pictures show it: as a pin if it holds a point to the ground."""
+        """Symbol in pictures: a pin if it fixes a point to the ground."""
         return Mark("pin") if self.b is None and self.is_point else None
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether equations are certain: numbering alone is rare."""
+        """True: joints without equations are rare."""
         return True
 
     @property
@@ -70,24 +70,24 @@ class TwoBodyJoint(Joint):
 
     @property
     def axis(self) -> Vector | None:
-        """The axis that it has; None where it has none, or two."""
+        """Its only axis; None if it has none or two."""
         return self.axes[0] if len(self.axes) == 1 else None
 
     def _points(self, builder: ConstraintBuilder) -> tuple[LinearForm, LinearForm]:
-        other = LinearForm.fixed(self.a.position) if self.b is None else point(builder, self.b)
-        return point(builder, self.a), other
+        other = self.a.position if self.b is None else self.b
+        return point(builder, self.a), point(builder, other)
 
     def _of_a(self, builder: ConstraintBuilder, vector: Vector) -> LinearForm:
         return direction(builder, self.a, vector)
 
     def _of_b(self, builder: ConstraintBuilder, vector: Vector) -> LinearForm:
-        return LinearForm.fixed(vector) if self.b is None else direction(builder, self.b, vector)
+        return direction(builder, self.b, vector)
 
     def _share_point(self, builder: ConstraintBuilder) -> None:
         equate(builder, self.label, *self._points(builder), self.size)
 
     def _share_axis(self, builder: ConstraintBuilder, axis: Vector) -> None:
-        """Keep an axis of both parallel: one vector where it is one of each, else two equations."""
+        """Keep an axis of both parallel: identify vectors if possible, else add two equations."""
         one, other = self._of_a(builder, axis), self._of_b(builder, axis)
         if can_identify(one, other):
             equate(builder, f"{self.label}, axis", one, other, self.size, self.size)
@@ -97,7 +97,7 @@ class TwoBodyJoint(Joint):
             make_orthogonal(builder, label, one, self._of_b(builder, normal), self.size)
 
     def _share_frame(self, builder: ConstraintBuilder) -> None:
-        """Keep all directions of both parallel."""
+        """Keep the frames of both parallel."""
         axes = self.a.beam.axes_of(self.a.beam.rows_of(self.a.index).start)
         ones = [self._of_a(builder, axis) for axis in axes]
         others = [self._of_b(builder, axis) for axis in axes]
@@ -111,15 +111,15 @@ class TwoBodyJoint(Joint):
             make_orthogonal(builder, label, ones[i], others[j], self.size)
 
     def _share_line(self, builder: ConstraintBuilder, axis: Vector) -> None:
-        """Keep the point of `a` on the line through that of `b` along an axis of `b`.
+        """Keep the point of `a` on the line through the point of `b` along an axis of `b`.
 
-        Beside the ground that holds a coordinate for each axis of space across the line.
+        At the ground this fixes the coordinates along the axes of space normal to the line.
         """
         one, other = self._points(builder)
         for k, normal in enumerate(normals(axis)):
-            held = None if self.b or not builder.lines else one.component(normal)
-            if held is not None:
-                builder.hold(held)
+            coordinate = None if self.b or not builder.lines else one.component(normal)
+            if coordinate is not None:
+                builder.hold(coordinate)
                 continue
             label = f"{self.label}, across {k + 1}"
             make_orthogonal(builder, label, one - other, self._of_b(builder, normal), 1.0)
@@ -127,7 +127,7 @@ class TwoBodyJoint(Joint):
 
 @dataclass(frozen=True, eq=False)
 class Revolute(TwoBodyJoint):
-    """Two points are one, and an axis of both is."""
+    """Two points coincide, and an axis of both."""
 
     name = "revolute"
 
@@ -144,12 +144,12 @@ class Revolute(TwoBodyJoint):
 
 @dataclass(frozen=True, eq=False)
 class Universal(TwoBodyJoint):
-    """Two points coincide, and an axis of the first stays at a right angle to one of the second."""
+    """Two points coincide, and an axis of the first stays normal to one of the second."""
 
     name = "universal"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Share the point, and hold the angle."""
+        """Share the point, and keep the axes orthogonal."""
         self._share_point(builder)
         one, other = self._of_a(builder, self.axes[0]), self._of_b(builder, self.axes[1])
         make_orthogonal(builder, f"{self.label}, angle", one, other, self.size)
@@ -157,7 +157,7 @@ class Universal(TwoBodyJoint):
 
 @dataclass(frozen=True, eq=False)
 class Cylindrical(TwoBodyJoint):
-    """A point of one body stays on an axis of both, along and about which it is free."""
+    """A point stays on an axis of both bodies, free to move along it and rotate about it."""
 
     name = "cylindrical"
     is_point = False
@@ -168,14 +168,14 @@ class Cylindrical(TwoBodyJoint):
         return "angle", "displacement"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Share the axis, and hold the point on it."""
+        """Share the axis, and keep the point on it."""
         self._share_axis(builder, self.axes[0])
         self._share_line(builder, self.axes[0])
 
 
 @dataclass(frozen=True, eq=False)
 class Prismatic(TwoBodyJoint):
-    """A point of one body stays on an axis of the other, without relative rotation."""
+    """A point stays on an axis of the other body, without relative rotation."""
 
     name = "prismatic"
     is_point = False
@@ -186,6 +186,6 @@ class Prismatic(TwoBodyJoint):
         return ("displacement",)
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """Share all directions, and hold the point on the axis."""
+        """Share the frame, and keep the point on the axis."""
         self._share_frame(builder)
         self._share_line(builder, self.axes[0])

@@ -1,4 +1,4 @@
-"""Winches: a massless rope over points without friction, of a length that is kept or changes."""
+"""Winches: an inextensible massless rope over points without friction."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 @dataclass(frozen=True, eq=False)
 class Winch(Joint):
-    """Keep or prescribe the sum of the distances of consecutive points; a drum may wind it.
+    """Keep or prescribe the length of a rope over points, which a drum may wind up.
 
     Attributes
     ----------
     points : tuple of Point or (dim,) ndarray
         Points of bodies and beams, or fixed in space [m].
     length : float
-        Of the rope in the reference shape [m].
+        Length of the rope in the reference shape [m].
     motion : PrescribedMotion, optional
-        Its length over time, where it changes.
+        Prescribed length over time, if it changes.
     drum : Joint, optional
         A hinge whose angle winds the rope up.
     radius : float
-        Of the drum [m].
+        Radius of the drum [m].
     """
 
     points: tuple[Point | Vector, ...]
@@ -40,26 +40,26 @@ class Winch(Joint):
     name = "winch"
 
     def lower(self, builder: ConstraintBuilder) -> None:
-        """State ``sum of d_i + radius angle - l = 0``, whose multiplier is the tension."""
-        fixed, measures = 0.0, []
+        """Add ``sum of d_i + radius angle - l = 0``, whose multiplier is the tension."""
+        fixed, coordinates = 0.0, []
         for one, other in pairwise(self.points):
             if isinstance(one, Point) or isinstance(other, Point):
-                measures.append((1.0, distance(builder, one, other)))
+                coordinates.append((1.0, distance(builder, one, other)))
             else:
                 fixed += float(np.linalg.norm(one - other))
         if self.drum is not None:
-            measures.append((self.radius, joint_coordinate(builder, self.drum, "angle")))
+            coordinates.append((self.radius, joint_coordinate(builder, self.drum, "angle")))
         rheonomic = None if self.motion is None else RheonomicTerm(self.motion, 0)
         offset = fixed - (self.length if rheonomic is None else 0.0)
         builder.equation(
-            self.label, offset, measures=measures, size=self.length, rheonomic=rheonomic
+            self.label, offset, measures=coordinates, size=self.length, rheonomic=rheonomic
         )
 
     @property
     def nodes(self) -> tuple[Point, ...]:
-        """The points that are not fixed, and those of the drum."""
+        """The points of bodies, and the points of the drum."""
         more = () if self.drum is None else self.drum.nodes
-        return *(each for each in self.points if isinstance(each, Point)), *more
+        return *(end for end in self.points if isinstance(end, Point)), *more
 
     @property
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
@@ -68,5 +68,5 @@ class Winch(Joint):
 
     @property
     def has_multipliers(self) -> bool:
-        """Whether it is made by an equation: always."""
+        """True: it adds an equation."""
         return True

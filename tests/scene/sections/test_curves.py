@@ -180,7 +180,7 @@ def test_scenes_with_curves_are_saved_printed_refined_and_changed(tmp_path):
         ({"curve": "arc"}, "must be an Arc, a Helix, a table of points or a function"),
         ({"curve": kinked}, "is not smooth near parameter 0.37"),
         ({"curve": folded}, "has a corner at parameter 0.5"),
-        ({"curve": lambda u: np.column_stack([u**3, 0 * u])}, "stands still at parameter 0"),
+        ({"curve": lambda u: np.column_stack([u**3, 0 * u])}, "has zero velocity at parameter 0"),
         ({"curve": lambda u: np.zeros((len(u), 2))}, "is a single point"),
         ({"curve": lambda u: (u, u)}, "returned shape (2, 128) for parameters of shape (128,)"),
         ({"curve": lambda u: np.column_stack([u, 0 / (u - u)])}, "must be finite"),

@@ -78,7 +78,7 @@ def test_a_new_joint_needs_no_other_file():
 
 def test_a_point_is_not_held_twice_by_a_new_joint():
     scene, rod = pendulum("thin", 3)
-    with pytest.raises(ancf.InputError, match="so the roller has nothing left to hold"):
+    with pytest.raises(ancf.InputError, match="so the roller is redundant"):
         scene._add(Roller(rod.start, False), RollerSpec(rod.start.reference, False))
 
 
