@@ -18,7 +18,7 @@ from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.stored_tables import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.scene import ElasticBody, Mesh, Point
-from ancfsparse.scene.bodies.beam import NODE_SNAP
+from ancfsparse.scene.bodies.beam import NODE_TOLERANCE
 from ancfsparse.system.recovery.element_end_forces import element_end_forces
 from ancfsparse.system.system import System
 from ancfsparse.system_memory import check_memory
