@@ -1,7 +1,7 @@
-"""Beams whose element or mesh a plan chooses: the handle until then, and the beam that it becomes.
+"""Beams whose element or mesh is chosen by a plan.
 
-Such a handle is a beam of many elements, at whose ends joints and loads may be, as at nodes.  It
-refers to points by arc length, so they mean the same point on every mesh.
+Until then the handle is a beam of many elements, at whose nodes joints and loads may act.  Points
+are given by arc length, so they are the same points on every mesh.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.body import Body, Point
 
 AUTO = "auto"
-# Places of nodes on an undecided mesh: halves to sixths, eighths, tenths and half percent.
+# Elements of the handle, with nodes at halves to sixths, eighths, tenths and half percents.
 AUTO_ELEMENTS = 600
 
 
 def stand_ins(
     element: str | ElementKind, n_elements: int | str | None, dim: int
 ) -> tuple[str | ElementKind, int | str | None, tuple[str, ...]]:
-    """Return element and number of elements of the handle, and which of both are open.
+    """Return element and number of elements of the handle, and the arguments that are ``"auto"``.
 
-    The handle has the richest element, so that everything a chosen one takes can be attached.
+    The handle has the richest element, so that it takes all joints and loads of the others.
     """
     choices: list[str] = []
     if isinstance(element, str) and element == AUTO:
@@ -35,12 +35,12 @@ def stand_ins(
 
 
 def check_decided(bodies: list[Body]) -> None:
-    """Refuse a scene that only a plan can build."""
+    """Refuse a scene with arguments that a plan must choose."""
     for body in bodies:
         if body.automatic:
             raise InputError(
-                f"{body.name} has {' and '.join(f'{each}={AUTO!r}' for each in body.automatic)}, "
-                "which a plan decides: give simulate a quantity and its error, ask for "
+                f"{body.name} has {' and '.join(f'{name}={AUTO!r}' for name in body.automatic)}, "
+                "which a plan chooses: give simulate a quantity and its error, call "
                 "ancf.plan(scene, t_end, quantity=..., error=...), or give a value"
             )
 
@@ -50,5 +50,5 @@ def decided(body: Body, handle: Point) -> Point: ...
 @overload
 def decided(body: Body, handle: Body) -> Body: ...
 def decided(body: Body, handle: Body | Point) -> Body | Point:
-    """Return the handle on a body that was chosen for an undecided one of its name."""
+    """Return the handle on a body that replaces an ``"auto"`` body of the same name."""
     return body.corresponding_point(handle) if isinstance(handle, Point) else body

@@ -21,11 +21,9 @@ from ancfsparse.scene.sections.cross_section import list_section_types, principa
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection, Taper
 
-# Second moments further apart than this share make a section that is not round.
-MAX_INERTIA_DIFFERENCE = 1e-9
-# Transition strain of strings below which rounding in the strain, 1e-16, is no longer small.
-MIN_SLACK_STRAIN = 1e-9
-# The default of every option of every element.
+MAX_INERTIA_DIFFERENCE = 1e-9  # of the second moments of a round section, over the larger
+MIN_SLACK_STRAIN = 1e-9  # of strings, large compared with the rounding error of a strain, 1e-16
+# Defaults of all options of all elements.
 DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
 
 
@@ -37,14 +35,14 @@ def given_options(record: Record) -> dict[str, str]:
 def chosen_element(
     label: str, element: str | ElementKind, dim: int, given: Mapping[str, str]
 ) -> tuple[str, dict[str, str], ElementKind]:
-    """Find an element by its name and options.
+    """Return an element type by its name and options.
 
     Parameters
     ----------
     label : str
         Name of the beam, for messages.
     element : str or ElementKind
-        Name of an element, or one that was built outside this package.
+        Name of an element, or a user element.
     dim : int
         Dimension of the scene.
     given : mapping of str to str
@@ -53,7 +51,7 @@ def chosen_element(
     Returns
     -------
     name : str
-        What messages call it.
+        Name in messages.
     options : dict of str to str
         The options of this element.
     kind : ElementKind
@@ -62,7 +60,7 @@ def chosen_element(
     Raises
     ------
     InputError
-        If it does not exist or does not fit, with what to give instead.
+        If it does not exist or is not applicable; the message suggests another.
     """
     if not isinstance(element, ElementKind):
         options = options_of(label, element, dim, given)
@@ -89,31 +87,31 @@ def chosen_element(
 
 
 def slack_string(label: str, element: str | ElementKind, dim: int, slack: float) -> ElementKind:
-    """Return the form of a string that goes slack.
+    """Return the string element that goes slack.
 
     Parameters
     ----------
     label : str
         Name of the beam, for messages.
     element : str or ElementKind
-        What was given as its element.
+        The argument `element`.
     dim : int
         Dimension of the scene.
     slack : float
-        Strain about which it goes slack.
+        Transition strain to zero force.
 
     Raises
     ------
     InputError
-        If the element is no string, or the strain is not between 0 and 1.
+        If the element is not a string, or the strain is not between 0 and 1.
     """
     if not isinstance(element, str) or element != "string":
         raise InputError(
-            f"slack of {label} is of strings alone, and its element is {format_value(element)}: "
+            f"slack of {label} applies to strings only, not to {format_value(element)}: "
             "take 'string', or leave `slack` out"
         )
     strain = check_positive(f"slack of {label}", slack)
-    # At 1 every length from zero on is within the transition; below, squares lose what they add.
+    # At 1 the transition begins at length zero; below the minimum its square is lost by rounding.
     if not MIN_SLACK_STRAIN <= strain < 1.0:
         raise InputError(
             f"slack of {label} is a strain from {MIN_SLACK_STRAIN:g} to 1, got {strain:.6g}: take "
@@ -123,7 +121,7 @@ def slack_string(label: str, element: str | ElementKind, dim: int, slack: float)
 
 
 def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:
-    """Pick the options that an element has out of all that were given.
+    """Return the options of an element out of the values for all elements.
 
     Parameters
     ----------
@@ -145,7 +143,7 @@ def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> 
     ------
     InputError
         If the element does not exist or not in this dimension, if a value is unknown, or if an
-        option of another element was set to something else than its default.
+        option of another element differs from its default.
     """
     check_choice("element", element, OPTIONS)
     own = OPTIONS[element]
@@ -158,7 +156,7 @@ def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> 
     for key, value in given.items():
         check_choice(key, value, every[key])
         if key not in own and value != every[key][0]:
-            owner = next(each for each, other in OPTIONS.items() if key in other)
+            owner = next(name for name, other in OPTIONS.items() if key in other)
             has = " and ".join(own) or "none"
             raise InputError(
                 f"{label} is made of {element!r}, which has no option {key} (its options: {has}): "
@@ -168,7 +166,7 @@ def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> 
 
 
 def check_make(label: str, kind: ElementKind, section: AnySection, material: Material) -> None:
-    """Refuse what is no section or material, and a spatial cable whose section is not round.
+    """Check section and material, and refuse a spatial cable whose section is not round.
 
     Parameters
     ----------
@@ -177,12 +175,12 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     kind : ElementKind
         The element.
     section, material
-        What was given.
+        The arguments.
 
     Raises
     ------
     InputError
-        With what to give instead.
+        If they are invalid; the message suggests a valid choice.
     """
     if not isinstance(section, AnySection):
         raise InputError(
@@ -195,25 +193,25 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
             "try ancf.Material(youngs_modulus=1e8, density=4000)"
         )
     if isinstance(section, Taper):
-        for each in (section.start, section.end):
-            check_make(label, kind, each, material)
-            if principal_axes(each)[0]:
+        for end in (section.start, section.end):
+            check_make(label, kind, end, material)
+            if principal_axes(end)[0]:
                 raise InputError(
                     f"section of {label} is a Taper of a section with inertia_yz, whose principal "
-                    "axes could turn along the beam: take Polygon.principal() and `up`"
+                    "axes could rotate along the beam: take Polygon.principal() and `up`"
                 )
         return
     angle, about_y, about_z = principal_axes(section)
     if angle and kind.dim == 2:
         raise InputError(
-            f"section of {label} has an inertia_yz, so the beam leaves the plane where it bends: "
+            f"section of {label} has an inertia_yz, so bending leaves the plane: "
             "take a spatial scene"
         )
-    round_enough = abs(about_y - about_z) <= MAX_INERTIA_DIFFERENCE * max(about_y, about_z)
-    if kind.bends_alike and not round_enough:
+    is_round = abs(about_y - about_z) <= MAX_INERTIA_DIFFERENCE * max(about_y, about_z)
+    if kind.bends_alike and not is_round:
         raise InputError(
-            f"{label} is a spatial cable, which bends alike in all directions, but its section "
-            f"has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
+            f"{label} is a spatial cable, whose bending stiffness is the same in all directions, but "
+            f"its section has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
             "or take the element 'thick'"
         )
 
@@ -229,8 +227,7 @@ def curved_kind(label: str, name: str, kind: ElementKind) -> ElementKind:
         )
     if kind.dim not in CURVED.get(name, ()):
         why = (
-            "has no torsion, so its curvature has no direction in the section that it could return "
-            "to"
+            "has no torsion, so its curvature has no direction in the section"
             if kind.dim == 3
             else "measures bending by r'', which has no reference"
         )

@@ -34,7 +34,7 @@ class Frame:
     beams: tuple[Beam, ...]
 
     def __repr__(self) -> str:
-        """Count nodes and beams."""
+        """Return the numbers of nodes and beams."""
         length = sum(beam.length for beam in self.beams)
         return f"frame: {len(self.positions)} nodes, {len(self.beams)} beams, {length:.6g} m"
 
@@ -52,8 +52,8 @@ class Frame:
                 f"the frame has nodes 0 to {len(self.positions) - 1}, there is no node {number}"
             )
         pairs = zip(self.beams, self.edges, strict=True)
-        found = [(beam, end) for beam, edge in pairs for end in (0, 1) if edge[end] == number]
-        return [beam.end if end else beam.start for beam, end in found]
+        ends = [(beam, end) for beam, edge in pairs for end in (0, 1) if edge[end] == number]
+        return [beam.end if end else beam.start for beam, end in ends]
 
     def node(self, node: int) -> Point:
         """Return the handle of a node, for joints, loads and results.

@@ -1,4 +1,4 @@
-"""Rigid bodies in natural coordinates: an origin and unit vectors that rotate with the body."""
+"""Rigid bodies in natural coordinates: an origin and orthonormal vectors."""
 
 from __future__ import annotations
 
@@ -22,30 +22,28 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
 VECTOR_LETTERS = "uvw"
-# Share of a body's size within which a point is its origin.
-ORIGIN_RATIO = 1e-12
-# Likewise of its centre of mass, for pictures.
-CENTRE_RATIO = 1e-9
+ORIGIN_RATIO = 1e-12  # distance of a point that is the origin, over the size of the body
+CENTRE_RATIO = 1e-9  # distance of a point that is the centre of mass, over the size of the body
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class RigidBody(Body):
     """A rigid body, as `Scene.add_body` returns it.
 
-    Its coordinates are the position of its origin and the unit vectors of its axes, all of them or,
-    for a thin rod, the first alone.  Points of the body are linear in them, so the mass matrix is
-    constant and there are no gyroscopic forces; equations hold the vectors orthonormal.
+    Its coordinates are the position of its origin and the unit vectors of its axes, for a thin rod
+    only the first one.  Points of the body are linear in them, so the mass matrix is constant and
+    there are no gyroscopic forces; constraints keep the vectors orthonormal.
 
     Attributes
     ----------
     name, options, positions, vectors, velocity
         As in `Body`: one row, whose position is the origin.
     mass : float
-        Its mass [kg].
-    masses : ndarray, shape (k + 1, k + 1)
+        Mass [kg].
+    spread : ndarray, shape (k + 1, k + 1)
         Mass, static moments and second moments of origin and k vectors [kg, kg m, kg m2].
-    shape : Box, Cylinder, Sphere, Rod or None
-        Its shape.
+    shape : RigidShape or None
+        Shape.
     """
 
     mass: float
@@ -53,7 +51,7 @@ class RigidBody(Body):
     shape: RigidShape | None = None
 
     def __repr__(self) -> str:
-        """Name the body, its mass and the kind of its scene."""
+        """Return the name, the mass and the dimension."""
         kind = "planar" if self.dim == 2 else "spatial"
         return f"{self.name}: rigid, {self.mass:.6g} kg, {kind}"
 
@@ -69,7 +67,7 @@ class RigidBody(Body):
 
     @property
     def length(self) -> float:
-        """As `size` [m], where elements have a length."""
+        """Its `size` [m], in place of the length of elements."""
         return self.size
 
     @cached_property
@@ -79,23 +77,23 @@ class RigidBody(Body):
 
     @property
     def shortest(self) -> float:
-        """Its size [m]."""
+        """Its `size` [m]."""
         return self.size
 
     @property
     def speed(self) -> float | None:
-        """None: no wave travels through it."""
+        """None: it has no elastic waves."""
         return None
 
     @property
     def corners(self) -> Vector:
-        """Points at its size from its origin along every axis of space, (2 dim, dim) [m]."""
+        """Points at distance `size` from its origin along the axes of space, (2 dim, dim) [m]."""
         steps = self.size * np.eye(self.dim)
         return np.concatenate([self.positions + steps, self.positions - steps])
 
     @property
     def parts(self) -> Numbers:
-        """Zero: it is one piece."""
+        """Zero: it is one part."""
         return np.zeros(1, dtype=np.int32)
 
     @property
@@ -115,11 +113,11 @@ class RigidBody(Body):
         Raises
         ------
         InputError
-            If it is not a rigid body.
+            If the body is not a rod.
         """
         if self.shape is None or not self.shape.is_line:
             raise InputError(
-                f"{self.name} is no rod and has no end: take {self.name}.at((x, y, z))"
+                f"{self.name} is not a rod and has no end: take {self.name}.at((x, y, z))"
             )
         return self._point(np.array([2.0 * float(self.shape.centre[0])]))
 
@@ -156,15 +154,15 @@ class RigidBody(Body):
         near = np.abs(offsets) <= ORIGIN_RATIO * self.size
         return Point(self, 0, 0.0, () if near.all() else tuple(float(x) for x in offsets))
 
-    def point(self, place: PointRef) -> Point:
-        """Return the handle of a point that is data."""
-        if not place.offsets:
+    def point(self, reference: PointRef) -> Point:
+        """Return the handle of a point from its reference."""
+        if not reference.offsets:
             return self.origin
         what = f"the point of {self.name}"
-        return self._point(check_position(what, place.offsets, self.n_vectors))
+        return self._point(check_position(what, reference.offsets, self.n_vectors))
 
     def among(self, n_each: int, point: Point) -> PointRef:
-        """Return a point as data: a rigid body has no elements, whatever number is given."""
+        """Return the reference to a point: a rigid body has no elements."""
         return self.refer(point)
 
     def corresponding_point(self, handle: Point) -> Point:
@@ -177,27 +175,27 @@ class RigidBody(Body):
         return offset if np.linalg.norm(offset) > CENTRE_RATIO * self.size else self.vectors[0, 0]
 
     def arc(self, point: Point) -> float:
-        """Refuse: a rigid body has no arc coordinate."""
+        """Raise an error: a rigid body has no arc coordinate."""
         raise InputError(f"{point!r} has no arc coordinate: it is a point of a rigid body")
 
     def axes_of(self, row: int) -> Vector:
-        """Return its unit vectors, shape (dim, dim); of a rod any across it after the first."""
+        """Return its unit vectors, (dim, dim); the normals of a rod are arbitrary."""
         if self.n_vectors == self.dim:
             return np.asarray(self.vectors[0])
         return section_axes(self.vectors[0, 0], None, self.name)
 
     def say(self, point: Point) -> str:
-        """Describe the position of a point."""
+        """Return the location of a point, for messages."""
         if point.is_node:
             return f"{self.name} at its origin"
         return f"{self.name} at {place(np.array(point.offsets))}"
 
     def hint(self, point: Point) -> str:
-        """Suggest a node in place of a point."""
+        """Return a hint which node to use instead of a point."""
         return f"take {self.name}.origin, or give the body with its origin there"
 
     def describe(self) -> dict[str, str]:
-        """Describe it for the digest of a scene."""
+        """Return the properties that determine its motion, for the digest."""
         return {
             "element": f"rigid, {self.n_vectors} vectors",
             "mesh": "one row",
@@ -205,21 +203,20 @@ class RigidBody(Body):
         }
 
     def constrain(self, builder: ConstraintBuilder) -> None:
-        """Hold the vectors orthonormal: (u.u - 1) / 2 = 0 and u.v = 0, times the size, in metres.
+        """Add the equations (u.u - 1) / 2 = 0 and u.v = 0, times the size, in metres.
 
-        Their gradients are added to the mass where it is used as a matrix, because the mass alone
-        is singular for a flat body.
+        Their gradients are added to the mass matrix, which alone is singular for a flat body.
         """
         size = self.size
         row = builder.rows(self.origin)[0]
         vectors = [row[self.kind.columns(name)] for name in self.kind.vectors[1:]]
         for k, u in enumerate(vectors):
             for j, v in enumerate(vectors[: k + 1]):
-                own = j == k
-                factor = 0.5 * size if own else size
+                is_norm = j == k
+                factor = 0.5 * size if is_norm else size
                 builder.equation(
                     f"rigidity of {self.name}, {VECTOR_LETTERS[j]}.{VECTOR_LETTERS[k]}",
-                    -factor if own else 0.0,
+                    -factor if is_norm else 0.0,
                     *((factor, a, b) for a, b in zip(u, v, strict=True)),
                     mass=self.mass,
                 )

@@ -1,4 +1,4 @@
-"""Points of a section beside its centroid."""
+"""Points of a section at an offset from its centroid."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def offsets_of(beam: ElasticBody, y: object, z: object) -> Offsets:
     Raises
     ------
     InputError
-        If a coordinate is not finite, or the vectors of the section do not turn as a section does.
+        If a coordinate is not finite, or the element has no vectors that rotate with the section.
     """
     up = check_finite(f"y of a point of {beam.name}", y, "m")
     side = check_finite(f"z of a point of {beam.name}", z, "m")
@@ -46,7 +46,7 @@ def offsets_of(beam: ElasticBody, y: object, z: object) -> Offsets:
     if not (up or side):
         return ()
     check_sections(beam)
-    check_position(f"a point of {beam.name} beside its axis", (up, side), 2)
+    check_position(f"a point of {beam.name} off its axis", (up, side), 2)
     if beam.dim == 2:
         return 0.0, up
     angle = 0.0 if isinstance(beam.section, Taper) else principal_axes(beam.section)[0]
@@ -55,30 +55,34 @@ def offsets_of(beam: ElasticBody, y: object, z: object) -> Offsets:
 
 
 def checked_offsets(beam: ElasticBody, offsets: ArrayLike) -> Offsets:
-    """Return the coordinates of such a point that are data, (0, y) or (0, y, z) [m]."""
+    """Check the offsets of a point from a record, (0, y) or (0, y, z) [m]."""
     what = f"the offsets of a point of {beam.name}"
-    along, *beside = check_position(what, offsets, beam.dim).tolist()
-    if along:
-        raise InputError(f"{what} are in its section and begin with 0, got {along:.6g} m")
+    axial, *offset = check_position(what, offsets, beam.dim).tolist()
+    if axial:
+        raise InputError(f"{what} are in its section and begin with 0, got {axial:.6g} m")
     check_sections(beam)
-    return 0.0, *beside
+    return 0.0, *offset
 
 
 def check_sections(beam: ElasticBody) -> None:
-    """Refuse beams without section vectors that alone turn with the section.
+    """Refuse beams without section vectors that rotate independently of the slope.
 
-    With ``curvature="axis"`` a force beside the axis would turn r_y against r_x, by a shear of the
-    last element that grows as elements become shorter.
+    With ``curvature="axis"`` a force off the axis would rotate r_y relative to r_x, by a shear
+    strain of the last element that grows as elements become shorter.
     """
     if beam.automatic:
         raise InputError(
-            f"{beam.name} has no points beside its axis before a plan has chosen its element and "
+            f"{beam.name} has no points off its axis before a plan has chosen its element and "
             "mesh: give both, element='thick' with curvature='section'"
         )
     if "r_y" not in beam.kind.section or "r_x" in beam.kind.section:
-        own = beam.kind.is_cable or beam.kind.is_string
-        what = "has no section vectors" if own else "turns its sections with the slope of the axis"
+        has_none = beam.kind.is_cable or beam.kind.is_string
+        what = (
+            "has no section vectors"
+            if has_none
+            else "rotates its sections with the slope of the axis"
+        )
         raise InputError(
-            f"{beam.name} has no points beside its axis, since its element {beam.element!r} "
+            f"{beam.name} has no points off its axis, since its element {beam.element!r} "
             f"{what}: take element='thick' with curvature='section', or weld a rigid body to it"
         )

@@ -10,37 +10,36 @@ from ancfsparse.kernels.hermite import slope_weights
 
 Vector = NDArray[np.float64]
 
-# Gauss points for the chord of an element: exact to rounding for turns of a radian.
-GAUSS_POINTS = 10
+GAUSS_POINTS = 10  # of the chord of an element, exact to rounding for rotations of a radian
 
 
 def strained_ends(kind: ElementKind, ends: Vector, lengths: Vector, eigen: Vector) -> Vector:
-    """Return the coordinates of both nodes where elements have their eigenstrain.
+    """Return the coordinates of both nodes of elements with their eigenstrain.
 
     Parameters
     ----------
     kind : ElementKind
         The element.
     ends : (n, 2, n_c) float
-        Coordinates of both nodes without it.
+        Coordinates of both nodes without eigenstrain.
     lengths : (n,) float
-        Of the elements [m].
+        Lengths of the elements [m].
     eigen : (n, 2) float or, in space, (n, 3)
-        Elongation [-], and turn per length [1/m]: in the plane, or about e_y and e_z.
+        Axial strain [-], and curvature [1/m] in the plane, or about e_y and e_z.
 
     Returns
     -------
     (n, 2, n_c) float
-        Those of elements that turn evenly about an axis of their middle.
+        The coordinates of elements of constant curvature.
     """
     out = np.array(ends)
-    half, spin = 0.5 * lengths, _spin(kind, ends, eigen)
+    half, spin = 0.5 * lengths, _curvature_vectors(kind, ends, eigen)
     for end, sign in ((0, -1.0), (1, 1.0)):
         for name in kind.vectors[1:]:
             columns, axes = kind.columns(name), kind.directions(name)
             vector = np.zeros((len(ends), 3))
             vector[:, axes] = ends[:, end, columns]
-            turned = _turned(vector, (sign * half)[:, None] * spin)
+            turned = _rotate(vector, (sign * half)[:, None] * spin)
             factor = 1.0 + eigen[:, :1] if name == "r_x" else 1.0
             out[:, end, columns] = (factor * turned)[:, axes]
     places, slopes = kind.columns("r"), kind.columns("r_x")
@@ -50,16 +49,16 @@ def strained_ends(kind: ElementKind, ends: Vector, lengths: Vector, eigen: Vecto
     chord = np.zeros((len(ends), 3))
     for point, weight in zip(points, weights, strict=True):
         slope = np.zeros((len(ends), 3))
-        shares = slope_weights(np.full(len(ends), 0.5 * (1.0 + point)), lengths)
-        slope[:, axes] = np.einsum("nk,nkd->nd", shares, cubic)
-        chord += (weight * half)[:, None] * _turned(slope, (point * half)[:, None] * spin)
+        slope_shape = slope_weights(np.full(len(ends), 0.5 * (1.0 + point)), lengths)
+        slope[:, axes] = np.einsum("nk,nkd->nd", slope_shape, cubic)
+        chord += (weight * half)[:, None] * _rotate(slope, (point * half)[:, None] * spin)
     chord *= 1.0 + eigen[:, :1]
     out[:, 0, places], out[:, 1, places] = -0.5 * chord[:, axes], 0.5 * chord[:, axes]
     return out
 
 
-def _spin(kind: ElementKind, ends: Vector, eigen: Vector) -> Vector:
-    """Return the turn per length of every element in space, (n, 3) [1/m]."""
+def _curvature_vectors(kind: ElementKind, ends: Vector, eigen: Vector) -> Vector:
+    """Return the curvature vector of every element in space, (n, 3) [1/m]."""
     spin = np.zeros((len(ends), 3))
     if kind.dim == 2:
         spin[:, 2] = eigen[:, 1]
@@ -70,8 +69,8 @@ def _spin(kind: ElementKind, ends: Vector, eigen: Vector) -> Vector:
     return spin
 
 
-def _turned(vectors: Vector, angles: Vector) -> Vector:
-    """Turn vectors (n, 3) by rotation vectors (n, 3) [rad], by Rodrigues' formula."""
+def _rotate(vectors: Vector, angles: Vector) -> Vector:
+    """Rotate vectors (n, 3) by rotation vectors (n, 3) [rad], by Rodrigues' formula."""
     size = np.linalg.norm(angles, axis=1, keepdims=True)
     axis = np.divide(angles, size, out=np.zeros_like(angles), where=size > 0.0)
     along = np.sum(axis * vectors, axis=1, keepdims=True)

@@ -8,7 +8,7 @@ from ancfsparse.checks import (
 from ancfsparse.errors import InputError
 from ancfsparse.scene.joints.joint import Joint
 
-# Units of freedoms, and those of their rates, and of the forces along them.
+# Units of joint coordinates, and of the forces along them.
 COORDINATE_UNITS = {"angle": "rad", "displacement": "m"}
 
 

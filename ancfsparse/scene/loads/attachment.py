@@ -1,4 +1,4 @@
-"""What is attached to points of a scene and pushes there: masses, springs, forces."""
+"""Attachments: point masses, springs and forces at points of bodies."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Vector = NDArray[np.float64]
 
 
 class Attachment(ABC):
-    """Something attached to points of beams.
+    """A mass, a force element or a force at points of bodies.
 
     Attributes
     ----------

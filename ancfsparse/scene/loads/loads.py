@@ -18,23 +18,23 @@ from ancfsparse.scene.records.record import At, BodyRef, PointRef, Record, text
 from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
 Vector = NDArray[np.float64]
-# How a single number is read in the force that follows a cable in space.
+# The value of a follower force of a cable in space, for messages.
 AXIAL_FORCE = "one number along the axis, the only axis that a cable has in space"
 
 
 @dataclass(frozen=True, eq=False)
 class LoadSpec(Record):
-    """What the records of all loads have in common."""
+    """The base of the records of loads."""
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe its position and its value."""
+        """Describe its position and its value, for the digest."""
         where, value, *more = self.given.values()
-        words = "".join(
-            f", {name} {text(each, at)}"
-            for name, each in zip([*self.given][2:], more, strict=True)
-            if each is not None and each is not False
+        options = "".join(
+            f", {name} {text(option, at)}"
+            for name, option in zip([*self.given][2:], more, strict=True)
+            if option is not None and option is not False
         )
-        return f"{type(made).__name__} ({at(where)}): {text(value, at)}{words}"
+        return f"{type(made).__name__} ({at(where)}): {text(value, at)}{options}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +87,11 @@ class PointForce(TimeDependentValue):
     Attributes
     ----------
     node : Point
-        Where it acts; any point of a beam or of a rigid body.
+        Point of a beam or of a rigid body at which it acts.
     value : number, ndarray of shape (dim,), or callable
         The force [N], or a function of t [s] that returns it; see `Scene.point_force`.
     follow : bool
-        Whether it follows the section.
+        True for a follower force, along the axes of the section.
     """
 
     node: Point
@@ -102,7 +102,7 @@ class PointForce(TimeDependentValue):
 
     @property
     def what(self) -> str:
-        """Name of the load in messages."""
+        """Name in messages."""
         return f"the force on {self.node!r}"
 
     @property
@@ -118,12 +118,12 @@ class PointMoment(TimeDependentValue):
     Attributes
     ----------
     node : Point
-        Where it acts.
+        Node at which it acts.
     value : float, ndarray of shape (3,), or callable
         The moment [N m], or a function of t [s] that returns it: a number about +z in a planar
         scene, three components in a spatial one.
     follow : bool
-        Whether its axes follow the section.
+        True for a follower moment, about the axes of the section.
     """
 
     node: Point
@@ -133,7 +133,7 @@ class PointMoment(TimeDependentValue):
 
     @property
     def what(self) -> str:
-        """Name of the load in messages."""
+        """Name in messages."""
         return f"the moment on {self.node!r}"
 
     @property
@@ -149,13 +149,13 @@ class DistributedForce(TimeDependentValue):
     Attributes
     ----------
     beam : Beam or Mesh
-        Where it acts.
+        Body on which it acts.
     value : number, ndarray of shape (dim,), or callable
         The force per length [N/m], or a function of t [s] that returns it.
     along : callable or None
         Factor of the force as a function of the arc coordinate s [m].
     follow : bool
-        Whether it follows the sections.
+        True for a follower force, along the axes of the sections.
     """
 
     beam: ElasticBody
@@ -166,12 +166,12 @@ class DistributedForce(TimeDependentValue):
     number = AXIAL_FORCE
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
+        """Return the state for pickling."""
         return super().__getstate__() | {"along": picklable(self.along)}
 
     @property
     def what(self) -> str:
-        """Name of the load in messages."""
+        """Name in messages."""
         return f"the distributed force on {self.beam.name}"
 
     @property
@@ -185,7 +185,7 @@ class DistributedForce(TimeDependentValue):
         Raises
         ------
         InputError
-            If the function fails, or returns no finite number.
+            If the function fails, or does not return a finite number.
         """
         if self.along is None:
             return np.ones_like(arcs)
@@ -194,7 +194,7 @@ class DistributedForce(TimeDependentValue):
             name = f"the shape of {self.what} at s = {s:.6g} m"
             try:
                 value = self.along(s)
-            except Exception as error:  # a function of the caller's may raise anything
+            except Exception as error:  # a user function may raise anything
                 raise InputError(f"{name} failed: {type(error).__name__}: {error}") from error
             out.flat[k] = check_finite(name, value)
         return out
@@ -202,12 +202,12 @@ class DistributedForce(TimeDependentValue):
 
 @dataclass(frozen=True, eq=False)
 class ChangingGravity(TimeDependentValue):
-    """A uniform acceleration of all masses, in addition to that of gravity.
+    """A time-dependent uniform acceleration of all masses, in addition to gravity.
 
     Attributes
     ----------
     dim : int
-        Of the scene.
+        Dimension of the scene.
     value : ndarray, shape (dim,), or callable
         The acceleration [m/s2], or a function of t [s] that returns it.
     """
@@ -218,7 +218,7 @@ class ChangingGravity(TimeDependentValue):
 
     @property
     def what(self) -> str:
-        """Name of the load in messages."""
+        """Name in messages."""
         return "the changing gravity"
 
     @property
@@ -228,7 +228,7 @@ class ChangingGravity(TimeDependentValue):
 
 
 def _components(body: Body, follow: bool) -> tuple[int, ...]:
-    """Return the shape of a force: a cable in space has one axis alone."""
+    """Return the shape of a force: a follower force of a cable in space has one component."""
     return () if follow and body.dim == 3 and len(body.kind.vectors) <= 2 else (body.dim,)
 
 

@@ -8,13 +8,13 @@ if TYPE_CHECKING:
     from ancfsparse.scene.meshing.curved_beam import build_curved_beam
     from ancfsparse.scene.meshing.eigenstrain import with_eigenstrain
     from ancfsparse.scene.meshing.mesh_lines import build_mesh
-    from ancfsparse.scene.meshing.node_edge_checks import checked_graph
+    from ancfsparse.scene.meshing.node_edge_checks import check_graph
     from ancfsparse.scene.meshing.offset_beam import offset_from_line
 
 __all__ = [
     "build_curved_beam",
     "build_mesh",
-    "checked_graph",
+    "check_graph",
     "offset_from_line",
     "with_eigenstrain",
 ]
@@ -22,7 +22,7 @@ __all__ = [
 _MODULES = {
     "build_curved_beam": "curved_beam",
     "build_mesh": "mesh_lines",
-    "checked_graph": "node_edge_checks",
+    "check_graph": "node_edge_checks",
     "offset_from_line": "offset_beam",
     "with_eigenstrain": "eigenstrain",
 }

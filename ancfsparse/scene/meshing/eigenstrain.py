@@ -1,4 +1,4 @@
-"""Strains that a beam has without stress: by temperature, swelling, or layers that differ."""
+"""Eigenstrains: by temperature, swelling, or layers of different materials."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ Eigencurvature = ArrayLike | Signal | Callable[[float], ArrayLike] | None
 
 
 def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature) -> Beam:
-    """Return a beam that is free of stress where every element has these strains and curvatures.
+    """Return a beam whose elements are stress-free with given strains and curvatures.
 
     Parameters
     ----------
     beam : Beam
-        Without any.
+        A beam without eigenstrains.
     strain : float, callable, Signal or None
-        Elongation of the axis per length [-].
+        Axial strain [-].
     curvature : float, array_like of shape (2,), callable, Signal or None
-        Turn of the section per length [1/m].
+        Curvature [1/m].
 
     Raises
     ------
     InputError
-        If a value is invalid, or the element has no shape of its own that is free of stress.
+        If a value is invalid, or the element cannot have eigenstrains.
     """
     if strain is None and curvature is None:
         return beam
@@ -50,23 +50,23 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
         what = f"eigenstrain of {beam.name}"
         values[k, 0] = check_finite(what, _at(what, strain, s))
         what = f"eigencurvature of {beam.name}"
-        given = _at(what, curvature, s)
+        kappa = _at(what, curvature, s)
         if curvature is None:
             continue
         if beam.dim == 2:
-            values[k, 1] = check_finite(what, given, "1/m")
+            values[k, 1] = check_finite(what, kappa, "1/m")
             continue
-        pair = check_reals(what, given, "two numbers, about e_y and e_z")
+        pair = check_reals(what, kappa, "two numbers, about e_y and e_z")
         if pair.shape != (2,) or not np.isfinite(pair).all():
             raise InputError(
                 f"{what} must be two finite numbers in 1/m, about e_y and e_z, got "
-                f"{format_value(given)}"
+                f"{format_value(kappa)}"
             )
         values[k, 1:] = pair
     if not values[:, 0].min() > -1.0:
         raise InputError(
-            f"eigenstrain of {beam.name} is {values[:, 0].min():g}: it must be above -1, where no "
-            "length is left"
+            f"eigenstrain of {beam.name} is {values[:, 0].min():g}: it must be above -1, at "
+            "which the length is zero"
         )
     if not beam.kind.package and beam.dim not in CURVED.get(beam.element, ()):
         raise InputError(
@@ -82,28 +82,32 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
 def _signals(
     beam: Beam, strain: Eigenstrain, curvature: Eigencurvature
 ) -> tuple[Signal | None, Signal | None] | None:
-    """Return what changes with time, or None if nothing does."""
-    of_strain = strain if isinstance(strain, Signal) else None
-    of_curvature = curvature if isinstance(curvature, Signal) else None
+    """Return the signals of the eigenstrain and eigencurvature, or None without signals."""
+    strain_signal = strain if isinstance(strain, Signal) else None
+    curvature_signal = curvature if isinstance(curvature, Signal) else None
     shape = () if beam.dim == 2 else (2,)
     for name, signal, needed in (
-        ("eigenstrain", of_strain, ()),
-        ("eigencurvature", of_curvature, shape),
+        ("eigenstrain", strain_signal, ()),
+        ("eigencurvature", curvature_signal, shape),
     ):
         if signal is not None and np.shape(signal(0.0)) != needed:
             what = "a number" if needed == () else "two numbers, about e_y and e_z"
             raise InputError(f"{name} of {beam.name} must be a signal of {what}, got {signal!r}")
-    return None if of_strain is None and of_curvature is None else (of_strain, of_curvature)
+    return (
+        None
+        if strain_signal is None and curvature_signal is None
+        else (strain_signal, curvature_signal)
+    )
 
 
-def _at(what: str, given: object, s: float) -> object:
-    """Return a value, or what a function gives for an arc coordinate [m]."""
-    if given is None:
+def _at(what: str, value: object, s: float) -> object:
+    """Return a value, or the value of a function at an arc coordinate s [m]."""
+    if value is None:
         return 0.0
-    if not callable(given):
-        return given
+    if not callable(value):
+        return value
     try:
-        return given(s)
-    except Exception as error:  # a function of the caller's may raise anything
+        return value(s)
+    except Exception as error:  # a user function may raise anything
         reason = f"{type(error).__name__}: {error}"
         raise InputError(f"{what} failed at s = {s:.6g} m: {reason}") from error

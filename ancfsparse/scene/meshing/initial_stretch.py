@@ -77,37 +77,37 @@ def initial_shape(
 def _stretch_under_tension(
     label: str, element: str, options: Mapping[str, str], force: float, stiffness: float
 ) -> float:
-    """Return the stretch under a force: N = EA (l - 1), or EA l (l^2 - 1) / 2 by Green's strain."""
+    """Return the stretch l under a force: N = EA (l - 1), or EA l (l^2 - 1) / 2 (Green strain)."""
     if element not in OPTIONS:
         raise InputError(
             f"the tension of {label} cannot be turned into a length, since element {element} has a "
-            "law of its own: give the length instead"
+            "user-defined law: give the length instead"
         )
-    share = force / stiffness
+    strain = force / stiffness
     if options.get("strain") == "biot" or element == "string":
-        least, stretch = -1.0, 1.0 + share
+        smallest, stretch = -1.0, 1.0 + strain
     else:
-        least = 0.5 * MIN_GREEN_STRETCH * (MIN_GREEN_STRETCH**2 - 1.0)
-        stretch = 1.0 + max(share, 0.0) ** (1.0 / 3.0) * 1.3
+        smallest = 0.5 * MIN_GREEN_STRETCH * (MIN_GREEN_STRETCH**2 - 1.0)
+        stretch = 1.0 + max(strain, 0.0) ** (1.0 / 3.0) * 1.3
         for _ in range(100):
-            change = (0.5 * stretch * (stretch**2 - 1.0) - share) / (1.5 * stretch**2 - 0.5)
+            change = (0.5 * stretch * (stretch**2 - 1.0) - strain) / (1.5 * stretch**2 - 0.5)
             stretch -= change
-            if abs(change) <= 4e-16 * stretch or share <= least:
+            if abs(change) <= 4e-16 * stretch or strain <= smallest:
                 break
-    if share <= least:
+    if strain <= smallest:
         raise InputError(
-            f"tension of {label} is {force:.6g} N, a compression that its axis does not bear: it "
-            f"must be above {least * stiffness:.6g} N"
+            f"tension of {label} is {force:.6g} N, a compression without equilibrium: it must be "
+            f"above {smallest * stiffness:.6g} N"
         )
     return stretch
 
 
 def lateral_contraction(label: str, stretch: float, nu: float, kind: ElementKind) -> float:
-    """Return by what a section is smaller where it is free of stress across the stretched axis."""
+    """Return the lateral stretch of a section that is free of lateral stress [-]."""
     square = 1.0 - nu * (stretch**2 - 1.0) if stretch < MAX_STRETCH else -math.inf
     if not 1.0 / MAX_STRETCH < stretch < MAX_STRETCH or (square <= 0.0 and not kind.is_cable):
         raise InputError(
-            f"{label} would be stretched to {stretch:.6g} times its length, which its element does "
-            "not bear: check the units of `length` or `tension`"
+            f"{label} would be stretched to {stretch:.6g} times its length, beyond the range of "
+            "its element: check the units of `length` or `tension`"
         )
     return math.sqrt(max(square, 0.0))

@@ -17,16 +17,16 @@ Vector = NDArray[np.float64]
 def velocity_field(
     label: str, velocity: ArrayLike | VelocityField, positions: Vector
 ) -> VelocityField:
-    """Turn an initial velocity into a function of the reference position and try it out.
+    """Return an initial velocity as a checked function of the reference position.
 
     Parameters
     ----------
     label : str
         Name of the beam, for messages.
     velocity : array_like, shape (dim,), or callable
-        What was given [m/s].
+        The velocity [m/s].
     positions : ndarray, shape (n, dim)
-        Where to try it [m].
+        Reference positions at which a function is evaluated [m].
     """
     what = f"velocity of {label}"
     if not callable(velocity):
@@ -38,8 +38,8 @@ def velocity_field(
             f"{what} returned shape {values.shape} for positions of shape {positions.shape}: "
             "one row of velocities per row of positions is needed"
         )
-    bad = ~np.isfinite(values).all(axis=1)
-    if bad.any():
-        i = int(np.argmax(bad))
+    is_invalid = ~np.isfinite(values).all(axis=1)
+    if is_invalid.any():
+        i = int(np.argmax(is_invalid))
         raise InputError(f"{what} must be finite, got {values[i]} at {place(positions[i])}")
     return velocity

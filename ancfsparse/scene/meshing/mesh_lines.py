@@ -1,4 +1,4 @@
-"""From arrays of nodes and edges to a checked `Mesh`, without a Python loop over elements."""
+"""Meshes, built from their records by array operations: edges are chained to lines."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from ancfsparse.scene.bodies.element_choice import (
 from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
 from ancfsparse.scene.geometry.section_frames import along_principal_axes, section_frames
 from ancfsparse.scene.meshing.initial_velocity import velocity_field
-from ancfsparse.scene.meshing.node_edge_checks import checked_graph
+from ancfsparse.scene.meshing.node_edge_checks import check_graph
 from ancfsparse.scene.meshing.straight_beam import check_element_memory
 from ancfsparse.scene.sections.taper import Taper
 
 Integers = NDArray[np.integer[Any]]
 
-# By how much more than the slope the height of a section may turn at a bend: steeper than 60
-# degrees, sections that all have e_z near +z would turn about their axes by more.
+# Rotation of e_y over the rotation of the slope at a bend: in lines steeper than 60 degrees,
+# sections with e_z near +z would rotate about their axes by more.
 MAX_ROTATION_RATIO = 2.0
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # of the difference of two unit vectors
 BYTES_PER_ELEMENT = 400.0  # of the arrays of an element
 
 
@@ -76,7 +76,7 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
     if not 0.0 <= angle <= 90.0:
         raise InputError(f"smooth of {label} must lie between 0 and 90 degrees, got {angle:.6g}")
     count = check_count(f"n_elements of {label}", n_elements)
-    positions, given, lengths = checked_graph(label, dim, record.nodes, record.edges)
+    positions, given, lengths = check_graph(label, dim, record.nodes, record.edges)
     directions = (positions[given[:, 1]] - positions[given[:, 0]]) / lengths[:, None]
     # Half-edge 2 e is where edge e begins, 2 e + 1 where it ends; each points away from its node.
     at = given.ravel()
@@ -87,7 +87,7 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
         positions, given, partners = _divided(positions, given, partners, count)
         at, lengths = given.ravel(), np.repeat(lengths / count, count)
         directions = np.repeat(directions, count, axis=0)
-    flipped = _turned_round(len(given), partners)
+    flipped = _find_reversed(len(given), partners)
     row_nodes, row_of = _rows(at, partners)
     slopes = _mean_slopes(len(row_nodes), row_of, directions, flipped)
     ends = row_of.reshape(-1, 2)
@@ -128,23 +128,23 @@ def _frames(label: str, slopes: Vector, ends: Numbers, n_each: int) -> Vector:
     Raises
     ------
     InputError
-        If sections of one line point different ways.
+        If sections of one line have different orientations.
     """
     frames = section_frames(slopes)
     e_x, e_y = (np.linalg.norm(np.diff(frames[ends, k], axis=1)[:, 0], axis=1) for k in (0, 1))
-    twisted = e_y > MAX_ROTATION_RATIO * e_x + ROUNDING
-    if twisted.any():
-        k = int(np.argmax(twisted)) // n_each
+    is_twisted = e_y > MAX_ROTATION_RATIO * e_x + ROUNDING
+    if is_twisted.any():
+        k = int(np.argmax(is_twisted)) // n_each
         raise InputError(
-            f"{label} has a bend in a line that is so steep at edge {k} that sections beside it "
-            "would point different ways: give a smaller `smooth`, so that a hinge is there, or "
+            f"{label} has a bend in a line that is too steep at edge {k}: its sections would have "
+            "different orientations; give a smaller `smooth` for a hinge there, or "
             "weld beams by add_frame with `up`"
         )
     return frames
 
 
 def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Integers]:
-    """Pair the half-edges that run on in each other, straightest first.
+    """Pair the half-edges that continue each other, straightest first.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Inte
     outward : (2 m, dim) float
         Unit vectors away from that node.
     bend : float
-        Sums of two unit vectors from this length on make a corner.
+        Length of the sum of two unit vectors from which they form a corner.
 
     Returns
     -------
@@ -161,24 +161,24 @@ def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Inte
         Half-edges that continue each other; none appears twice.
     """
     order = np.argsort(at, kind="stable")
-    place, out = at[order], outward[order]
-    one, other, how = [], [], []
+    node, out = at[order], outward[order]
+    one, other, bends = [], [], []
     first = np.arange(len(order))
     step = 1
-    while True:  # all pairs at a node: neighbours in the sorted list, next but one, and so on
+    while True:  # all pairs at a node: offset 1, 2, ... in the sorted list
         first = first[first + step < len(order)]
-        first = first[place[first] == place[first + step]]
+        first = first[node[first] == node[first + step]]
         if not len(first):
             break
         sums = np.linalg.norm(out[first] + out[first + step], axis=1)
         straight = sums < bend
         one.append(first[straight])
         other.append(first[straight] + step)
-        how.append(sums[straight])
+        bends.append(sums[straight])
         step += 1
     if not one:
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    rank = np.argsort(np.concatenate(how), kind="stable")
+    rank = np.argsort(np.concatenate(bends), kind="stable")
     a, b = order[np.concatenate(one)][rank], order[np.concatenate(other)][rank]
     return _matched(a, b, len(at))
 
@@ -186,7 +186,7 @@ def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Inte
 def _divided(
     positions: Vector, edges: Numbers, partners: tuple[Integers, Integers], k: int
 ) -> tuple[Vector, Numbers, tuple[Integers, Integers]]:
-    """Divide every edge into k, which continue one another; new nodes come after those given."""
+    """Divide every edge into k that continue each other; new nodes come after the others."""
     m, n = len(edges), len(positions)
     tail, head = positions[edges[:, 0], None], positions[edges[:, 1], None]
     inner = tail + (np.arange(1, k) / k)[:, None] * (head - tail)
@@ -200,32 +200,32 @@ def _divided(
 
 
 def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
-    """Take pairs in order, without those of which one side is already taken.
+    """Select pairs in order, without pairs that have a side in common with an earlier one.
 
-    In each round all pairs that come first at both their sides are taken at once.
+    Each round selects all pairs that come first at both of their sides.
     """
-    taken_a, taken_b = [a[:0]], [b[:0]]
+    chosen_a, chosen_b = [a[:0]], [b[:0]]
     while len(a):
         best = np.full(n, len(a))
         for side in (a, b):
             np.minimum.at(best, side, np.arange(len(a)))
-        mine = np.arange(len(a))
-        chosen = (best[a] == mine) & (best[b] == mine)
-        taken_a.append(a[chosen])
-        taken_b.append(b[chosen])
+        rank = np.arange(len(a))
+        chosen = (best[a] == rank) & (best[b] == rank)
+        chosen_a.append(a[chosen])
+        chosen_b.append(b[chosen])
         used = np.zeros(n, dtype=bool)
         used[a[chosen]] = used[b[chosen]] = True
-        left = ~(used[a] | used[b])
-        a, b = a[left], b[left]
-    return np.concatenate(taken_a), np.concatenate(taken_b)
+        remaining = ~(used[a] | used[b])
+        a, b = a[remaining], b[remaining]
+    return np.concatenate(chosen_a), np.concatenate(chosen_b)
 
 
-def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bool_]:
-    """Find the edges to be reversed so that lines have one direction, (m,) bool.
+def _find_reversed(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bool_]:
+    """Return the edges to be reversed so that every line has one direction, (m,) bool.
 
-    Every edge is in a graph twice, as given (number 2 e) and reversed (2 e + 1); the
-    state that leaves through a half-edge is followed by the one that enters through its partner.
-    A line then shows up twice, once in each direction; its first edge keeps the one given.
+    A graph contains every edge as given (vertex 2 e) and reversed (2 e + 1); the vertex that leaves
+    through a half-edge is connected to the one that enters through its partner.  A line is then two
+    components, one for each direction; its first edge keeps its direction.
     """
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components
@@ -239,19 +239,19 @@ def _turned_round(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.boo
     graph = sp.coo_array((np.ones(len(rows), dtype=bool), (rows, columns)), shape=(2 * m, 2 * m))
     _, line = connected_components(graph, directed=False)
     first = np.unique(line, return_index=True)[1]
-    turned: NDArray[np.bool_] = first[line[0::2]] > first[line[1::2]]
-    return turned
+    is_reversed: NDArray[np.bool_] = first[line[0::2]] > first[line[1::2]]
+    return is_reversed
 
 
 def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Numbers]:
-    """Assign numbers to the slopes, node by node.
+    """Return numbers of the slopes, node by node.
 
     Returns
     -------
     row_nodes : (n_rows,) int32
-        Node of each slope, ascending.
+        Node of each slope, in ascending order.
     row_of : (2 m,) int32
-        Slope of each half-edge; partners have one.
+        Slope of each half-edge, the same for partners.
     """
     a, b = partners
     owner = np.arange(len(at))
@@ -266,7 +266,7 @@ def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Nu
 def _mean_slopes(
     n_rows: int, row_of: Numbers, directions: Vector, flipped: NDArray[np.bool_]
 ) -> Vector:
-    """Return the unit vector of each slope: the direction of its edge, or the mean of its two."""
+    """Return the unit vector of each slope: the mean direction of its edges."""
     along = np.where(flipped[:, None], -directions, directions)
     slopes = np.empty((n_rows, directions.shape[1]))
     for d in range(directions.shape[1]):

@@ -1,4 +1,4 @@
-"""Nodes and edges as arrays: everything that can be wrong with them, one sentence each."""
+"""Checks of the arrays of nodes and edges."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Numbers, Vector
 from ancfsparse.scene.geometry.positions import MAX_COORDINATE, place
 
-# Nodes closer than this share of the whole mesh are at one place.
-COINCIDENCE_RATIO = 1e-9
+COINCIDENCE_RATIO = 1e-9  # distance of coincident nodes, over the size of the mesh
 EPSILON = float(np.finfo(np.float64).eps)
 
 
-def checked_graph(
+def check_graph(
     label: str, dim: int, nodes: ArrayLike, edges: ArrayLike
 ) -> tuple[Vector, Numbers, Vector]:
     """Check the arrays of a mesh.
@@ -45,15 +44,15 @@ def checked_graph(
     Raises
     ------
     InputError
-        With the first offender and how many there are.
+        If they are invalid; the message names the first offender and their number.
     """
     positions = _positions(label, dim, nodes)
     pairs = _pairs(label, edges)
     n = len(positions)
     _refuse(
         ((pairs < 0) | (pairs >= n)).any(axis=1),
-        lambda k, some: (
-            f"{label} names nodes that do not exist in {some}, first in edge {k}, "
+        lambda k, number: (
+            f"{label} names nodes that do not exist in {number}, first in edge {k}, "
             f"{_pair(pairs[k])}: its nodes are 0 to {n - 1}"
         ),
         "edge",
@@ -63,17 +62,17 @@ def checked_graph(
     lengths = np.linalg.norm(positions[ends[:, 1]] - positions[ends[:, 0]], axis=1)
     _refuse(
         lengths <= COINCIDENCE_RATIO * size,
-        lambda k, some: (
-            f"{label} has {some} of zero length, first edge {k}, {_pair(ends[k])}: "
+        lambda k, number: (
+            f"{label} has {number} of zero length, first edge {k}, {_pair(ends[k])}: "
             "leave it out or move one of its nodes"
         ),
         "edge",
     )
-    _check_apart(label, positions, COINCIDENCE_RATIO * size)
+    _check_coincidence(label, positions, COINCIDENCE_RATIO * size)
     _refuse(
         np.bincount(ends.ravel(), minlength=n) == 0,
-        lambda k, some: (
-            f"{label} has {some} that no edge ends at, first node {k} at "
+        lambda k, number: (
+            f"{label} has {number} that no edge ends at, first node {k} at "
             f"{place(positions[k])}: leave it out or connect it"
         ),
         "node",
@@ -81,32 +80,36 @@ def checked_graph(
     low, high = ends.min(axis=1), ends.max(axis=1)
     keys = low.astype(np.int64) * n + high
     order = np.argsort(keys, kind="stable")
-    again = np.zeros(len(ends), dtype=bool)
-    again[order[1:]] = keys[order[1:]] == keys[order[:-1]]
+    is_repeated = np.zeros(len(ends), dtype=bool)
+    is_repeated[order[1:]] = keys[order[1:]] == keys[order[:-1]]
     _refuse(
-        again,
-        lambda k, some: (
-            f"{label} has {some} given before, first edge {k}, {_pair(ends[k])}, which "
+        is_repeated,
+        lambda k, number: (
+            f"{label} has {number} given before, first edge {k}, {_pair(ends[k])}, which "
             f"joins the nodes of edge {int(np.argmax(keys == keys[k]))}: leave it out"
         ),
         "edge",
     )
-    return positions, ends, _evened(lengths, 16.0 * EPSILON * float(np.abs(positions).max()))
+    return (
+        positions,
+        ends,
+        _with_equal_lengths(lengths, 16.0 * EPSILON * float(np.abs(positions).max())),
+    )
 
 
-def _evened(lengths: Vector, reach: float) -> Vector:
-    """Make lengths equal that differ by the rounding of positions only, so that kernels share data.
+def _with_equal_lengths(lengths: Vector, tolerance: float) -> Vector:
+    """Return lengths, equal where they differ by rounding only, so that kernels share data.
 
-    A run of sorted lengths with gaps and span within reach becomes its mean.
+    Sorted lengths whose gaps and range are at most `tolerance` [m] are replaced by their mean.
     """
     order = np.argsort(lengths, kind="stable")
     sorted_lengths = lengths[order]
-    starts = np.flatnonzero(np.diff(sorted_lengths, prepend=-np.inf) > reach)
+    starts = np.flatnonzero(np.diff(sorted_lengths, prepend=-np.inf) > tolerance)
     stops = np.append(starts[1:], len(lengths))
-    narrow = sorted_lengths[stops - 1] - sorted_lengths[starts] <= reach
+    narrow = sorted_lengths[stops - 1] - sorted_lengths[starts] <= tolerance
     sizes = stops - starts
     median = sorted_lengths[(starts + stops) // 2]
-    # Their mean, summed from the median on so that it does not round.
+    # The mean relative to the median, so that equal lengths are not rounded.
     mean = median + np.add.reduceat(sorted_lengths - np.repeat(median, sizes), starts) / sizes
     even = lengths.copy()
     even[order] = np.where(np.repeat(narrow, sizes), np.repeat(mean, sizes), sorted_lengths)
@@ -126,16 +129,16 @@ def _positions(label: str, dim: int, nodes: ArrayLike) -> Vector:
         )
     _refuse(
         ~np.isfinite(positions).all(axis=1),
-        lambda k, some: (
-            f"{label} has {some} whose position is not finite, first node {k}: "
+        lambda k, number: (
+            f"{label} has {number} whose position is not finite, first node {k}: "
             f"{place(positions[k])}"
         ),
         "node",
     )
     _refuse(
         (np.abs(positions) > MAX_COORDINATE).any(axis=1),
-        lambda k, some: (
-            f"{label} has {some} beyond {MAX_COORDINATE:g} m, first node {k} at "
+        lambda k, number: (
+            f"{label} has {number} beyond {MAX_COORDINATE:g} m, first node {k} at "
             f"{place(positions[k])}: give positions in metres"
         ),
         "node",
@@ -162,11 +165,8 @@ def _pairs(label: str, edges: ArrayLike) -> NDArray[np.integer[Any]]:
     return pairs
 
 
-def _check_apart(label: str, positions: Vector, reach: float) -> None:
-    """Refuse nodes at one place.
-
-    Along a skew direction such nodes stand next to each other, or nearly so.
-    """
+def _check_coincidence(label: str, positions: Vector, tolerance: float) -> None:
+    """Refuse coincident nodes, which are neighbours when sorted along a skew direction."""
     skew = np.array([1.0, 0.7548776662466927, 0.5698402909980532])[: positions.shape[1]]
     along = positions @ skew
     order = np.argsort(along, kind="stable")
@@ -174,31 +174,31 @@ def _check_apart(label: str, positions: Vector, reach: float) -> None:
     while True:
         first = first[first + step < len(order)]
         one, other = order[first], order[first + step]
-        near = along[other] - along[one] <= 2.0 * reach
+        near = along[other] - along[one] <= 2.0 * tolerance
         first, one, other = first[near], one[near], other[near]
         if not len(first):
             return
-        same = np.linalg.norm(positions[one] - positions[other], axis=1) <= reach
+        same = np.linalg.norm(positions[one] - positions[other], axis=1) <= tolerance
         if same.any():
             later = np.maximum(one, other)[same]
             k = int(np.argmin(later))
             before = int(np.minimum(one, other)[same][k])
             raise InputError(
-                f"{label} has {_some(len(np.unique(later)), 'node')} where another is already, "
+                f"{label} has {_count(len(np.unique(later)), 'node')} where another is already, "
                 f"first node {later[k]}, at the place of node {before}, "
                 f"{place(positions[before])}: give each place one node"
             )
         step += 1
 
 
-def _refuse(wrong: Any, sentence: Any, what: str) -> None:
-    """Raise with the first offender and how many there are, if there are any."""
-    count = int(np.count_nonzero(wrong))
+def _refuse(invalid: Any, message: Any, what: str) -> None:
+    """Raise an error with the first offender and their number, if there are any."""
+    count = int(np.count_nonzero(invalid))
     if count:
-        raise InputError(sentence(int(np.argmax(wrong)), _some(count, what)))
+        raise InputError(message(int(np.argmax(invalid)), _count(count, what)))
 
 
-def _some(count: int, what: str) -> str:
+def _count(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 

@@ -16,19 +16,18 @@ from ancfsparse.scene.bodies.section_offsets import offsets_of
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.beam import Beam
 
-# Components of unit vectors that differ by no more are those of one direction.
-MAX_DIRECTION_CHANGE = 1e-9
+MAX_DIRECTION_CHANGE = 1e-9  # of the components of unit vectors along a straight beam
 
 
 def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
-    """Move a straight beam so that its centroid is beside the line through its ends.
+    """Move a straight beam by an offset of its centroid from the line through its ends.
 
     Parameters
     ----------
     beam : Beam
-        On the line.
+        The beam on the line.
     offset : float or array_like, shape (dim - 1,)
-        From the line to the centroid in the axes of the section [m].
+        Vector from the line to the centroid in the axes of the section [m].
 
     Returns
     -------
@@ -37,16 +36,16 @@ def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
     """
     what = f"offset of {beam.name}"
     needed = "a number of metres, y" if beam.dim == 2 else "two numbers of metres, (y, z)"
-    place = np.atleast_1d(check_reals(what, offset, needed))
-    if place.shape != (beam.dim - 1,):
+    vector = np.atleast_1d(check_reals(what, offset, needed))
+    if vector.shape != (beam.dim - 1,):
         raise InputError(f"{what} must be {needed}, got {format_value(offset)}")
     if np.ptp(beam.frames, axis=0).max() > MAX_DIRECTION_CHANGE:
         raise InputError(
-            f"{what} needs a straight beam, whose sections all point one way: give the curve of "
-            f"its centroid, and attach to points such as rod.at(s, y={-float(place[0]):.6g})"
+            f"{what} needs a straight beam, whose sections are parallel: give the curve of "
+            f"its centroid, and attach to points such as rod.at(s, y={-float(vector[0]):.6g})"
         )
-    beside = offsets_of(beam, *place.tolist(), *(0.0,) * (3 - beam.dim))
-    vectors = beam.vectors[0, : len(beside)]
-    positions = beam.positions + np.array(beside) @ vectors if beside else beam.positions
+    offsets = offsets_of(beam, *vector.tolist(), *(0.0,) * (3 - beam.dim))
+    vectors = beam.vectors[0, : len(offsets)]
+    positions = beam.positions + np.array(offsets) @ vectors if offsets else beam.positions
     positions.flags.writeable = False
-    return replace(beam, positions=positions, offset=beside)
+    return replace(beam, positions=positions, offset=offsets)

@@ -89,7 +89,7 @@ class Frames(Bodies, Mechanisms):
             needed = "a table of positions"
             count = len(np.atleast_1d(check_reals(f"nodes of {label}", nodes, needed)))
             edges = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
-        positions, pairs, _ = meshing.checked_graph(label, self.dim, nodes, edges)
+        positions, pairs, _ = meshing.check_graph(label, self.dim, nodes, edges)
         element_name, _, kind = chosen_element(label, element, self.dim, DEFAULTS | options)
         if kind.is_string or (kind.is_cable and self.dim == 3):
             raise InputError(
