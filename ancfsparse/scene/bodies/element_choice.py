@@ -107,8 +107,8 @@ def slack_string(label: str, element: str | ElementKind, dim: int, slack: float)
     """
     if not isinstance(element, str) or element != "string":
         raise InputError(
-            f"slack of {label} applies to strings only, not to {format_value(element)}: "
-            "take 'string', or leave `slack` out"
+            f"slack of {label} applies to strings only, not to {format_value(element)}: take "
+            "'string', or leave `slack` out"
         )
     strain = check_positive(f"slack of {label}", slack)
     # At 1 the transition begins at length zero; below the minimum its square is lost by rounding.
@@ -210,9 +210,9 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
     is_round = abs(about_y - about_z) <= MAX_INERTIA_DIFFERENCE * max(about_y, about_z)
     if kind.bends_alike and not is_round:
         raise InputError(
-            f"{label} is a spatial cable, whose bending stiffness is the same in all directions, but "
-            f"its section has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: make them equal, "
-            "or take the element 'thick'"
+            f"{label} is a spatial cable, whose bending stiffness is the same in all directions, "
+            f"but its section has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: "
+            "make them equal, or take the element 'thick'"
         )
 
 

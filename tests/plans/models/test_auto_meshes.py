@@ -86,7 +86,7 @@ def test_coarse_meshes_have_few_elements_across_a_net():
 def test_open_meshes_are_stated_and_kept(tmp_path):
     scene, net = hammock("auto", "auto")
     assert "auto auto elements" in repr(net)
-    with pytest.raises(ancf.InputError, match="n_elements='auto', which a plan decides"):
+    with pytest.raises(ancf.InputError, match="n_elements='auto', which a plan chooses"):
         ancf.simulate(scene, 0.1, 1e-3)
     with pytest.raises(ancf.InputError, match="nothing can be refined"):
         scene.refined(2)

@@ -133,7 +133,7 @@ def test_bad_points():
             far.at((1e300, 0.0, 0.0))
         with pytest.raises(ancf.InputError, match="the point of"):
             far.at([[1, 2], [3]])
-    with pytest.raises(ancf.InputError, match="ball is no rod and has no end"):
+    with pytest.raises(ancf.InputError, match="ball is not a rod and has no end"):
         _ = ball.end
     with pytest.raises(ancf.InputError, match="of another scene"):
         spatial().pin(ball.origin)

@@ -147,7 +147,10 @@ def pinned(path):
         (lambda d: d["records"][1].update(node=3), "record 2: a pin needs a point"),
         (lambda d: d["records"][1]["node"].update(index=9), "record 2: beam 0 has nodes 0 to 3"),
         (lambda d: d["records"][1]["node"].update(body="b"), "record 2: the scene has no body 'b'"),
-        (lambda d: d["records"][2]["node"].update(xi=1.5), "record 3: .*no place 1.5 in element 0"),
+        (
+            lambda d: d["records"][2]["node"].update(xi=1.5),
+            "record 3: .*no point at xi = 1.5 in element 0",
+        ),
         (lambda d: d["records"][2]["node"].update(kind="P"), "record 3: unknown kind 'P'"),
         (lambda d: d["records"][2]["value"].update(parts=3), "parts of a sum must be signals"),
         (lambda d: d["records"][2].update(value={"own": "f"}), "needs 'f', which a file cannot"),

@@ -216,9 +216,9 @@ def test_sections_that_do_not_turn_by_themselves_have_no_such_points():
         rod = scene.add_beam(element, (0, 0), (1, 0), 2, SECTION, STEEL, **options)
         with pytest.raises(ancf.InputError, match="curvature='section', or weld a rigid body"):
             rod.at(1.0, y=0.1)
-    with pytest.raises(ancf.InputError, match="no points beside its axis before a plan"):
+    with pytest.raises(ancf.InputError, match="no points off its axis before a plan"):
         scene.add_beam("auto", (0, 0), (1, 0), 2, SECTION, STEEL).at(1.0, y=0.1)
-    with pytest.raises(ancf.InputError, match="no points beside its axis"):
+    with pytest.raises(ancf.InputError, match="no points off its axis"):
         scene.add_beam("thin", (0, 0), (1, 0), 2, SECTION, STEEL, offset=0.1)
 
 

@@ -150,7 +150,7 @@ def test_its_element_is_that_of_its_transition_strain():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"element": "thin"}, "slack of beam 0 is of strings alone, and its element is 'thin'"),
+        ({"element": "thin"}, "slack of beam 0 applies to strings only, not to 'thin'"),
         ({"slack": 0.0}, "slack of beam 0 must be positive"),
         ({"slack": 1.5}, "a strain from 1e-09 to 1, got 1.5"),
         ({"slack": 1e-12}, "a strain from 1e-09 to 1, got 1e-12"),
