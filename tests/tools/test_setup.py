@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+from tests.paths import ROOT
 
 # In place of the interpreter of .venv: pip waits while a file `hold` is there, and fails where one
 # called `fails` is.

@@ -1,11 +1,12 @@
 """What the lint of portability finds, and what it leaves alone."""
 
 import importlib.util
-from pathlib import Path
 
 import pytest
 
-TOOLS = Path(__file__).parents[1] / "tools"
+from tests.paths import ROOT
+
+TOOLS = ROOT / "tools"
 OFF = "# cython: language_level=3, wraparound=False\n"
 
 
