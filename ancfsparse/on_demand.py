@@ -1,4 +1,4 @@
-"""Names of a package that are loaded on first use, so that a short run loads what it needs."""
+"""Names of a package that are loaded on first use, to keep short runs fast."""
 
 from __future__ import annotations
 

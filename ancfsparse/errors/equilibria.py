@@ -32,7 +32,7 @@ class EquilibriumError(AncfError, RuntimeError):
         residual: float,
         where: str,
         unit: str = "",
-        advice: str = "Try more load steps or a finer mesh, and check what the joints hold.",
+        advice: str = "Try more load steps or a finer mesh, and check the joints.",
     ) -> None:
         super().__init__(reason, load_fraction, residual, where, unit, advice)
         self.reason = reason

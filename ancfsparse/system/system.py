@@ -14,10 +14,10 @@ from ancfsparse.scene import Scene
 from ancfsparse.system.assembly.sparsity_pattern import build_pattern
 from ancfsparse.system.contributions.selection import contributions_of
 from ancfsparse.system.coordinates.discretization import Discretization
-from ancfsparse.system.coordinates.state import Layout, State, describe_coordinates
+from ancfsparse.system.coordinates.state import CoordinateLayout, State, describe_coordinates
 
 if TYPE_CHECKING:
-    from ancfsparse.system.assembly.assembly_protocol import Assembly
+    from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 Vector = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class System(Discretization):
         del cliques
         for each in self.contributions:
             self.parts.append(each.compile(self.pattern))
-        self.assembly: Assembly = compiled_module("assembly").Assembly(
+        self.assembly: CompiledAssembly = compiled_module("assembly").Assembly(
             self.n_free, self.n_all, self.loads.n_amplitudes, self.pattern.indptr, self.parts
         )
         self.damped = self.assembly.damped
@@ -75,9 +75,9 @@ class System(Discretization):
             self.assembly.memory = self._memory
 
     @cached_property
-    def layout(self) -> Layout:
+    def layout(self) -> CoordinateLayout:
         """Meaning and indices of the coordinates."""
-        return Layout(describe_coordinates(self.description), self.places, self.q_ref)
+        return CoordinateLayout(describe_coordinates(self.description), self.places, self.q_ref)
 
     def state(
         self,

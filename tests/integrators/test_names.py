@@ -10,7 +10,7 @@ from ancfsparse.nonlinear import loop_protocols as nonlinear
 from ancfsparse.nonlinear.methods import BY_NAME as METHODS
 from ancfsparse.seeds.incomplete.factor_protocol import IncompleteFactor
 from ancfsparse.seeds.interface import protocols
-from ancfsparse.system.assembly.assembly_protocol import Assembly
+from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 
 def test_every_integrator_has_a_name():
@@ -52,7 +52,7 @@ def test_damped_newmark_is_of_first_order():
         (nonlinear.DenseInverse, "dense", "Dense"),
         (nonlinear.OwnInverse, "limited", "Limited"),
         (nonlinear.Inverse, "corotated", "Corotated"),
-        (Assembly, "assembly", "Assembly"),
+        (CompiledAssembly, "assembly", "Assembly"),
         (protocols.CompleteFactor, "ldl", "Ldl"),
         (IncompleteFactor, "ic", "Ic"),
         (protocols.Solver, "blocks", "Blocks"),

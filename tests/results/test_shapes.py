@@ -51,5 +51,5 @@ def test_edges_of_a_mesh_are_traced_along_their_lines(net):
 
 def test_too_many_points_are_refused(net):
     mesh, run = net
-    with pytest.raises(InputError, match=r"a picture of so many points would need about .* GB"):
+    with pytest.raises(InputError, match=r"a plot of these points would need about .* GB"):
         lines_of(run, mesh, [0], 10**15)

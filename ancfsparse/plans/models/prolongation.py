@@ -10,7 +10,7 @@ from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Body, Scene
 from ancfsparse.system import State
 from ancfsparse.system.coordinates.numbering import reference_coordinates
-from ancfsparse.system.coordinates.state import Layout, describe_coordinates
+from ancfsparse.system.coordinates.state import CoordinateLayout, describe_coordinates
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def prolongate(run: Trajectory, scene: Scene) -> State | None:
         indices.append(np.arange(n, n + rows.size, dtype=np.int32).reshape(rows.shape))
         n += rows.size
     q_ref = np.concatenate([reference_coordinates(body).ravel() for body in scene.bodies])
-    layout = Layout(describe_coordinates(scene.digest()), indices, q_ref)
+    layout = CoordinateLayout(describe_coordinates(scene.digest()), indices, q_ref)
     rest = np.zeros(n)
     return State(layout, float(run.t[-1]), np.concatenate(q), rest, rest, np.zeros(0))
 

@@ -62,7 +62,7 @@ def check_file_name(what: str, value: object) -> Path:
         raise InputError(
             f"{what} cannot be the file {format_value(str(value))}: {reason}"
         ) from None
-    except ValueError as refused:  # what the system cannot encode, or a NUL
+    except ValueError as refused:  # a NUL, or not encodable
         reason = "it has a NUL character" if "\0" in str(value) else str(refused)
         raise InputError(
             f"{what} cannot be the file {format_value(str(value))}: {reason}"

@@ -275,7 +275,7 @@ def _evaluate(
     kind, states = system.kind_of(body), q.shape[0]
     places = system.elements(body)[where.elements]
     check_memory(
-        "values at so many points",
+        "values at these points",
         8.0 * states * len(places) * 24,
         "fewer points, or a run with a larger save_every",
     )

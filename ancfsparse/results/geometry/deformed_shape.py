@@ -62,6 +62,6 @@ def _trace(
 ) -> Array:
     n_elements, n_vectors, dim = part.places.shape
     numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim
-    check_memory("a picture of so many points", 8.0 * numbers, "a smaller per_element")
+    check_memory("a plot of these points", 8.0 * numbers, "a smaller per_element")
     weights = weigh(np.linspace(0.0, 1.0, pieces + 1), part.lengths[:, None], n_vectors == 2)
     return np.asarray(np.einsum("epc,jecd->jepd", weights, np.asarray(q[..., part.places])))

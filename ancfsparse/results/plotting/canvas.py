@@ -29,7 +29,7 @@ MARGIN = 0.06  # margin around the scene, over its largest extent
 MIN_EXTENT = 0.2  # extent of an axis, over the largest extent
 MAX_WIDTH = 5.2  # inch, planar axes
 MAX_HEIGHT = 5.2  # inch
-LEFT = 0.8  # inch, beside planar axes
+LEFT = 0.8  # inch, margin of planar axes
 BOTTOM = 0.55  # inch
 TOP = 0.35  # inch
 RIGHT = 0.2  # inch
@@ -290,7 +290,7 @@ def _axis_limits(box: Array) -> Array:
 
 
 def _make_axes(limits: Array, right: float) -> Axes:
-    """Return axes that fill a new figure, except for `right` [inch] beside them."""
+    """Return axes that fill a new figure, with a right margin [inch]."""
     size = limits[1] - limits[0]
     if len(size) == 3:
         figure = plt.figure(figsize=(6.4, 3.4 + 2.2 * float(size[2] / size.max())))

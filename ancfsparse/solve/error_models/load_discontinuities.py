@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.nonlinear.iteration import EPSILON
-from ancfsparse.system.loads.applied_loads import Loads
+from ancfsparse.system.loads.applied_loads import AppliedLoads
 
 Vector = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class LoadDiscontinuities:
         Amplitudes of the loads at these times.
     """
 
-    def __init__(self, loads: Loads, t_start: float, t_end: float) -> None:
+    def __init__(self, loads: AppliedLoads, t_start: float, t_end: float) -> None:
         self.times = np.linspace(t_start, t_end, N_INTERVALS + 1)
         self.amplitudes = np.zeros((N_INTERVALS + 1, 0))
         found: list[tuple[float, float]] = []
@@ -64,7 +64,7 @@ class LoadDiscontinuities:
         return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
 
 
-def _find(loads: Loads, times: Vector, values: Vector) -> list[tuple[float, float]]:
+def _find(loads: AppliedLoads, times: Vector, values: Vector) -> list[tuple[float, float]]:
     """Return the last time before and the first time after each discontinuity."""
     bends = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
     size = np.max(np.abs(values), axis=0)
@@ -88,7 +88,7 @@ def _find(loads: Loads, times: Vector, values: Vector) -> list[tuple[float, floa
 
 
 def _locate(
-    loads: Loads, column: int, low: float, high: float, rounding: float
+    loads: AppliedLoads, column: int, low: float, high: float, rounding: float
 ) -> tuple[float, float] | None:
     """Refine the interval of a discontinuity; return None if there is none."""
     first, first_width, power = 0.0, high - low, 2.0

@@ -17,7 +17,7 @@ from ancfsparse.system.assembly.sparsity_pattern import Unknowns
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-    from ancfsparse.system.assembly.assembly_protocol import Assembly
+    from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 Vector = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ class NonconservativeTangent:
         self._entries: sp.csc_array | None = None
         if not nonconservative:
             return
-        self._assembly: Assembly = compiled_module("assembly").Assembly(
+        self._assembly: CompiledAssembly = compiled_module("assembly").Assembly(
             n,
             system.n_all,
             system.loads.n_amplitudes,

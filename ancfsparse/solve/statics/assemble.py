@@ -24,7 +24,7 @@ from ancfsparse.solve.preparation.memory_estimate import (
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.system.assembly.assembly_protocol import Assembly as Equations
+    from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 Vector = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ class _AssemblyEquations:
         self.none, self.lam = np.zeros(system.n_all), np.zeros(m)
         self.now = system.prescribed.at(t) if system.prescribed else None
         pairs = zip(system.contributions, system.parts, strict=True)
-        self.assembly: Equations = compiled_module("assembly").Assembly(
+        self.assembly: CompiledAssembly = compiled_module("assembly").Assembly(
             n,
             system.n_all,
             system.loads.n_amplitudes,

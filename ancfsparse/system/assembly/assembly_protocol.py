@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Vector = NDArray[np.float64]
 
 
-class Assembly(Protocol):
+class CompiledAssembly(Protocol):
     """The equations of motion as a sum of contributions (_assembly.pyx).
 
     Vectors have shape (n_all,), multipliers (m,), amplitudes (n_amplitudes,); units are those of

@@ -15,7 +15,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 
 
 @dataclass(frozen=True)
-class Points:
+class PointSums:
     """Weighted sums of coordinates, such as points or differences of points.
 
     Attributes
@@ -33,7 +33,7 @@ class Points:
     weight: Vector
 
     @classmethod
-    def of(cls, system: Discretization, sums: Sequence[Sequence[tuple[float, Point]]]) -> Points:
+    def of(cls, system: Discretization, sums: Sequence[Sequence[tuple[float, Point]]]) -> PointSums:
         """Form sums of points with factors, with common coordinates combined."""
         start = [0]
         place: list[Places] = [np.empty((system.dim, 0), dtype=np.int32)]

@@ -20,7 +20,7 @@ COORDINATE_DESCRIPTIONS = ("element", "mesh")
 """Entries of `Scene.digest` that determine the coordinates; section and material may change."""
 
 
-class Layout(NamedTuple):
+class CoordinateLayout(NamedTuple):
     """Meaning and indices of the coordinates of a system.
 
     Attributes
@@ -37,7 +37,7 @@ class Layout(NamedTuple):
     places: Sequence[Places]
     q_ref: Vector
 
-    def numbers_like(self, other: Layout) -> bool:
+    def numbers_like(self, other: CoordinateLayout) -> bool:
         """Return True if all coordinates have the same indices."""
         return self is other or (
             self.bodies == other.bodies and all(map(np.array_equal, self.places, other.places))
@@ -76,7 +76,7 @@ class State:
         Other data to continue the same run, empty if not available.
     """
 
-    layout: Layout
+    layout: CoordinateLayout
     t: float
     q: Vector
     v: Vector

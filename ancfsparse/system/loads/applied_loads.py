@@ -49,7 +49,7 @@ class Places(Protocol):
 
 
 @dataclass
-class Loads:
+class AppliedLoads:
     """Generalized loads of a scene.
 
     Attributes
@@ -131,7 +131,7 @@ class Loads:
         return table
 
 
-def collect_loads(scene: Scene, system: Places) -> Loads:
+def collect_loads(scene: Scene, system: Places) -> AppliedLoads:
     """Return the generalized loads of a scene.
 
     Parameters
@@ -141,7 +141,7 @@ def collect_loads(scene: Scene, system: Places) -> Loads:
     system : Places
         Indices of the coordinates of its nodes and elements.
     """
-    out = Loads(np.zeros(system.n_all))
+    out = AppliedLoads(np.zeros(system.n_all))
     for load in scene.loads:
         first = out.n_amplitudes
         if isinstance(load, PointMoment):

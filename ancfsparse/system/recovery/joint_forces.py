@@ -20,7 +20,7 @@ from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
-from ancfsparse.system.contributions.force_elements.ropes import Ropes
+from ancfsparse.system.contributions.force_elements.ropes import RopeContribution
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
@@ -165,7 +165,7 @@ def rope_tension(system: System, rope: Rope, states: StateHistory) -> Vector:
         If the rope is of another scene.
     """
     for part in system.contributions:
-        if isinstance(part, Ropes) and part.has(rope):
+        if isinstance(part, RopeContribution) and part.has(rope):
             amplitudes = system.loads.amplitudes(states.t)
             return part.tension(rope, states.q, states.v, amplitudes)
     raise InputError("the rope is not of the scene that moved: take one of its handles")

@@ -17,7 +17,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.follower_loads import Follower
 
 
-class Followers(Contribution):
+class FollowerContribution(Contribution):
     """The follower forces of a scene."""
 
     is_load = True
@@ -64,6 +64,6 @@ class Followers(Contribution):
         return self._all.place.reshape(len(self._all.place), -1).copy()
 
 
-def of(system: Discretization) -> list[Followers]:
+def of(system: Discretization) -> list[FollowerContribution]:
     """Return the follower forces of a system."""
-    return [Followers(system)]
+    return [FollowerContribution(system)]

@@ -16,7 +16,7 @@ from ancfsparse.system.contributions.interface import (
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
-class Moments(Contribution):
+class MomentContribution(Contribution):
     """The moments of a scene."""
 
     is_load = True
@@ -77,9 +77,9 @@ class Moments(Contribution):
         return np.array(self._place, dtype=np.int32).reshape(-1, 3 * self._dim)
 
 
-def of(system: Discretization) -> list[Moments]:
+def of(system: Discretization) -> list[MomentContribution]:
     """Return the moments of a system."""
-    return [Moments(system)]
+    return [MomentContribution(system)]
 
 
 def _power_on_section(q: Vector, v: Vector, places: NDArray[np.int32], moment: Vector) -> Vector:

@@ -12,15 +12,15 @@ from ancfsparse.system.contributions.interface import Compiled, Contribution, Ve
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
-    from ancfsparse.system.loads.applied_loads import Loads as Tables
+    from ancfsparse.system.loads.applied_loads import AppliedLoads
 
 
-class Loads(Contribution):
+class NodalLoadContribution(Contribution):
     """The forces of a scene that are functions of time."""
 
     is_load = True
 
-    def __init__(self, loads: Tables) -> None:
+    def __init__(self, loads: AppliedLoads) -> None:
         self._place = np.array(loads.place, dtype=np.int32)
         self._column = np.array(loads.column, dtype=np.int32)
         self._weight = np.array(loads.weight, dtype=float)
@@ -36,6 +36,6 @@ class Loads(Contribution):
         return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
 
 
-def of(system: Discretization) -> list[Loads]:
+def of(system: Discretization) -> list[NodalLoadContribution]:
     """Return the time-dependent loads of a system."""
-    return [Loads(system.loads)]
+    return [NodalLoadContribution(system.loads)]

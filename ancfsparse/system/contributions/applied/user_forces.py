@@ -13,7 +13,7 @@ from ancfsparse.scene.force_elements.user_forces import Force
 from ancfsparse.scene.records.compiled_callbacks import get_capsule
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
-from ancfsparse.system.contributions.point_weights import Points
+from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.amplitudes import TimeAmplitude
 
@@ -25,7 +25,7 @@ class CompiledForce(Compiled, Protocol):
         """Return the power of the force in a state [W]."""
 
 
-class UserForce(Contribution):
+class UserForceContribution(Contribution):
     """A force of a system by a user function."""
 
     is_load = True
@@ -34,7 +34,7 @@ class UserForce(Contribution):
 
     def __init__(self, system: Discretization, force: Force, clock: int) -> None:
         self._n_free, self._force, self._clock = system.n_free, force, clock
-        self._points = Points.of(system, [[(1.0, node)] for node in force.points])
+        self._points = PointSums.of(system, [[(1.0, node)] for node in force.points])
         bodies = [node.beam for node in force.points]
         # Scales of small motions: an element, and the wave speed of its material.
         self._length = min(each.shortest for each in bodies)
@@ -87,11 +87,11 @@ class UserForce(Contribution):
         return self._force.failure(t, reason)
 
 
-def of(system: Discretization) -> list[UserForce]:
+def of(system: Discretization) -> list[UserForceContribution]:
     """Return the user forces of a system."""
     found = [each for each in system.scene.attachments if isinstance(each, Force)]
     if not found:
         return []
     clock = system.loads.n_amplitudes
     system.loads.sources.append(TimeAmplitude())
-    return [UserForce(system, each, clock) for each in found]
+    return [UserForceContribution(system, each, clock) for each in found]

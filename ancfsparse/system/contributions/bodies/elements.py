@@ -39,7 +39,7 @@ class CompiledElements(Compiled, Protocol):
         """Assign the elements to threads."""
 
 
-class Elements(Contribution):
+class ElementContribution(Contribution):
     """The elements of a system."""
 
     def __init__(self, system: Discretization) -> None:
@@ -100,9 +100,9 @@ class Elements(Contribution):
         return matrix_unknowns(self._system.elements(body), self._system.n_free)
 
 
-def of(system: Discretization) -> list[Elements]:
+def of(system: Discretization) -> list[ElementContribution]:
     """Return the elements of a system."""
-    return [Elements(system)]
+    return [ElementContribution(system)]
 
 
 def _make_eigenstrain(system: Discretization, body: Beam) -> TimeDependentEigenstrain:

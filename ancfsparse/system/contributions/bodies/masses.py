@@ -16,7 +16,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 Entries = dict[tuple[int, int], float]
 
 
-class Masses(Contribution):
+class MassContribution(Contribution):
     """Constant entries of the lower triangle of the mass matrix, by row and column."""
 
     def __init__(self, n_free: int, entries: Entries) -> None:
@@ -61,7 +61,7 @@ def _add_inertia(entries: Entries, system: Discretization, mass: PointMass) -> N
         add_lower_triangle(entries, direction, spread)
 
 
-def of(system: Discretization) -> list[Masses]:
+def of(system: Discretization) -> list[MassContribution]:
     """Return the point masses of a system."""
     found = [each for each in system.scene.attachments if isinstance(each, PointMass)]
     entries: Entries = {}
@@ -71,4 +71,4 @@ def of(system: Discretization) -> list[Masses]:
             add_lower_triangle(entries, row, each.mass * np.outer(weights, weights))
         if each.inertia.any():
             _add_inertia(entries, system, each)
-    return [Masses(system.n_free, entries)] if found else []
+    return [MassContribution(system.n_free, entries)] if found else []

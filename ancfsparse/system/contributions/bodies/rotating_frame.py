@@ -29,12 +29,12 @@ from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.amplitudes import ConstantAmplitude
 
 if TYPE_CHECKING:
-    from ancfsparse.system.assembly.assembly_protocol import Assembly
+    from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 ISOTROPY_TOLERANCE = 1e-9  # difference of the mass matrix between axes, relative to its forces
 
 
-class Rotation(Contribution):
+class RotatingFrameContribution(Contribution):
     """The inertia forces of a rotating frame."""
 
     is_load = True
@@ -111,7 +111,7 @@ class Rotation(Contribution):
         import scipy.sparse as sp
 
         system, n = self._system, len(self._place)
-        masses: Assembly = compiled_module("assembly").Assembly(
+        masses: CompiledAssembly = compiled_module("assembly").Assembly(
             system.n_free, system.n_all, system.loads.n_amplitudes, pattern.indptr, system.parts
         )
         coupling = sp.csc_array((np.ones(len(self._row)), (self._row, self._column)), shape=(n, n))
@@ -188,9 +188,9 @@ def _collect_vectors(system: Discretization, frame: RotatingFrame) -> tuple[Plac
     return np.ascontiguousarray(every, dtype=np.int32), np.ascontiguousarray(centre)
 
 
-def of(system: Discretization) -> list[Rotation]:
+def of(system: Discretization) -> list[RotatingFrameContribution]:
     """Return the inertia forces of the rotating frame of a system."""
     amplitude = system.loads.n_amplitudes
     system.loads.sources.append(ConstantAmplitude())
     frame = next(each for each in system.scene.attachments if isinstance(each, RotatingFrame))
-    return [Rotation(system, frame, amplitude)]
+    return [RotatingFrameContribution(system, frame, amplitude)]

@@ -12,10 +12,10 @@ from ancfsparse.system.contributions.interface import Compiled, Contribution, Ve
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
-    from ancfsparse.system.assembly.assembly_protocol import Assembly
+    from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 
-class ChangingGravities(Contribution):
+class GravityContribution(Contribution):
     """Uniform accelerations of all masses of the previous contributions."""
 
     is_load = True
@@ -28,7 +28,7 @@ class ChangingGravities(Contribution):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled loads."""
         system = self._system
-        masses: Assembly = compiled_module("assembly").Assembly(
+        masses: CompiledAssembly = compiled_module("assembly").Assembly(
             system.n_free,
             system.n_all,
             system.loads.n_amplitudes,
@@ -55,6 +55,6 @@ class ChangingGravities(Contribution):
         return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
 
 
-def of(system: Discretization) -> list[ChangingGravities]:
+def of(system: Discretization) -> list[GravityContribution]:
     """Return the time-dependent gravity of a system."""
-    return [ChangingGravities(system)]
+    return [GravityContribution(system)]

@@ -23,7 +23,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 
 
-class Force(NamedTuple):
+class JointForceTerms(NamedTuple):
     """The force of a joint as a sum over terms of its equations, for _joint_springs.pyx."""
 
     row: Places
@@ -40,7 +40,7 @@ class Force(NamedTuple):
         return np.asarray(np.sqrt(np.sum(np.square(along), axis=0)))
 
 
-class JointSprings(Contribution):
+class JointSpringContribution(Contribution):
     """Springs, stops and friction along the joint coordinates of a system."""
 
     is_load = True
@@ -119,7 +119,7 @@ class JointSprings(Contribution):
         return sp.csr_array((values, places), shape=(len(found), len(q)))
 
 
-def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Force:
+def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> JointForceTerms:
     """Return the force on the first side of a joint with friction; others have no terms."""
     rows, factors = [], []
     if spring is not None:
@@ -142,19 +142,21 @@ def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Fo
     integers = np.array(rows, dtype=np.int32).reshape(-1, 3)
     reals = np.array(factors, dtype=float).reshape(-1, 2)
     columns_of = [x.copy() for x in integers.T]
-    return Force(columns_of[0], columns_of[1], columns_of[2], *(x.copy() for x in reals.T))
+    return JointForceTerms(
+        columns_of[0], columns_of[1], columns_of[2], *(x.copy() for x in reals.T)
+    )
 
 
-def _flatten_forces(forces: list[Force]) -> dict[str, Any]:
+def _flatten_forces(forces: list[JointForceTerms]) -> dict[str, Any]:
     start = np.cumsum([0, *(len(each.row) for each in forces)], dtype=np.int32)
     tables = {
         f"force_{name}": np.concatenate([getattr(each, name) for each in forces])
-        for name in Force._fields
+        for name in JointForceTerms._fields
     }
     return tables | {"force_start": start}
 
 
-def of(system: Discretization) -> list[JointSprings]:
+def of(system: Discretization) -> list[JointSpringContribution]:
     """Return the springs, stops and friction in the joints of a system."""
     springs = [each for each in system.scene.attachments if isinstance(each, JointSpring)]
-    return [JointSprings(system, springs)] if springs else []
+    return [JointSpringContribution(system, springs)] if springs else []

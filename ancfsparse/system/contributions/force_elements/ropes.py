@@ -25,7 +25,7 @@ from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 
-class Ropes(Contribution):
+class RopeContribution(Contribution):
     """The elastic ropes of a system."""
 
     is_load = True
@@ -141,7 +141,7 @@ def _offsets(parts: list[Any]) -> Places:
     return np.cumsum([0, *(len(each) for each in parts)], dtype=np.int32)
 
 
-def of(system: Discretization) -> list[Ropes]:
+def of(system: Discretization) -> list[RopeContribution]:
     """Return the elastic ropes of a system."""
     found = [each for each in system.scene.attachments if isinstance(each, Rope)]
-    return [Ropes(system, found)] if found else []
+    return [RopeContribution(system, found)] if found else []

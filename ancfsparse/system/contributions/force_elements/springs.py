@@ -13,7 +13,7 @@ from ancfsparse.scene.force_elements.springs import LAW_SIGNATURES, Spring
 from ancfsparse.scene.records.compiled_callbacks import get_capsule
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
-from ancfsparse.system.contributions.point_weights import Points
+from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
@@ -24,14 +24,14 @@ class CompiledSprings(Compiled, Protocol):
         """Return the force of a spring at an elongation [N]."""
 
 
-class Springs(Contribution):
+class SpringContribution(Contribution):
     """The springs of a system; the vector between their ends is a sum of coordinates."""
 
     is_load = True
 
     def __init__(self, system: Discretization, springs: list[Spring]) -> None:
         self._n_free, self._springs = system.n_free, springs
-        self._points = Points.of(system, [_terms(each) for each in springs])
+        self._points = PointSums.of(system, [_terms(each) for each in springs])
         fixed = [np.zeros(system.dim) if isinstance(s.b, Point) else s.b for s in springs]
         self._origin = np.array(fixed, dtype=float)
         self._compiled: CompiledSprings
@@ -115,7 +115,7 @@ def _law(spring: Spring) -> tuple[Any, Any, Callable[..., Exception]]:
     return capsule, LAW_SIGNATURES.index(spring.signature), spring.failure
 
 
-def of(system: Discretization) -> list[Springs]:
+def of(system: Discretization) -> list[SpringContribution]:
     """Return the springs of a system."""
     found = [each for each in system.scene.attachments if isinstance(each, Spring)]
-    return [Springs(system, found)] if found else []
+    return [SpringContribution(system, found)] if found else []

@@ -19,10 +19,10 @@ from ancfsparse.system.contributions.interface import (
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
-    from ancfsparse.system.coordinates.constraint_terms import Constraints as Equations
+    from ancfsparse.system.coordinates.constraint_terms import Constraints
 
 
-class Constraints(Contribution):
+class ConstraintContribution(Contribution):
     """The constraint equations of a system."""
 
     def __init__(self, system: Discretization) -> None:
@@ -83,7 +83,7 @@ class Constraints(Contribution):
         }
 
 
-def _terms_with_mass(constraints: Equations) -> list[tuple[Places, Places, Places, Places]]:
+def _terms_with_mass(constraints: Constraints) -> list[tuple[Places, Places, Places, Places]]:
     """Return the terms and coordinates of each equation with a mass, and the factors of its terms.
 
     The second factor is -1 in linear terms.
@@ -101,6 +101,6 @@ def _terms_with_mass(constraints: Equations) -> list[tuple[Places, Places, Place
     return equations
 
 
-def of(system: Discretization) -> list[Constraints]:
+def of(system: Discretization) -> list[ConstraintContribution]:
     """Return the constraints of a system."""
-    return [Constraints(system)]
+    return [ConstraintContribution(system)]

@@ -16,7 +16,7 @@ from ancfsparse.system.coordinates.discretization import Discretization
 FULL_TURN = 2.0 * np.pi
 
 
-class Couplings(Contribution):
+class JointCoordinateContribution(Contribution):
     """The joint coordinates in the equations of a system."""
 
     def __init__(self, system: Discretization) -> None:
@@ -84,6 +84,6 @@ def _row_starts(pairs: Any) -> Any:
     return np.cumsum(np.arange(n))
 
 
-def of(system: Discretization) -> list[Couplings]:
+def of(system: Discretization) -> list[JointCoordinateContribution]:
     """Return the joint coordinates in the equations of a system."""
-    return [Couplings(system)]
+    return [JointCoordinateContribution(system)]

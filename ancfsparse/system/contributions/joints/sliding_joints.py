@@ -15,7 +15,7 @@ from ancfsparse.system.contributions.interface import Compiled, Contribution, ma
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
-class Tracks(Contribution):
+class SlidingJointContribution(Contribution):
     """A point of a system on its sliding curve."""
 
     def __init__(self, system: Discretization, rows: list[int], offset: CurveOffset) -> None:
@@ -57,7 +57,7 @@ def describe_run_off(label: str, track: SlidingCurve, s: float) -> LoadError:
     return LoadError(f"{reason}: {advice}", math.nan)
 
 
-def of(system: Discretization) -> list[Tracks]:
+def of(system: Discretization) -> list[SlidingJointContribution]:
     """Return the sliding joints of a system."""
     rows: dict[int, list[int]] = {}
     offsets: dict[int, CurveOffset] = {}
@@ -66,4 +66,6 @@ def of(system: Discretization) -> list[Tracks]:
             owner = system.constraints.source[row][0]
             rows.setdefault(owner, []).append(row)
             offsets.setdefault(owner, each)
-    return [Tracks(system, rows[owner], offset) for owner, offset in offsets.items()]
+    return [
+        SlidingJointContribution(system, rows[owner], offset) for owner, offset in offsets.items()
+    ]
