@@ -254,9 +254,10 @@ def _branch_point(
     state, load = origin.state, origin.load
     equations.factor(state, equations.stiffness(state, load), load)
     x = np.random.default_rng(3).standard_normal(len(equations.mass)) / np.sqrt(equations.mass)
-    none, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
+    no_violation, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
     for _ in range(N_INVERSE_ITERATIONS):
-        x, dlam = equations.correction(StaticState(state.q, state.lam, -equations.mass * x, none))
+        r = -equations.mass * x
+        x, dlam = equations.correction(StaticState(state.q, state.lam, r, no_violation))
         size = equations.distance(x)
         x, dlam = x / size, dlam / size
     first = np.argmax(np.abs(x) * np.sqrt(equations.mass))
@@ -279,8 +280,8 @@ def _point_at_load(
     fraction = (to - last.load) / (new.load - last.load)
     q = last.state.q + fraction * (new.state.q - last.state.q)
     lam = last.state.lam + fraction * (new.state.lam - last.state.lam)
-    found = solve_newton(equations, equations.state(q, lam, to), to, tolerance, extrapolate=False)
-    return _path_point(equations, found.state, to, last.dx)
+    result = solve_newton(equations, equations.state(q, lam, to), to, tolerance, extrapolate=False)
+    return _path_point(equations, result.state, to, last.dx)
 
 
 def _largest_rotation(equations: EquilibriumEquations, dx: Vector) -> float:

@@ -105,28 +105,28 @@ def load_path(
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin
         try:
-            found = follow_path(equations, to, points, tolerance, int(branch))
-        except NotFoundError as lost:
-            r = equations.state(lost.state.q, lost.state.lam, lost.load).r
-            worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
+            path = follow_path(equations, to, points, tolerance, int(branch))
+        except NotFoundError as failure:
+            r = equations.state(failure.state.q, failure.state.lam, failure.load).r
+            largest = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
             raise EquilibriumError(
-                f"the path cannot be continued, {lost.reason}",
-                lost.load,
-                abs(float(r[worst])),
-                system.describe(worst),
-                system.unit(worst),
+                f"the path cannot be continued, {failure.reason}",
+                failure.load,
+                abs(float(r[largest])),
+                system.describe(largest),
+                system.unit(largest),
                 "Take a finer mesh, or add a small load that selects a branch of the path.",
             ) from None
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     return LoadPath(
         system,
-        np.array([point.load for point in found.points]),
-        np.stack([point.state.q for point in found.points]),
-        np.stack([point.state.lam for point in found.points]),
-        np.array([point.negative for point in found.points]),
-        np.array(found.limit_points, dtype=int),
-        np.array(found.bifurcations, dtype=int),
-        found.is_complete,
+        np.array([point.load for point in path.points]),
+        np.stack([point.state.q for point in path.points]),
+        np.stack([point.state.lam for point in path.points]),
+        np.array([point.negative for point in path.points]),
+        np.array(path.limit_points, dtype=int),
+        np.array(path.bifurcations, dtype=int),
+        path.is_complete,
         stats,
         t,
     )

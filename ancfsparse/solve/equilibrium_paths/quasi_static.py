@@ -43,9 +43,7 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 N_SAVED = 200  # states without dt
-BYTES_PER_COORDINATE = (
-    24.0  # bytes of an equilibrium: the result, its row in the table, and zero rates
-)
+BYTES_PER_COORDINATE = 24.0  # bytes of an equilibrium: result, row of the table, and zero rates
 MIN_STEP_RATIO = 1.0 / 64.0  # part of the time between saved states
 N_EXTRAPOLATED = 3  # states before the last one, for extrapolation
 
@@ -126,24 +124,24 @@ def quasi_static(
         check_factor_fits(needed, equations.seed)
         stats.seconds["set-up"] = time.perf_counter() - begin
         path = _QuasiStaticPath(equations, tolerance, free_motions(system))
-        times, found = [grid.begin], [path.first(begins is not None)]
+        times, results = [grid.begin], [path.first(begins is not None)]
         settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": grid.dt}
         for k in range(1, n + 1):
             try:
                 path.advance(grid.at(k))
             except AncfError as failure:
-                run = _trajectory(system, times, found, stats, settings)
+                run = _trajectory(system, times, results, stats, settings)
                 failure.trajectory = run  # type: ignore[attr-defined]
                 raise
             times.append(grid.at(k))
-            found.append(path.last)
+            results.append(path.last)
             bar.update()
     stats.steps = n
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
-    worst = max(result.negative for result in found)
-    if worst and equations.conservative:
-        warnings.warn(UnstableEquilibriumWarning(worst), stacklevel=2)
-    return _trajectory(system, times, found, stats, settings)
+    negative = max(result.negative for result in results)
+    if negative and equations.conservative:
+        warnings.warn(UnstableEquilibriumWarning(negative), stacklevel=2)
+    return _trajectory(system, times, results, stats, settings)
 
 
 def _saved_times(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid, int]:
@@ -158,16 +156,16 @@ def _saved_times(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid
 def _trajectory(
     system: System,
     times: list[float],
-    found: list[StaticResult],
+    results: list[StaticResult],
     stats: RunStats,
     settings: dict[str, object],
 ) -> Trajectory:
     """Return the equilibria as a trajectory."""
     t = np.array(times)
-    q = np.stack([result.state.q for result in found])
-    lam = np.stack([result.state.lam for result in found])
-    rest = np.zeros_like(q)
-    return Trajectory(system, t, q, rest, rest, lam, stats, settings)
+    q = np.stack([result.state.q for result in results])
+    lam = np.stack([result.state.lam for result in results])
+    zero = np.zeros_like(q)
+    return Trajectory(system, t, q, zero, zero, lam, stats, settings)
 
 
 def _extrapolation_weights(times: list[float], to: float) -> list[float]:
@@ -218,16 +216,16 @@ class _QuasiStaticPath:
             to = t if self._t + 1.5 * step > t else self._t + step
             self._equations.move_to(to)
             try:
-                found = self._continued(to)
+                result = self._continued(to)
             except NotFoundError:
-                found = None
-            if found is None and step > MIN_STEP_RATIO * interval:
+                result = None
+            if result is None and step > MIN_STEP_RATIO * interval:
                 step *= 0.5
                 continue
             self._before.append((self._t, self.last))
-            if found is None:
+            if result is None:
                 self._before.clear()
-            self.last = self._another() if found is None else found
+            self.last = self._another() if result is None else result
             self._t = to
 
     def _continued(self, to: float) -> StaticResult | None:
@@ -243,8 +241,8 @@ class _QuasiStaticPath:
         if self._free:
             return self._relaxed(q)
         state = equations.state(q, np.asarray(lam), 1.0)
-        found = solve_newton(equations, state, 1.0, self._tolerance)
-        return found if found.negative == 0 or not equations.conservative else None
+        result = solve_newton(equations, state, 1.0, self._tolerance)
+        return result if result.negative == 0 or not equations.conservative else None
 
     def _another(self) -> StaticResult:
         """Return an equilibrium away from the last one, stable if one is found."""
@@ -252,13 +250,13 @@ class _QuasiStaticPath:
         equations.stats.recoveries += 1
         if self._free:
             return self._relaxed(self.last.state.q)
-        found = find_equilibrium_near(equations, self.last.state.q, 1, self._tolerance)
-        if found.negative == 0 or not equations.conservative:
-            return found
+        result = find_equilibrium_near(equations, self.last.state.q, 1, self._tolerance)
+        if result.negative == 0 or not equations.conservative:
+            return result
         try:
-            return relax(equations, perturb_unstable(equations, found.state), 1.0, self._tolerance)
+            return relax(equations, perturb_unstable(equations, result.state), 1.0, self._tolerance)
         except NotFoundError:
-            return found
+            return result
 
     def _relaxed(self, q: Vector) -> StaticResult:
         return find_free_equilibrium(self._equations, q, self._tolerance, self._free)

@@ -202,8 +202,8 @@ class ExplicitCandidate:
         plan = min(plans, key=lambda plan: plan[2])
         if self._rounding:
             integrator, ratio = self._completed[-1]
-            again = integrator, REPETITION_RATIO * ratio
-            return *again, self._integration.cost(*again) + plan[2]
+            repetition = integrator, REPETITION_RATIO * ratio
+            return *repetition, self._integration.cost(*repetition) + plan[2]
         return plan
 
     def _confirming(self) -> list[tuple[Explicit, float, float]]:
@@ -267,9 +267,9 @@ class ExplicitCandidate:
         if len(self._integrators) == 1:
             return False
         start = np.broadcast_to(states.q[:1], states.q.shape)
-        still = SampledStates(states.t, start, np.zeros_like(states.v), states.a, states.lam)
-        amplitude = distance(self._system, states, still)
-        omega = difference_frequency(self._system, states, still)
+        at_rest = SampledStates(states.t, start, np.zeros_like(states.v), states.a, states.lam)
+        amplitude = distance(self._system, states, at_rest)
+        omega = difference_frequency(self._system, states, at_rest)
         first = self._integrators[0]
-        lost = phase_error(first.tableau, omega * self._integration.step(first, 1.0))
-        return LOW_ORDER_RATIO * amplitude * lost * omega * self._length < self._accuracy
+        phase = phase_error(first.tableau, omega * self._integration.step(first, 1.0))
+        return LOW_ORDER_RATIO * amplitude * phase * omega * self._length < self._accuracy

@@ -100,13 +100,17 @@ class ExplicitErrors:
         """Scale the step ratios for a stable step that is shorter by a factor."""
         self._runs = [replace(run, ratio=by * run.ratio) for run in self._runs]
 
-    def closest(self, integrator: Explicit, usual: float, least: float) -> float:
+    def closest(self, integrator: Explicit, default_ratio: float, min_ratio: float) -> float:
         """Return the smallest step ratio to the last run.
 
         It may be small if the new run can be compared with the run before as well.
         """
         ratios = [run.ratio for run in self._runs if run.integrator == integrator]
-        return max(least, usual * ratios[-2] / ratios[-1]) if len(ratios) > 1 else usual
+        return (
+            max(min_ratio, default_ratio * ratios[-2] / ratios[-1])
+            if len(ratios) > 1
+            else default_ratio
+        )
 
     def predicted(self, integrator: Explicit, ratio: float) -> float:
         """Return the predicted error of a run [m]."""

@@ -43,15 +43,11 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-STABILITY_RATIO = (
-    0.95  # step over the stable one at the start, since stretched beams vibrate faster
-)
+STABILITY_RATIO = 0.95  # step over the stable one at the start: stretched beams vibrate faster
 MIN_STEPS = 12  # steps of a run: refinement and interpolation need several
 MIN_GROWTH = 1.1  # growth of the highest frequency that is assumed after an unstable run
 MAX_UNSTABLE_RUNS = 5  # unstable runs
-MIN_CONSTRAINED_GROWTH = (
-    2.0  # the same growth with bodies, whose steps only their constraints limit
-)
+MIN_CONSTRAINED_GROWTH = 2.0  # the same with bodies, whose steps only constraints limit
 MAX_ROTATION = 1.0  # rotation of a body in the first steps [rad]
 # An unstable run may end at coordinates far from all of the motion, with any frequency.
 MAX_GROWTH = 2.0  # largest such growth, to the power of the number of unstable runs
@@ -143,8 +139,8 @@ class ExplicitIntegration:
     def _turning(self, lam: Vector, load: Vector) -> float:
         """Return the frequency by rotation of bodies, at least the inverse of a step [rad/s]."""
         system = self._system
-        none = np.zeros(system.n_multipliers)
-        stressed, free = (system.assembly.matrix(0.0, 1.0, system.q0, x, load) for x in (lam, none))
+        zero = np.zeros(system.n_multipliers)
+        stressed, free = (system.assembly.matrix(0.0, 1.0, system.q0, x, load) for x in (lam, zero))
         return max(
             highest_frequency_of(system, self._seed, stressed - free) / MAX_ROTATION,
             MIN_STEPS / self._length,

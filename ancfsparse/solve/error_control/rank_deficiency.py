@@ -19,9 +19,7 @@ from ancfsparse.system import System
 Vector = NDArray[np.float64]
 
 N_INTERVALS = 32  # intervals between two steps at whose ends the rank is determined
-MAX_DISTANCE_RATIO = (
-    4.0  # independence of constraints at the farther end of a step, over that near it
-)
+MAX_DISTANCE_RATIO = 4.0  # independence of constraints at the farther end of a step over the nearer
 FRACTIONS = np.linspace(0.0, 1.0, N_INTERVALS + 1)[:, None]
 MAX_EXAMINED = 16  # steps of a motion that are examined
 MAX_EARLIER_STEPS = 1024  # steps before an examined one in which an earlier configuration is sought
@@ -135,17 +133,17 @@ class RankDeficiency:
 
 def _outliers(energy: Vector) -> NDArray[np.intp]:
     """Return the steps at which a multiplier is far from its values before and after."""
-    far = NEIGHBOUR_DISTANCES[-1]
+    margin = NEIGHBOUR_DISTANCES[-1]
     bend = np.abs(np.diff(energy, 2, axis=0))  # from the second row on
-    n = len(bend) - 2 * far
+    n = len(bend) - 2 * margin
     if n <= 0:
         return np.zeros(0, dtype=np.intp)
-    middle = bend[far : far + n]
+    middle = bend[margin : margin + n]
     around = [
-        bend[far + shift : far + shift + n]
+        bend[margin + shift : margin + shift + n]
         for away in NEIGHBOUR_DISTANCES
         for shift in (away, -away)
     ]
     is_large = middle > MIN_ENERGY_RATIO * np.max(np.abs(energy))
     out = (middle > MIN_OUTLIER_RATIO * np.max(around, axis=0)) & is_large
-    return np.flatnonzero(out.any(axis=1)) + far + 1
+    return np.flatnonzero(out.any(axis=1)) + margin + 1

@@ -48,9 +48,7 @@ MAX_RUNS = 20
 DEFAULT_IMPLICIT = GeneralizedAlpha(0.9)
 MAX_USEFUL_ERROR = 100.0  # error over the accuracy, up to which other candidates can use a run
 ROUNDING_RATIO = 1e-13  # rounding of a position after many steps, over the size of the scene
-MIN_CLEAR_ERROR = (
-    5.0  # accuracy that a message suggests over the smallest error, where rounding ended a run
-)
+MIN_CLEAR_ERROR = 5.0  # accuracy suggested after rounding over the smallest error
 
 
 def check_accuracy(

@@ -12,9 +12,7 @@ MIN_HARD_COST = 5.5  # residuals with their solutions; only steps above this cos
 # Shorter steps are more accurate by the square of their ratio, so they need not be as cheap for the
 # same time.
 MIN_COST_RATIO = 1.05  # cost of a longer step over that of a shorter one
-N_HELD_STEPS = (
-    128  # steps for which shorter ones do not grow, or are not tried again without success
-)
+N_HELD_STEPS = 128  # steps for which shortened steps do not grow, or are not tried again
 
 
 class StepCostMonitor:

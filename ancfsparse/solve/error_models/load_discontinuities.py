@@ -13,9 +13,7 @@ Vector = NDArray[np.float64]
 N_INTERVALS = 1024  # intervals of the first sampling
 N_NEIGHBOURS = 8  # intervals on each side with which one is compared
 MIN_OUTLIER_RATIO = 10.0  # second difference over the median of its neighbours
-MAX_DISCONTINUITIES = (
-    64  # beyond which a load is irregular everywhere: a table of many points, or noise
-)
+MAX_DISCONTINUITIES = 64  # beyond it a load is irregular everywhere, as noise is
 N_REFINED = 17  # points of a refined sampling; each is narrower than the last by a quarter of these
 # A second difference decreases with the width to the power 0 at a jump, 1 at a kink, 2 otherwise.
 MAX_JUMP_POWER = 0.5  # largest power of a jump
@@ -45,16 +43,18 @@ class LoadDiscontinuities:
     def __init__(self, loads: AppliedLoads, t_start: float, t_end: float) -> None:
         self.times = np.linspace(t_start, t_end, N_INTERVALS + 1)
         self.amplitudes = np.zeros((N_INTERVALS + 1, 0))
-        found: list[tuple[float, float]] = []
+        pairs: list[tuple[float, float]] = []
         if loads.n_amplitudes:
             self.amplitudes = loads.amplitudes(self.times)
-            found = _merge(
+            pairs = _merge(
                 _find(loads, self.times, self.amplitudes),
                 4.0 * EPSILON * max(abs(t_start), abs(t_end)),
             )
         # A discontinuity at an end has no step before or after it.
-        near = 1e-9 * (t_end - t_start)
-        inside = [pair for pair in found if t_start + near < pair[0] and pair[1] < t_end - near]
+        tolerance = 1e-9 * (t_end - t_start)
+        inside = [
+            pair for pair in pairs if t_start + tolerance < pair[0] and pair[1] < t_end - tolerance
+        ]
         self.before, self.after = np.array(inside).reshape(-1, 2).T
 
     @property
@@ -74,7 +74,7 @@ def _find(loads: AppliedLoads, times: Vector, values: Vector) -> list[tuple[floa
     suspect = bends > MIN_OUTLIER_RATIO * np.median(windows, axis=2) + rounding
     if np.max(np.count_nonzero(suspect, axis=0)) > 2 * MAX_DISCONTINUITIES:
         return []
-    found = []
+    pairs = []
     for column in np.flatnonzero(suspect.any(axis=0)):
         last = -1
         for i in np.flatnonzero(suspect[:, column]).tolist():
@@ -82,9 +82,9 @@ def _find(loads: AppliedLoads, times: Vector, values: Vector) -> list[tuple[floa
             if i > last:
                 pair = _locate(loads, int(column), times[i], times[i + 2], rounding[column])
                 if pair is not None:
-                    found.append(pair)
+                    pairs.append(pair)
                     last = i + 1
-    return found
+    return pairs
 
 
 def _locate(
@@ -114,11 +114,11 @@ def _locate(
     return float(times[jump]), float(times[jump + 1])
 
 
-def _merge(found: list[tuple[float, float]], near: float) -> list[tuple[float, float]]:
+def _merge(pairs: list[tuple[float, float]], tolerance: float) -> list[tuple[float, float]]:
     """Merge discontinuities of several loads at one time."""
     out: list[tuple[float, float]] = []
-    for low, high in sorted(found):
-        if out and low <= out[-1][1] + near:
+    for low, high in sorted(pairs):
+        if out and low <= out[-1][1] + tolerance:
             out[-1] = (out[-1][0], max(high, out[-1][1]))
         else:
             out.append((low, high))

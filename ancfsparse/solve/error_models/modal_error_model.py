@@ -29,16 +29,12 @@ from ancfsparse.system import System
 
 Vector = NDArray[np.float64]
 
-MAX_COORDINATES = (
-    300  # free coordinates up to which all modes are found, by dense matrices in milliseconds
-)
+MAX_COORDINATES = 300  # free coordinates up to which dense matrices give all modes
 MAX_COORDINATES_DURING = 150  # the same during a run
 SAMPLE_FRACTIONS = (0.25, 0.75)  # of the time of a run
 REST_RATIO = 1e-7  # frequency of a rigid motion over the highest one: rounding
 ROUNDING_RATIO = 1e-12  # of amplitudes, over the size of the scene
-MAX_LATER_RATIO = (
-    10.0  # later changes of the loads over the start and the jumps, up to which they are ignored
-)
+MAX_LATER_RATIO = 10.0  # changes of the loads over the start and jumps, if neglected
 N_POINTS = 300  # in a table of the phase error
 FIRST_POINT = 0.05  # of the table, over the order; below it the phase error is a power
 
@@ -83,14 +79,14 @@ class ModalSpectrum:
         if not 0 < n <= MAX_COORDINATES or system.prescribed or not is_known or rigid:
             return None
         first = system.loads.amplitudes(np.array([system.t0]))[0]
-        none = np.zeros(system.n_multipliers)
-        omega, shapes, mass, decay = _modal_analysis(system, system.q0, none, first)
+        zero = np.zeros(system.n_multipliers)
+        omega, shapes, mass, decay = _modal_analysis(system, system.q0, zero, first)
         speeds = shapes.T @ (mass @ system.v0[:n])
         causes = [(system.t0, speeds, -shapes.T @ _force(system, system.v0, first))]
         for low, high in zip(discontinuities.before, discontinuities.after, strict=True):
             before, after = (system.loads.amplitudes(np.array([t]))[0] for t in (low, high))
-            rest = np.zeros(system.n_all)
-            jump = _force(system, rest, after) - _force(system, rest, before)
+            zero_velocity = np.zeros(system.n_all)
+            jump = _force(system, zero_velocity, after) - _force(system, zero_velocity, before)
             causes.append((high, np.zeros_like(speeds), -shapes.T @ jump))
         if _is_driven_later(system, discontinuities, shapes, causes, omega):
             return None
@@ -126,7 +122,7 @@ class ModalSpectrum:
         n, length = system.n_free, float(states.t[-1] - states.t[0])
         if not 0 < n <= MAX_COORDINATES_DURING or any(system.constraints.mass):
             return None
-        found: list[tuple[Vector, Vector, Vector]] = []
+        parts: list[tuple[Vector, Vector, Vector]] = []
         for fraction in SAMPLE_FRACTIONS:
             k = round(fraction * (len(states.t) - 1))
             load = system.loads.amplitudes(states.t[k : k + 1])[0]
@@ -135,8 +131,8 @@ class ModalSpectrum:
             speed, rate = (shapes.T @ (mass @ x[k, :n]) for x in (states.v, states.a))
             vibrates, duration = _decay_times(omega, decay)
             size = _amplitudes(system, shapes, omega, speed, rate)[vibrates] / len(SAMPLE_FRACTIONS)
-            found.append((size, omega[vibrates], np.minimum(length, duration[vibrates])))
-        amplitude, omega, time = (np.concatenate(parts) for parts in zip(*found, strict=True))
+            parts.append((size, omega[vibrates], np.minimum(length, duration[vibrates])))
+        amplitude, omega, time = map(np.concatenate, zip(*parts, strict=True))
         return cls(amplitude, omega, time) if amplitude.any() else None
 
     def phase_error(self, tableau: Tableau, h: float) -> Vector:
@@ -182,8 +178,8 @@ class _PhaseTable:
 @cache
 def _phase_table(tableau: Tableau) -> _PhaseTable:
     z = np.geomspace(FIRST_POINT * tableau.order, 0.999 * tableau.interval, N_POINTS)
-    lost = np.array([phase_error(tableau, float(x)) for x in z])
-    return _PhaseTable(np.log(z), np.log(lost), tableau.order, tableau.interval)
+    errors = np.array([phase_error(tableau, float(x)) for x in z])
+    return _PhaseTable(np.log(z), np.log(errors), tableau.order, tableau.interval)
 
 
 def _decay_times(omega: Vector, decay: Vector) -> tuple[NDArray[np.bool_], Vector]:
@@ -237,7 +233,7 @@ def _is_driven_later(
     omega: Vector,
 ) -> bool:
     """Return whether continuous changes of the loads exceed the start and all jumps."""
-    amplitudes, rest = discontinuities.amplitudes, np.zeros(system.n_all)
+    amplitudes, zero_velocity = discontinuities.amplitudes, np.zeros(system.n_all)
     first = amplitudes[0]
     known = sum(np.hypot(omega * speed, rate) for _, speed, rate in causes)
     later = np.zeros_like(omega)
@@ -245,12 +241,15 @@ def _is_driven_later(
         change = amplitudes[:, column] - first[column]
         largest = first.copy()
         largest[column] += change[np.argmax(np.abs(change))]
-        later += np.abs(shapes.T @ (_force(system, rest, largest) - _force(system, rest, first)))
+        later += np.abs(
+            shapes.T
+            @ (_force(system, zero_velocity, largest) - _force(system, zero_velocity, first))
+        )
     return bool(np.linalg.norm(later) > MAX_LATER_RATIO * np.linalg.norm(known))
 
 
 def _force(system: System, v: Vector, amplitudes: Vector) -> Vector:
     """Return the forces at the initial shape that balance M a, (n_free,) [N, N m]."""
-    none, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
-    r, _ = system.assembly.residual(system.q0, v, none, lam, system.dead_load, amplitudes)
+    zero, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
+    r, _ = system.assembly.residual(system.q0, v, zero, lam, system.dead_load, amplitudes)
     return np.asarray(r[: system.n_free])

@@ -54,9 +54,9 @@ class DominantFrequency:
         amplitude = difference / ratio if ratio > 0.0 else math.inf
         return cls(amplitude, omega, time, fine * omega * time)
 
-    def error(self, lost: float) -> float:
+    def error(self, phase: float) -> float:
         """Return the error of a run with a relative phase error [m]."""
-        return self.amplitude * min(1.0, lost * self.omega * self.time)
+        return self.amplitude * min(1.0, phase * self.omega * self.time)
 
 
 def difference_frequency(

@@ -71,13 +71,13 @@ class StepPlan:
 
     def difference(self, coarse: float, fine: float) -> float:
         """Return the difference of two runs [m]."""
-        lost = [np.minimum(1.0, self._phase(steps)) for steps in (coarse, fine)]
-        return float(self.spectrum.amplitude @ (lost[0] - lost[1]))
+        errors = [np.minimum(1.0, self._phase(steps)) for steps in (coarse, fine)]
+        return float(self.spectrum.amplitude @ (errors[0] - errors[1]))
 
     def common_error(self, coarse: float, fine: float) -> float:
         """Return the error that two runs have in common [m]."""
-        lost = [np.minimum(1.0, self._phase(steps)) for steps in (coarse, fine)]
-        return float(self.spectrum.amplitude @ (lost[0] * lost[1]))
+        errors = [np.minimum(1.0, self._phase(steps)) for steps in (coarse, fine)]
+        return float(self.spectrum.amplitude @ (errors[0] * errors[1]))
 
     def extrapolated_error(self, coarse: float, fine: float) -> float:
         """Return the error of two runs after Richardson extrapolation of second order [m]."""
@@ -91,9 +91,7 @@ class StepPlan:
 
     def first(self, accuracy: float) -> tuple[int, float]:
         """Return the steps of the first run for an accuracy, and the cost of all runs in steps."""
-        limit = self._fewest_that(
-            lambda n: self.error(n) <= SAFETY_FACTOR * accuracy, self.min_steps
-        )
+        limit = self._min_steps(lambda n: self.error(n) <= SAFETY_FACTOR * accuracy, self.min_steps)
         plans = []
         for steps in np.geomspace(self.min_steps, limit, N_FIRST_RUNS).tolist():
             plans.append((steps + EXTRA_STEPS + self.next([steps], accuracy)[1], steps))
@@ -129,14 +127,14 @@ class StepPlan:
 
     def _following(self, last: float, is_enough: Callable[[float], bool]) -> tuple[float, float]:
         """Return the next of the runs up to the first that is enough, and their cost in steps."""
-        n = self._fewest_that(is_enough, max(MIN_STEP_RATIO * last, self.min_steps))
+        n = self._min_steps(is_enough, max(MIN_STEP_RATIO * last, self.min_steps))
         total = n + EXTRA_STEPS
         while n > MAX_STEP_RATIO * max(last, self.min_steps):
             n /= MAX_STEP_RATIO
             total += n + EXTRA_STEPS
         return n, total
 
-    def _fewest_that(self, is_enough: Callable[[float], bool], minimum: float) -> float:
+    def _min_steps(self, is_enough: Callable[[float], bool], minimum: float) -> float:
         """Return the smallest number of steps that is enough, to a few percent."""
         low = high = minimum
         while not is_enough(high) and high < MOST_STEPS:

@@ -74,8 +74,11 @@ def _with_friction(
 
     A fixed-point iteration between forces and multipliers; its rate is the friction coefficient.
     """
-    gradients, none = system.constraints.jacobian(system.q0), np.zeros(system.n_multipliers)
-    frictionless = _forces(system, system.q0, v, none, 0.0)
+    gradients, no_multipliers = (
+        system.constraints.jacobian(system.q0),
+        np.zeros(system.n_multipliers),
+    )
+    frictionless = _forces(system, system.q0, v, no_multipliers, 0.0)
     for _ in range(MAX_FRICTION_ITERATIONS):
         friction = _forces(system, system.q0, v, lam, 0.0) - frictionless - gradients.T @ lam
         before, (a, lam) = lam, solve_constrained(system, seed, force - friction, rate)
@@ -168,10 +171,10 @@ def _forces(system: System, q: Vector, v: Vector, lam: Vector, later: float) -> 
     They include the inertia of prescribed coordinates.
     """
     amplitudes = load_amplitudes_at_start(system, later)
-    rest = np.zeros(system.n_all)
+    a = np.zeros(system.n_all)
     if system.prescribed.n:
-        rest[-system.prescribed.n :] = system.prescribed.at(system.t0 + later).a
-    return np.asarray(system.assembly.residual(q, v, rest, lam, system.dead_load, amplitudes)[0])
+        a[-system.prescribed.n :] = system.prescribed.at(system.t0 + later).a
+    return np.asarray(system.assembly.residual(q, v, a, lam, system.dead_load, amplitudes)[0])
 
 
 def prescribed_rate_terms(system: System, coordinates: Vector, values: Vector) -> Vector:

@@ -86,9 +86,9 @@ def check_constraints(system: System, state: State | None = None) -> None:
             f"the {system.constraints.labels[without_free[0]]} constrains no free coordinate: its "
             "points are already fixed; leave it out, or use a joint with more freedom, such as pin"
         )
-    rest, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
+    zero, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
     amplitudes = load_amplitudes_at_start(system)
-    _, phi = system.assembly.residual(system.q0, system.v0, rest, lam, system.dead_load, amplitudes)
+    _, phi = system.assembly.residual(system.q0, system.v0, zero, lam, system.dead_load, amplitudes)
     prescribed, prescribed_rates = prescribed_values_at_start(system)
     phi -= prescribed
     phi_q = system.constraints.jacobian(system.q0)
@@ -128,12 +128,15 @@ def check_constraints(system: System, state: State | None = None) -> None:
         ),
     ):
         excess = np.abs(values) - tolerance * sizes - error
-        worst = int(np.argmax(excess))
-        if not excess[worst] <= 0.0:
-            arm = system.constraints.arm(worst)
-            size, unit = abs(values[worst]) / (arm or 1.0), unit.replace("m", "rad" if arm else "m")
+        largest = int(np.argmax(excess))
+        if not excess[largest] <= 0.0:
+            arm = system.constraints.arm(largest)
+            size, unit = (
+                abs(values[largest]) / (arm or 1.0),
+                unit.replace("m", "rad" if arm else "m"),
+            )
             raise InputError(
-                f"the initial {name} violate the {system.constraints.labels[worst]} by "
+                f"the initial {name} violate the {system.constraints.labels[largest]} by "
                 f"{size:.3g} {unit}: {hint}"
             )
 
@@ -238,7 +241,7 @@ def project_on_constraints(system: System, seed: Seed) -> None:
     seed : SparseSeed or IncompleteSeed
         On the pattern of the system; afterwards it holds the factor of the mass matrix.
     """
-    none, lam, loads = (
+    zero, lam, loads = (
         np.zeros(system.n_all),
         np.zeros(system.n_multipliers),
         load_amplitudes_at_start(system),
@@ -246,10 +249,10 @@ def project_on_constraints(system: System, seed: Seed) -> None:
     seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, lam, loads))
     prescribed, prescribed_rates = prescribed_values_at_start(system)
     for _ in range(N_CORRECTIONS):
-        phi = system.assembly.residual(system.q0, none, none, lam, system.dead_load, loads)[1]
-        system.q0 = system.q0 + solve_constrained(system, seed, none, prescribed - phi)[0]
+        phi = system.assembly.residual(system.q0, zero, zero, lam, system.dead_load, loads)[1]
+        system.q0 = system.q0 + solve_constrained(system, seed, zero, prescribed - phi)[0]
     violation = prescribed_rates - constraint_gradients(system) @ system.v0
-    system.v0 = system.v0 + solve_constrained(system, seed, none, violation)[0]
+    system.v0 = system.v0 + solve_constrained(system, seed, zero, violation)[0]
 
 
 def undamped_velocities(system: System, seed: Seed, scale: float) -> Vector:

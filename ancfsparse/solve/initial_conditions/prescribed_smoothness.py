@@ -49,21 +49,21 @@ def check_smoothness(system: System, t_end: float) -> None:
 
 
 def _check_motion(course: PrescribedMotion, begin: float, end: float) -> None:
-    places = course.value
+    position = course.value
     given = course.second_rate
-    source = FunctionAmplitude(places if given is None else given)
+    source = FunctionAmplitude(position if given is None else given)
     order = 2 if given is None else 0
     times = np.linspace(begin, end, N_SAMPLES)
     values = _values(source, times)
     if values is None or not np.max(np.abs(values)) < MAX_MAGNITUDE:
         return  # it fails or overflows, which the run reports
     for column in range(values.shape[1]):
-        found = _find_jump(source, order, times, values[:, column], column)
-        if found is not None:
-            kind, time, size = found
-            unit = places.unit + ("/s2", "/s", "")[kind]
+        jump = _find_jump(source, order, times, values[:, column], column)
+        if jump is not None:
+            kind, time, size = jump
+            unit = position.unit + ("/s2", "/s", "")[kind]
             raise InputError(
-                f"{places.what} is not smooth: its {QUANTITIES[kind]} jumps by about {size:.3g} "
+                f"{position.what} is not smooth: its {QUANTITIES[kind]} jumps by about {size:.3g} "
                 f"{unit} near t = {time:.6g} s, and the motion would ring; take a function whose "
                 "second derivative is continuous, such as Ramp(..., smooth=True), "
                 "Table(..., smooth=True)"
@@ -86,9 +86,9 @@ def _find_jump(
     size = float(np.max(np.abs(values)))
     for k in np.argsort(-change)[:MAX_EXAMINED_TIMES]:
         time = float(times[k + order // 2] + 0.5 * step)
-        found = _locate_jump(source, order, column, (time, step, float(change[k])), size)
-        if found is not None and found[3] > MIN_RELATIVE_CHANGE * max(largest, found[3]):
-            return found[:3]
+        jump = _locate_jump(source, order, column, (time, step, float(change[k])), size)
+        if jump is not None and jump[3] > MIN_RELATIVE_CHANGE * max(largest, jump[3]):
+            return jump[:3]
     return None
 
 

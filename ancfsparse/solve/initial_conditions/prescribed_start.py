@@ -55,20 +55,20 @@ def start_prescribed_motions(
     now, first = prescribed.at(system.t0), system.n_all - n
     system.q0, system.v0 = system.q0.copy(), system.v0.copy()
     difference = np.abs(system.q0[first:] - now.q)
-    worst = int(np.argmax(difference))
+    row = int(np.argmax(difference))
     allowed = (START_TOLERANCE if state is None else RESTART_TOLERANCE) * max(
         float(np.max(np.abs(system.q0))), float(np.max(np.abs(now.q)))
     )
-    course = prescribed.course_of(worst)
-    if difference[worst] > allowed and course.value.unit == "rad":
+    course = prescribed.course_of(row)
+    if difference[row] > allowed and course.value.unit == "rad":
         raise InputError(
-            f"{course.value.what} begins {difference[worst]:.3g} rad and more from where the "
+            f"{course.value.what} begins {difference[row]:.3g} rad and more from where the "
             "motion starts: take start=solve_static(scene), or let its function begin there"
         )
-    if difference[worst] > allowed:
+    if difference[row] > allowed:
         raise InputError(
-            f"the drive of {system.describe(first + worst)} begins at {now.q[worst]:.9g} m, and "
-            f"the motion starts at {system.q0[first + worst]:.9g} m there: take "
+            f"the drive of {system.describe(first + row)} begins at {now.q[row]:.9g} m, and "
+            f"the motion starts at {system.q0[first + row]:.9g} m there: take "
             "start=solve_static(scene), or let its function begin where the motion starts"
         )
     times = np.linspace(system.t0, t_end, N_SAMPLES)
@@ -78,19 +78,19 @@ def start_prescribed_motions(
     )
     allowed_v = allowed_v[first:] + prescribed.speed_errors(system.t0)
     excess = np.abs(system.v0[first:] - now.v) - allowed_v
-    worst = int(np.argmax(excess))
-    course = prescribed.course_of(worst)
-    if excess[worst] > 0.0 and course.value.unit == "rad":
+    row = int(np.argmax(excess))
+    course = prescribed.course_of(row)
+    if excess[row] > 0.0 and course.value.unit == "rad":
         raise InputError(
             f"{course.value.what} begins with another angular velocity than the body has there, "
-            f"by {abs(system.v0[first + worst] - now.v[worst]):.3g} rad/s and more: "
+            f"by {abs(system.v0[first + row] - now.v[row]):.3g} rad/s and more: "
             "that is an impact; let the angle begin smoothly, as Ramp(..., smooth=True) does, or "
             "give the body that angular velocity"
         )
-    if excess[worst] > 0.0:
+    if excess[row] > 0.0:
         raise InputError(
-            f"the drive of {system.describe(first + worst)} begins with {now.v[worst]:.6g} m/s, "
-            f"and the body moves there with {system.v0[first + worst]:.6g} m/s: that is an impact; "
+            f"the drive of {system.describe(first + row)} begins with {now.v[row]:.6g} m/s, "
+            f"and the body moves there with {system.v0[first + row]:.6g} m/s: that is an impact; "
             "let the drive begin smoothly, as Ramp(..., smooth=True) does, or give the body that "
             "velocity"
         )

@@ -40,12 +40,13 @@ def warn_of_redundant_constraints(system: System) -> None:
     """
     if not len(system.constraints.offset):
         return
-    number, found = find_redundant_constraints(system, system.q0)
+    number, dependent = find_redundant_constraints(system, system.q0)
     if not number:
         return
     labels = system.constraints.labels
     parts = [
-        f"the {labels[row]}, {_describe_redundancy(labels, of)}" for row, of in found[:MAX_NAMED]
+        f"the {labels[row]}, {_describe_redundancy(labels, of)}"
+        for row, of in dependent[:MAX_NAMED]
     ]
     more = f" and {number - MAX_NAMED} more" if number > MAX_NAMED else ""
     warnings.warn(
@@ -79,17 +80,17 @@ def describe_contradiction(system: System, q: Vector, t: float) -> str:
     """
     if not system.prescribed or not np.max(np.abs(q)) < MAX_MAGNITUDE:
         return ""
-    found = find_redundant_constraints(system, q)[1]
-    if not found:
+    dependent = find_redundant_constraints(system, q)[1]
+    if not dependent:
         return ""
-    motion, moved, none = system.prescribed.at(t), q.copy(), np.zeros(system.n_all)
-    moved[len(q) - system.prescribed.n :] = motion.q
+    motion, displaced, zero = system.prescribed.at(t), q.copy(), np.zeros(system.n_all)
+    displaced[len(q) - system.prescribed.n :] = motion.q
     amplitudes = system.loads.amplitudes(np.array([t]))[0]
-    rest = np.zeros(system.n_multipliers)
-    phi = system.assembly.residual(moved, none, none, rest, none, amplitudes)[1]
+    lam = np.zeros(system.n_multipliers)
+    phi = system.assembly.residual(displaced, zero, zero, lam, zero, amplitudes)[1]
     phi[system.n_multipliers - system.prescribed.n_equations :] -= motion.s
     gradients = system.constraints.jacobian(q)[:, : system.n_free]
-    for row, others in found:
+    for row, others in dependent:
         gradient, basis = gradients[[row]].toarray()[0], gradients[others].toarray()
         factors = np.linalg.lstsq(basis.T, gradient, rcond=None)[0] if others else np.zeros(0)
         parts = np.append(-factors * phi[others], phi[row])
@@ -157,7 +158,7 @@ def find_redundant_constraints(
     factor = _factored(gradients)
     suspects = np.flatnonzero(factor.pivots < SUSPECT_PIVOT)
     involved: set[int] = set()
-    found: list[tuple[int, list[int]]] = []
+    dependent: list[tuple[int, list[int]]] = []
     for suspect in suspects[:MAX_EXAMINED]:
         combination = np.zeros(gradients.shape[0])
         combination[suspect] = 1.0
@@ -172,9 +173,9 @@ def find_redundant_constraints(
         rows = np.array(sorted(involved))
         is_joint = np.array(system.constraints.mass)[rows] == 0.0
         rows = rows[np.argsort(is_joint, kind="stable")]
-        found = _find_dependent_rows(gradients[rows], rows)
+        dependent = _find_dependent_rows(gradients[rows], rows)
     is_complete = len(suspects) <= MAX_EXAMINED and len(involved) <= MAX_DENSE_EQUATIONS
-    return len(found) if is_complete else len(suspects), found
+    return len(dependent) if is_complete else len(suspects), dependent
 
 
 def _unit_gradients(system: System, q: Vector) -> sp.csr_array:
@@ -206,7 +207,7 @@ def _find_dependent_rows(
     table = gradients[:, used].toarray()
     basis: list[Vector] = []
     independent: list[int] = []
-    found = []
+    dependent = []
     for k, row in enumerate(table):
         remaining = row.copy()
         for _ in range(2):  # the second projection removes rounding
@@ -222,5 +223,5 @@ def _find_dependent_rows(
         factors = np.abs(np.linalg.lstsq(table[others].T, row, rcond=None)[0])
         largest = others[np.argsort(-factors, kind="stable")]
         count = int(np.sum(factors > MIN_COEFFICIENT))
-        found.append((int(rows[k]), [int(rows[j]) for j in largest[:count]]))
-    return found
+        dependent.append((int(rows[k]), [int(rows[j]) for j in largest[:count]]))
+    return dependent

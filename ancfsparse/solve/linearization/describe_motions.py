@@ -13,9 +13,7 @@ Vector = NDArray[np.float64]
 
 MAX_NAMED_PARTS = 3  # parts in the description of a motion
 ROUNDING_RATIO = 1e-6  # components of a motion, relative to the largest, that are rounding
-MIN_PIVOT_RATIO = (
-    0.1  # pivot over the largest entry: an earlier column is preferred down to this ratio
-)
+MIN_PIVOT_RATIO = 0.1  # pivot of an earlier column over the largest entry, to be preferred
 
 
 def name_motions(dim: int, parts: list[RigidPart], free: Vector) -> list[str]:

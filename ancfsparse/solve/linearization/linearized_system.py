@@ -95,8 +95,8 @@ class LinearizedSystem:
 
     def _matrix(self, mass: float, stiffness: float, damping: float = 0.0) -> Vector:
         state, matrix = self.state, self.system.assembly.matrix
-        args, rest = (state.q, state.lam, self._amplitudes), np.zeros_like(state.q)
-        return matrix(mass, stiffness, *args, damping_factor=damping, v=rest)
+        args, zero = (state.q, state.lam, self._amplitudes), np.zeros_like(state.q)
+        return matrix(mass, stiffness, *args, damping_factor=damping, v=zero)
 
     def damping(self) -> sp.csr_array:
         """Return the damping matrix C over the free coordinates [N s/m, N s, N m s]."""
@@ -243,8 +243,8 @@ def linearize(of: Scene | Equilibrium, at: State | Equilibrium | None) -> Linear
                 "the stress-free shape is no equilibrium in a rotating frame: give the "
                 "equilibrium, solve_static(scene)"
             )
-        rest = np.zeros(system.n_all)
-        about = system.state(system.t0, system.q_ref, rest, rest, lam)
+        zero = np.zeros(system.n_all)
+        about = system.state(system.t0, system.q_ref, zero, zero, lam)
         return LinearizedSystem(system, about, np.zeros(system.loads.n_amplitudes))
     if system.n_multipliers:
         seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)

@@ -41,8 +41,8 @@ def definite_mass(system: System, q: Vector) -> sp.csc_array:
     """Return `mass_matrix` with the masses of equations, which make it definite."""
     if not any(system.constraints.mass):
         return mass_matrix(system)
-    none = np.zeros(max(system.n_multipliers, system.loads.n_amplitudes))
-    return free_submatrix(system, system.assembly.matrix(1.0, 0.0, q, none, none))
+    zero = np.zeros(max(system.n_multipliers, system.loads.n_amplitudes))
+    return free_submatrix(system, system.assembly.matrix(1.0, 0.0, q, zero, zero))
 
 
 def mass_seed(system: System) -> SparseSeed:
@@ -145,8 +145,8 @@ def highest_initial_frequency(system: System, mass: SparseSeed, integrator: Expl
 
 def initial_multipliers(system: System, seed: SparseSeed) -> Vector:
     """Return the multipliers at the start [N]; `seed` of the saddle-point matrix is factored."""
-    none = np.zeros(system.n_multipliers)
-    seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, none, load_amplitudes_at_start(system)))
+    zero = np.zeros(system.n_multipliers)
+    seed.factor(system.assembly.matrix(1.0, 0.0, system.q0, zero, load_amplitudes_at_start(system)))
     return initial_acceleration(system, seed, system.v0)[1]
 
 
@@ -160,9 +160,9 @@ def _highest_eigenvalue(
     n = mass.shape[0]
     if n <= MAX_DENSE_COORDINATES:
         # A search for the largest alone fails where many are equal or zero.
-        found = eigh(matrix.toarray(), mass.toarray(), eigvals_only=True)
+        eigenvalues = eigh(matrix.toarray(), mass.toarray(), eigvals_only=True)
     else:
-        found = eigsh(
+        eigenvalues = eigsh(
             matrix,
             k=1,
             M=mass,
@@ -172,7 +172,7 @@ def _highest_eigenvalue(
             tol=EIGENVALUE_TOLERANCE,
             return_eigenvectors=False,
         )
-    return float(found[-1])
+    return float(eigenvalues[-1])
 
 
 def free_submatrix(system: System, values: Vector) -> sp.csc_array:

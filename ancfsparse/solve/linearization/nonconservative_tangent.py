@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-DIFFERENCE_RATIO = (
-    6e-6  # step of differences over the size of a coordinate: the cube root of rounding
-)
+DIFFERENCE_RATIO = 6e-6  # step of differences over a coordinate: the cube root of rounding
 ROUNDING_RATIO = 1e-9  # derivatives over the largest that are rounding
 GMRES_TOLERANCE = 1e-13  # relative residual at which GMRES stops
 MAX_RESIDUAL = 1e-9  # largest relative residual of a solution
@@ -44,7 +42,7 @@ class NonconservativeTangent:
     def __init__(self, system: System) -> None:
         self._system, n = system, system.n_free
         pairs = zip(system.contributions, system.parts, strict=True)
-        nonconservative = [(term, made) for term, made in pairs if not term.conservative]
+        nonconservative = [(term, element) for term, element in pairs if not term.conservative]
         self._entries: sp.csc_array | None = None
         if not nonconservative:
             return
@@ -53,7 +51,7 @@ class NonconservativeTangent:
             system.n_all,
             system.loads.n_amplitudes,
             system.pattern.indptr,
-            [made for _, made in nonconservative],
+            [element for _, element in nonconservative],
         )
         tables = [table for term, _ in nonconservative for table in term.cliques()]
         self._entries = _entries(tables, n)
@@ -79,26 +77,26 @@ class NonconservativeTangent:
         n, entries = self._system.n_free, self._entries
         if entries is None:
             return sp.csr_array((n, n))
-        none, lam = np.zeros(len(q)), np.zeros(self._system.n_multipliers)
+        zero, lam = np.zeros(len(q)), np.zeros(self._system.n_multipliers)
         steps = self._steps * (rate or 1.0)
 
-        def force(moved: Vector) -> Vector:
-            state = (q, moved) if rate else (q + moved, none)
-            r = self._assembly.residual(*state, none, lam, none, amplitudes)[0]
+        def force(displacement: Vector) -> Vector:
+            state = (q, displacement) if rate else (q + displacement, zero)
+            r = self._assembly.residual(*state, zero, lam, zero, amplitudes)[0]
             return np.array(r)[:n]
 
         values = np.zeros(entries.nnz)
         for group in range(int(self._group.max(initial=-1)) + 1):
-            moved = np.zeros(len(q))
-            moved[:n] = np.where(self._group == group, steps[:n], 0.0)
-            change = force(moved) - force(-moved)
+            displacement = np.zeros(len(q))
+            displacement[:n] = np.where(self._group == group, steps[:n], 0.0)
+            change = force(displacement) - force(-displacement)
             chosen = self._group[self._column] == group
             values[chosen] = change[entries.indices[chosen]] / (2.0 * steps[self._column[chosen]])
         self._assembly.check()
         matrix = sp.csc_array((values, entries.indices, entries.indptr), shape=(n, n))
         factors = (0.0, 0.0) if rate else (0.0, 1.0)
         symmetric = self._assembly.matrix(
-            *factors, q, lam, amplitudes, damping_factor=1.0 if rate else 0.0, v=none
+            *factors, q, lam, amplitudes, damping_factor=1.0 if rate else 0.0, v=zero
         )
         full = symmetric_from_lower(free_submatrix(self._system, symmetric))
         missing = (matrix - full).tocsr()

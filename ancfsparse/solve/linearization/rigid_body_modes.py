@@ -21,9 +21,7 @@ Vector = NDArray[np.float64]
 
 MAX_FREE_MOTIONS = 24  # that are named
 # Rounding of positions far from the origin adds to it.
-RESTRAINT_TOLERANCE = (
-    1e-10  # violation by a motion of one radian, or of the size of a part, that counts as none
-)
+RESTRAINT_TOLERANCE = 1e-10  # violation by a motion of one radian or of the size of a part
 EPSILON = float(np.finfo(np.float64).eps)
 SHIFT_RATIO = 1e-13  # added to the squared conditions, over the largest, for a definite matrix
 N_FILTERS = 4  # powers of its inverse

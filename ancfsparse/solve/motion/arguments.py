@@ -207,13 +207,13 @@ def find_start_equilibrium(scene: Scene, start: str) -> Equilibrium:
         If no equilibrium is found.
     """
     check_choice("start", start, (EQUILIBRIUM,))
-    found = statics.solve_static(scene)
+    equilibrium = statics.solve_static(scene)
     if System(scene).v0.any():
         raise InputError(
             "start='equilibrium' begins at rest, but the scene has initial velocities: leave out "
             "one of them"
         )
-    return found
+    return equilibrium
 
 
 def select_integrator(request: Request, system: System) -> Request:

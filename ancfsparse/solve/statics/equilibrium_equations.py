@@ -155,8 +155,8 @@ class EquilibriumEquations(Norms):
         if not prescribed:
             return
         now = prescribed.at(t)
-        none, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
-        args = (none, none, lam, self._dead, self._amplitudes)
+        zero, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
+        args = (zero, zero, lam, self._dead, self._amplitudes)
         self._s_start = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[end:]
         self._q_change, self._s_change = now.q - self._q_start, now.s - self._s_start
 
@@ -244,8 +244,8 @@ class EquilibriumEquations(Norms):
     def stress_stiffness(self, q: Vector, out: Vector, work: Vector) -> Vector:
         """Return the geometric stiffness by the stress of the elements."""
         assembly = self.system.assembly
-        rest = np.zeros(self.system.n_multipliers), self._amplitudes_at(0.0)
-        values = np.asarray(assembly.matrix(0.0, 1.0, q, *rest, out=out))
+        no_forces = np.zeros(self.system.n_multipliers), self._amplitudes_at(0.0)
+        values = np.asarray(assembly.matrix(0.0, 1.0, q, *no_forces, out=out))
         values -= assembly.material(0.0, 1.0, q, out=work)
         return values
 

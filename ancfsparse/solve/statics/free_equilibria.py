@@ -53,8 +53,8 @@ def find_free_equilibrium(
     farthest = MAX_STEP_RATIO * _scene_size(equations, q)
     try:
         return relax(equations, state, 1.0, tolerance, farthest=farthest)
-    except NotFoundError as lost:
-        last = equations.state(lost.state.q, lost.state.lam, 1.0)
+    except NotFoundError as failure:
+        last = equations.state(failure.state.q, failure.state.lam, 1.0)
     try:
         if equations.force_norm(last.r) < BALANCED_RATIO * equations.pushes:
             return relax(

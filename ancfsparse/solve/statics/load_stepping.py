@@ -17,9 +17,7 @@ from ancfsparse.solve.statics.newton_and_relaxation import (
 Vector = NDArray[np.float64]
 
 INTERMEDIATE_TOLERANCE = 1e-3  # residual over the loads in intermediate load steps
-MIN_CAREFUL_STEPS = (
-    10  # load steps after the full load has failed or led to an unstable equilibrium
-)
+MIN_CAREFUL_STEPS = 10  # load steps after the full load has failed or led to instability
 MIN_STEP = 1.0 / 4096.0  # such a step, of the load
 MIN_STABLE_STEP = 1.0 / 640.0  # the same while equilibria are stable
 MAX_EASY_FACTORS = 6  # factors of a load step after which the next one is doubled
@@ -56,9 +54,9 @@ def find_equilibrium(
         unstable = _follow_load(equations, start, load_steps, tolerance)
         if unstable.negative == 0 or not equations.conservative:
             return unstable
-    except NotFoundError as lost:
+    except NotFoundError as failure:
         if equations.is_lost_in_rounding():
-            raise _equilibrium_error(equations, lost, lost.reason, ROUNDING_HINT) from None
+            raise _equilibrium_error(equations, failure, failure.reason, ROUNDING_HINT) from None
         if equations.conservative:
             try:
                 return _relax_fully_loaded(
@@ -112,10 +110,10 @@ def find_equilibrium_near(
     """
     state = equations.state(q, equations.start.lam, 1.0)
     try:
-        found = solve_newton(equations, state, 1.0, tolerance)
+        result = solve_newton(equations, state, 1.0, tolerance)
         equations.stats.steps += 1
-        if found.negative == 0 or not equations.conservative:
-            return found
+        if result.negative == 0 or not equations.conservative:
+            return result
         return _relax_fully_loaded(equations, state, tolerance)
     except NotFoundError:
         return find_equilibrium(equations, load_steps, tolerance)
@@ -125,9 +123,9 @@ def _relax_fully_loaded(
     equations: EquilibriumEquations, state: StaticState, tolerance: float
 ) -> StaticResult:
     """Relax under the full load, which counts as one more load step."""
-    found = relax(equations, state, 1.0, tolerance)
+    result = relax(equations, state, 1.0, tolerance)
     equations.stats.steps += 1
-    return found
+    return result
 
 
 def _follow_load(
@@ -144,12 +142,12 @@ def _follow_load(
     short, and doubled again after an easy one.
     """
     done, step, stable = 0.0, 1.0 / load_steps, patient and equations.conservative
-    found = StaticResult(state, 0, 0.0)
+    result = StaticResult(state, 0, 0.0)
     while done < 1.0:
         target = min(1.0, done + step)
         if 1.0 - target < 1e-9:
             target = 1.0
-        start = equations.state(found.state.q, found.state.lam, target)
+        start = equations.state(result.state.q, result.state.lam, target)
         factors = equations.stats.factorizations
         definite = stable and step > MIN_STABLE_STEP
         bound = tolerance if target == 1.0 else max(tolerance, INTERMEDIATE_TOLERANCE)
@@ -157,16 +155,16 @@ def _follow_load(
             new = solve_newton(
                 equations, start, target, bound, extrapolate=not patient, definite=definite
             )
-        except NotFoundError as lost:
+        except NotFoundError as failure:
             if patient and step > MIN_STEP:
                 step *= 0.5
                 continue
-            raise NotFoundError(lost.reason, found.state, target, done) from None
-        found, done, stable = new, target, stable and new.negative == 0
+            raise NotFoundError(failure.reason, result.state, target, done) from None
+        result, done, stable = new, target, stable and new.negative == 0
         equations.stats.steps += 1
         if equations.stats.factorizations - factors <= MAX_EASY_FACTORS:
             step = min(2.0 * step, 1.0 / load_steps)
-    return found
+    return result
 
 
 def _equilibrium_error(
@@ -175,6 +173,6 @@ def _equilibrium_error(
     """Return the error with the largest residual force of the last state."""
     system = equations.system
     r = equations.state(last.state.q, last.state.lam, last.load).r
-    worst = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
-    where, unit = system.describe(worst), system.unit(worst)
-    return EquilibriumError(reason, last.load, abs(float(r[worst])), where, unit, *advice)
+    largest = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
+    where, unit = system.describe(largest), system.unit(largest)
+    return EquilibriumError(reason, last.load, abs(float(r[largest])), where, unit, *advice)

@@ -26,9 +26,7 @@ MAX_RELAXATION_FACTORS = 60  # factors of a relaxation
 NEWTON_ROTATION = 0.05  # rotation in a step below which Newton's method is tried [rad]
 NEWTON_SHIFT_RATIO = 0.1  # force by the shift over the residual, below which it is tried
 MAX_FREE_FACTORS = 240  # factors of a relaxation with free rigid motions, which goes farther
-NEUTRAL_SHIFT_RATIO = (
-    1e-5  # part of the first shift that remains there, for motions without stiffness
-)
+NEUTRAL_SHIFT_RATIO = 1e-5  # remaining part of the first shift, for motions without stiffness
 
 
 class NotFoundError(Exception):

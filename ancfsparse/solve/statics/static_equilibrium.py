@@ -156,22 +156,22 @@ def solve_static(
             return find_equilibrium(equations, load_steps, tolerance)
 
         try:
-            found = find(equations)
+            result = find(equations)
         except EquilibriumError as failure:
             complete = _complete_equations(equations, needed, factorization, bar.update, t)
             if complete is None:
                 raise
             try:
-                found = find(complete)
+                result = find(complete)
             except EquilibriumError:
                 raise failure from None
             stats.solver += "; then with a complete factorization (which found an equilibrium)"
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
-    stats.negative_pivots, stats.error = found.negative, found.error
+    stats.negative_pivots, stats.error = result.negative, result.error
     stats.sweeps, stats.products = equations.seed.inner
-    if found.negative and equations.conservative:
-        warnings.warn(UnstableEquilibriumWarning(found.negative), stacklevel=2)
-    return Equilibrium(system, found.state.q, found.state.lam, stats, t)
+    if result.negative and equations.conservative:
+        warnings.warn(UnstableEquilibriumWarning(result.negative), stacklevel=2)
+    return Equilibrium(system, result.state.q, result.state.lam, stats, t)
 
 
 def check_static_tolerance(tolerance: object) -> float:

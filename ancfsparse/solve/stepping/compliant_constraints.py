@@ -34,9 +34,7 @@ if TYPE_CHECKING:
 Table = NDArray[np.float64]
 
 COMPLIANCES = (1e-3, 1e-2, 1e-4)  # compliance over the smallest phi_q M^-1 phi_q^T, in this order
-MAX_INDEPENDENT_RATIO = (
-    0.1  # independent part of a gradient below which the configuration is nearly singular
-)
+MAX_INDEPENDENT_RATIO = 0.1  # independent part of a gradient near a singular configuration
 LAST_PROJECTION = 64  # last step after a recovery, of 1, 2, 4, ..., with a projection of velocities
 MAX_VIOLATION_RATIO = 1e-3  # of a constraint, over the largest displacement in the step
 

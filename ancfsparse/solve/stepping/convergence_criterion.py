@@ -23,9 +23,7 @@ CORRECTION_RATIO = 5e-4  # remaining error over the first correction
 DAMPED_WORK_RATIO = 4e-7  # remaining error over the displacement in the step
 UNDAMPED_WORK_RATIO = 1e-7  # the same without numerical damping
 CONSERVING_WORK_RATIO = 1e-8  # the same for energy-conserving integrators
-MIN_CHANGE_UNITS = (
-    10.0  # difference of residuals over their rounding, below which a secant pair is skipped
-)
+MIN_CHANGE_UNITS = 10.0  # difference of residuals over their rounding, for a secant pair
 ENERGY_ROUNDING_UNITS = 100.0  # error of energies in units of their rounding
 
 

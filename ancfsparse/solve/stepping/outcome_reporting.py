@@ -52,12 +52,14 @@ def count_costs(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None
 
 
 def recovery_events(
-    found: Iterable[tuple[int, int, int, float]], now: float, dt: float
+    recoveries: Iterable[tuple[int, int, int, float]], now: float, dt: float
 ) -> list[Event]:
     """Return the recoveries of steps of a length, counted from the step before the time `now`."""
     return [
-        Event(step, now + step * dt, Attempt(rung).description, CAUSE_NAMES[Outcome(cause)], rate)
-        for step, rung, cause, rate in found
+        Event(
+            step, now + step * dt, Attempt(attempt).description, CAUSE_NAMES[Outcome(cause)], rate
+        )
+        for step, attempt, cause, rate in recoveries
     ]
 
 
@@ -94,11 +96,11 @@ def step_error(
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     # Location of the largest residual of the last iterate.
     r, phi = time_loop.unbalanced
-    worst = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
-    where, size, unit = system.describe(worst), abs(float(r[worst])), system.unit(worst)
+    largest = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
+    where, size, unit = system.describe(largest), abs(float(r[largest])), system.unit(largest)
     if len(phi) and np.max(np.abs(phi)) > size:
-        worst = int(np.argmax(np.abs(phi)))
-        where, size, unit = system.constraints.labels[worst], abs(float(phi[worst])), "m"
+        largest = int(np.argmax(np.abs(phi)))
+        where, size, unit = system.constraints.labels[largest], abs(float(phi[largest])), "m"
     reason = f"it {outcome.message}, "
     if outcome == Outcome.TOO_MANY:
         reason = f"it did not converge in {iteration.max_iterations} iterations{{parameter}}, "

@@ -115,7 +115,7 @@ class StepHalving:
         return outcome
 
     def _change(self, dt: float) -> None:
-        none = np.zeros(self._system.n_all)
-        self._time_loop.change_step(dt, self._integrator, none, none)
+        zero = np.zeros(self._system.n_all)
+        self._time_loop.change_step(dt, self._integrator, zero, zero)
         self._iteration.set_tolerance(self._criterion.at(dt))
         self._iteration.mark_stale()

@@ -67,9 +67,9 @@ class StepSizeChange:
         if np.array_equal(*loads):
             return
         q, v, _, lam = self._time_loop.state
-        none, n = np.zeros(system.n_all), system.n_free
+        zero, n = np.zeros(system.n_all), system.n_free
         old, new = (
-            system.assembly.residual(q, v, none, lam, system.dead_load, load)[0] for load in loads
+            system.assembly.residual(q, v, zero, lam, system.dead_load, load)[0] for load in loads
         )
         self._factor(dt, loads[1])
         once = self._solution(old - new)

@@ -123,11 +123,11 @@ class _StressPath:
                 "the equilibrium is not stable: use one at a smaller load, or the scene itself, "
                 "whose buckling loads are those of its stress-free shape"
             )
-        rest = np.zeros_like(state.q)
+        zero = np.zeros_like(state.q)
 
         def force(load: float) -> Vector:
             args = load * system.dead_load, self.amplitudes(load)
-            r = system.assembly.residual(state.q, rest, rest, state.lam, *args)[0]
+            r = system.assembly.residual(state.q, zero, zero, state.lam, *args)[0]
             return np.array(r)[: system.n_free]
 
         loads = force(base) - force(base + 1.0)

@@ -110,14 +110,14 @@ def _damping_rates(modes: Modes, damping: ArrayLike | None) -> Vector:
 
 def _modal_forces(system: System, modes: Modes, amplitudes: Vector) -> Vector:
     """Return the modal forces in the state at all times, (k, n) [N / sqrt(kg)]."""
-    about, rest = modes.about, np.zeros(system.n_all)
+    about, zero = modes.about, np.zeros(system.n_all)
     shapes = modes.shapes[:, : system.n_free]
     p = np.empty((len(amplitudes), len(modes)))
     for k, amplitude in enumerate(amplitudes):
         if k and (amplitude == amplitudes[k - 1]).all():
             p[k] = p[k - 1]
             continue
-        args = about.q, rest, rest, about.lam, system.dead_load, amplitude
+        args = about.q, zero, zero, about.lam, system.dead_load, amplitude
         r, _ = system.assembly.residual(*args)
         p[k] = -(shapes @ np.asarray(r)[: system.n_free])
     return p
@@ -160,7 +160,7 @@ def _quadratic_error(system: System, modes: Modes, q: Vector, stats: RunStats) -
     displacements = q - about.q
     farthest = int(np.argmax(np.abs(displacements[:, system.positions]).max(axis=1)))
     samples = np.linspace(0, len(q) - 1, N_SAMPLES).astype(int)
-    worst = 0.0
+    largest = 0.0
     for x in displacements[np.unique([*samples, farthest])]:
         plus, minus = (equations.state(about.q + sign * x, about.lam, 1.0) for sign in (1.0, -1.0))
         r = 0.5 * (plus.r + minus.r) - origin.r
@@ -168,5 +168,5 @@ def _quadratic_error(system: System, modes: Modes, q: Vector, stats: RunStats) -
         dx, _ = equations.correction(StaticState(about.q, about.lam, r, phi))
         full = np.append(dx, np.zeros(system.n_all - len(dx)))
         positions = full[system.positions].reshape(-1, system.dim)
-        worst = max(worst, float(np.linalg.norm(positions, axis=1).max()))
-    return worst
+        largest = max(largest, float(np.linalg.norm(positions, axis=1).max()))
+    return largest

@@ -29,9 +29,7 @@ VECTORS_PER_MODE = 5  # vectors over all coordinates per mode, of Lanczos' metho
 MAX_RESIDUAL = 1e-6  # relative residual of a mode
 ESTIMATE_TOLERANCE = 0.1  # relative error of the first estimate of eigenvalues
 ROUNDING_UNITS = 4.0  # of an eigenvalue, in units of eps |x| |K| |x|
-MOTION_ROUNDING_UNITS = (
-    1e3  # rounding of a motion in units of eps, whose square matters at zero stiffness
-)
+MOTION_ROUNDING_UNITS = 1e3  # rounding of a motion in units of eps, squared at zero stiffness
 
 
 def lowest_modes(
@@ -92,7 +90,7 @@ def _solve_dense(linearized: LinearizedSystem, n: int, motions: Vector) -> Eigen
 
     stiffness, mass = (motions.T @ (x @ motions) for x in (linearized.stiffness, linearized.mass))
     # A search for the lowest alone fails where many frequencies are equal or zero.
-    values, mixes = (found[..., :n] for found in eigh(stiffness, mass))
+    values, mixes = (pairs[..., :n] for pairs in eigh(stiffness, mass))
     # The shift must not be close to eigenvalues that are zero up to rounding.
     _factor_below(
         linearized,
@@ -148,10 +146,10 @@ def _solve_lanczos(linearized: LinearizedSystem, n: int) -> Eigenpairs:
         linearized.factor(below)
         if not missing:
             break
-        more = _modes_near_shift(linearized, missing + 1, vectors)
-        if more[0][0] > values[-1]:
+        further = _modes_near_shift(linearized, missing + 1, vectors)
+        if further[0][0] > values[-1]:
             break  # none is missing: rounding affected the count
-        values, vectors = _refine(linearized, np.hstack([vectors, more[1]]))
+        values, vectors = _refine(linearized, np.hstack([vectors, further[1]]))
     else:
         raise ModesError(f"eigenvalues are still missing after {MAX_SHIFTS} searches")
     image = linearized.solve_all(linearized.mass @ vectors[:, :n]) * (values[:n] - below)
@@ -222,11 +220,11 @@ def _modes_near_shift(
             maxiter=MAX_RESTARTS,
         )
     except ArpackNoConvergence as error:
-        lost = math.sqrt(ROUNDING_UNITS * EPSILON * linearized.size) / (2.0 * math.pi)
+        frequency = math.sqrt(ROUNDING_UNITS * EPSILON * linearized.size) / (2.0 * math.pi)
         raise ModesError(
             f"Lanczos' method does not converge: the lowest frequencies are lost in the rounding "
-            f"of the stiffness, which hides those below about {lost:.3g} Hz; take longer elements, "
-            "or the equilibrium under the loads, whose stress stiffens slender parts"
+            f"of the stiffness, which hides those below about {frequency:.3g} Hz; take longer "
+            "elements, or the equilibrium under the loads, whose stress stiffens slender parts"
         ) from error
     except ArpackError as error:
         raise ModesError(str(error)) from error
