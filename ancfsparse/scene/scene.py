@@ -1,4 +1,4 @@
-"""The scene: a list of records of what was specified, checked as they are added."""
+"""The scene: a list of records, checked when they are added."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Scene(
     JointSprings,
     Forces,
 ):
-    """Beams, rigid bodies, joints, loads and what is attached, in one gravity field.
+    """Beams, rigid bodies, joints, loads and attachments in one gravity field.
 
     Parameters
     ----------
@@ -51,24 +51,24 @@ class Scene(
     gravity : ndarray, shape (dim,)
         Acceleration of gravity [m/s2], read-only.
     records : tuple of Record
-        What was specified, in the order of the calls.
+        Records of the calls, in their order.
     bodies : list of Beam, Mesh and RigidBody
         In the order they were added.
     beams : list of Beam and Mesh
-        Those of them that are made of elements.
+        Bodies made of elements, likewise.
     joints : list of Joint
         Likewise.
     loads : list of Load
         Likewise.
     attachments : list of Attachment
-        Masses, springs and forces of the motion, likewise.
+        Masses, springs and forces, likewise.
     """
 
     def __init__(self, gravity: ArrayLike = (0.0, -9.81)) -> None:
         super().__init__(gravity)
 
     def __repr__(self) -> str:
-        """Count what the scene holds."""
+        """Return the numbers of its parts."""
         kind = "planar" if self.dim == 2 else "spatial"
         return (
             f"{kind} scene: beams {len(self.beams)}, "
@@ -80,13 +80,13 @@ class Scene(
         )
 
     def __str__(self) -> str:
-        """Write what was specified, a line for each call."""
+        """Return the records as text, a line for each call."""
         kind = "planar" if self.dim == 2 else "spatial"
         first = f"{kind} scene, gravity {format_numbers(self.gravity)} m/s2"
-        return "\n".join([first, *(storage.line(record, self) for record in self.records)])
+        return "\n".join([first, *(storage.format_record(record, self) for record in self.records)])
 
     def __eq__(self, other: object) -> bool:
-        """Whether the same was specified in the same order; functions are equal if they are one."""
+        """Return True if the records are equal; functions are equal if they are identical."""
         if not isinstance(other, Scene):
             return NotImplemented
         return equal(self.gravity, other.gravity) and self.records == other.records
@@ -94,11 +94,11 @@ class Scene(
     __hash__ = None  # type: ignore[assignment]
 
     def __copy__(self) -> Scene:
-        """Return a copy built from the same records, which shares no list with this scene."""
+        """Return a copy built from the same records, independent of this scene."""
         return self.replaced()
 
     def digest(self) -> dict[str, str]:
-        """Describe its parts, so that its files can be distinguished from those of other scenes."""
+        """Return descriptions of its parts, which distinguish the files of different scenes."""
         return digest(self)
 
     def save(self, path: str | Path) -> None:
@@ -140,13 +140,13 @@ class Scene(
         Raises
         ------
         InputError
-            If it is no such file, needs a function that is not given, or has an invalid call, with
-            the number of the record.
+            If the file is not valid, needs a function that is missing, or has an invalid call; the
+            message gives the number of the record.
         """
         return storage.load(cls, path, {} if own is None else own)
 
     def refined(self, factor: int = 2) -> Scene:
-        """Return a copy with every element divided into `factor` elements of one length.
+        """Return a copy with every element divided into `factor` elements of equal length.
 
         Joints, loads and attached parts keep their positions.  Of a mesh every edge is divided;
         a bend between two edges stays at its node.
@@ -173,7 +173,7 @@ class Scene(
         Parameters
         ----------
         handle : object, optional
-            Its return value: a beam, a mesh, a joint, a load, a mass, a spring or a force.
+            Return value of the call: a beam, mesh, joint, load, mass, spring or force.
         gravity : array_like, shape (dim,), optional
             Another acceleration of gravity [m/s2].
         **changes
@@ -208,7 +208,7 @@ class Scene(
         Returns
         -------
         Beam, Mesh or Point
-            The body of that name, or the point at the same place on it.
+            The body of that name, or the same point of it.
 
         Raises
         ------
@@ -219,6 +219,6 @@ class Scene(
 
 
 def check_scene(scene: object) -> None:
-    """Refuse what is no scene."""
+    """Refuse an object that is not a scene."""
     if not isinstance(scene, Scene):
         raise InputError(f"a Scene is needed, got {format_value(scene)}")

@@ -18,7 +18,7 @@ from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import JointRef, Record
 
-# What acts, in the order of ``Law`` in _joint_springs.pyx.
+# Force laws, in the order of ``Law`` in _joint_springs.pyx.
 LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
 
 
@@ -61,14 +61,14 @@ class JointFrictionSpec(Record):
 
     @property
     def given(self) -> dict[str, Any]:
-        """All fields by name, without those of the other kind of friction."""
+        """All fields by name, without the arguments of the other kind of friction."""
         items = super().given.items()
         return {name: value for name, value in items if value is not None or name == "of"}
 
 
 @dataclass(frozen=True, eq=False)
 class JointSpring(Attachment):
-    """What acts along a freedom of a joint: an angle [rad] or a displacement [m].
+    """A force element along a coordinate of a joint, an angle [rad] or a displacement [m].
 
     Attributes
     ----------
@@ -79,15 +79,15 @@ class JointSpring(Attachment):
     law : int
         One of `LAWS`.
     low, high : float
-        Between these it does not push [rad or m].
+        Interval without force [rad or m].
     stiffness : float
-        [N m/rad or N/m].
+        Stiffness [N m/rad or N/m].
     damping : float
-        Of a spring the moment or force over the rate [N m s/rad or N s/m]; of a stop what its push
-        grows by with the rate [s/rad or s/m]; of friction its size [N m or N], or its size over
-        the force of the joint [m or 1].
+        Damping of a spring [N m s/rad or N s/m]; relative growth of the force of a stop with the
+        rate [s/rad or s/m]; magnitude of friction [N m or N], or magnitude over the joint force
+        [m or 1].
     slip : float
-        Of friction the rate at which it has 0.71 of its size [rad/s or m/s].
+        Rate at which friction has 0.71 of its magnitude [rad/s or m/s].
     """
 
     joint: Joint
@@ -108,7 +108,7 @@ class JointSpring(Attachment):
 
 
 class JointSprings(SceneBase):
-    """What acts in the joints of a scene."""
+    """Springs, stops and friction in the joints of a scene."""
 
     def joint_spring(
         self,
@@ -143,10 +143,10 @@ class JointSprings(SceneBase):
         Raises
         ------
         InputError
-            If a number is negative or not finite, or the joint has no such freedom.
+            If a number is negative or not finite, or the joint has no such coordinate.
         """
-        reference, freedom, units = self._freedom("a spring", joint, of)
-        what = f"of the spring at the {freedom} of the {joint.label}"
+        reference, coordinate, units = self._coordinate("a spring", joint, of)
+        what = f"of the spring at the {coordinate} of the {joint.label}"
         k = check_not_negative(
             f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}", largest=MAX_MAGNITUDE
         )
@@ -156,11 +156,11 @@ class JointSprings(SceneBase):
         at = check_finite(f"rest {what}", rest, units[1])
         if k == 0.0 and c == 0.0:
             raise InputError(
-                f"the spring at the {freedom} of the {joint.label} does nothing: give it a "
+                f"the spring at the {coordinate} of the {joint.label} does nothing: give it a "
                 "stiffness or a damping"
             )
-        made = JointSpring(joint, freedom, SPRING, at, at, k, c)
-        return self._attach(made, JointSpringSpec(reference, k, c, at, of))
+        element = JointSpring(joint, coordinate, SPRING, at, at, k, c)
+        return self._attach(element, JointSpringSpec(reference, k, c, at, of))
 
     def joint_stop(
         self,
@@ -174,7 +174,7 @@ class JointSprings(SceneBase):
     ) -> JointSpring:
         """Stop a joint softly at both ends of a range.
 
-        Out of the range, by e, it pushes back with ``stiffness * (e + damping * |e| * rate)``.
+        Outside the range by e, its restoring force is ``stiffness * (e + damping * |e| * rate)``.
 
         Parameters
         ----------
@@ -197,18 +197,20 @@ class JointSprings(SceneBase):
         Raises
         ------
         InputError
-            If a number is out of range, or the joint has no such freedom.
+            If a number is out of range, or the joint has no such coordinate.
         """
-        reference, freedom, units = self._freedom("a stop", joint, of)
-        what = f"of the stop at the {freedom} of the {joint.label}"
-        begin, end = (
+        reference, coordinate, units = self._coordinate("a stop", joint, of)
+        what = f"of the stop at the {coordinate} of the {joint.label}"
+        low_end, high_end = (
             check_finite(f"{n} {what}", x, units[1]) for n, x in (("low", low), ("high", high))
         )
-        if not begin < end or (freedom == "angle" and end - begin >= 2.0 * math.pi):
-            turn = ", less than a turn apart" if freedom == "angle" else ""
+        if not low_end < high_end or (
+            coordinate == "angle" and high_end - low_end >= 2.0 * math.pi
+        ):
+            turn = ", less than a turn apart" if coordinate == "angle" else ""
             raise InputError(
-                f"the range {what} must have low below high{turn}, got {begin:.6g} and {end:.6g} "
-                f"{units[1]}"
+                f"the range {what} must have low below high{turn}, got {low_end:.6g} and "
+                f"{high_end:.6g} {units[1]}"
             )
         k = check_not_negative(
             f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}", largest=MAX_MAGNITUDE
@@ -216,8 +218,8 @@ class JointSprings(SceneBase):
         c = check_not_negative(f"damping {what}", damping, f"s/{units[1]}", largest=MAX_MAGNITUDE)
         if k == 0.0:
             raise InputError(f"stiffness {what} must be positive, got 0: it would stop nothing")
-        made = JointSpring(joint, freedom, STOP, begin, end, k, c)
-        return self._attach(made, JointStopSpec(reference, begin, end, k, c, of))
+        element = JointSpring(joint, coordinate, STOP, low_end, high_end, k, c)
+        return self._attach(element, JointStopSpec(reference, low_end, high_end, k, c, of))
 
     def joint_friction(
         self,
@@ -245,7 +247,8 @@ class JointSprings(SceneBase):
         size : float, optional
             Moment [N m] or force [N] of a joint that slips.
         slip : float
-            The rate at which it has 0.71 of that [rad/s or m/s]: small beside those of the motion.
+            The rate at which it has 0.71 of that [rad/s or m/s], small compared with those of the
+            motion.
         of : str, optional
             ``"angle"`` or ``"displacement"``, where the joint has both.
         coefficient : float, optional
@@ -261,16 +264,16 @@ class JointSprings(SceneBase):
         Raises
         ------
         InputError
-            If a number is not positive, or the joint has no such freedom.
+            If a number is not positive, or the joint has no such coordinate.
         """
-        reference, freedom, units = self._freedom("friction", joint, of)
-        what = f"of the friction at the {freedom} of the {joint.label}"
+        reference, coordinate, units = self._coordinate("friction", joint, of)
+        what = f"of the friction at the {coordinate} of the {joint.label}"
         if (size is None) == (coefficient is None):
             raise InputError(f"give either a size or a coefficient {what}")
-        if (radius is not None) != (coefficient is not None and freedom == "angle"):
+        if (radius is not None) != (coefficient is not None and coordinate == "angle"):
             raise InputError(
                 f"the radius {what} goes with a coefficient for an angle: "
-                f"{'leave it out' if radius is not None else 'give that of the bearing [m]'}"
+                f"{'leave it out' if radius is not None else 'give the radius of the bearing [m]'}"
             )
         numbers = {
             name: _positive(f"{name} {what}", value, unit)
@@ -283,17 +286,17 @@ class JointSprings(SceneBase):
             if value is not None or name == "slip"
         }
         law = FRICTION if coefficient is None else RUBBING
-        most = numbers.get("size") or numbers["coefficient"] * numbers.get("radius", 1.0)
-        made = JointSpring(joint, freedom, law, damping=most, slip=numbers["slip"])
-        return self._attach(made, JointFrictionSpec(reference, of=of, **numbers))
+        magnitude = numbers.get("size") or numbers["coefficient"] * numbers.get("radius", 1.0)
+        element = JointSpring(joint, coordinate, law, damping=magnitude, slip=numbers["slip"])
+        return self._attach(element, JointFrictionSpec(reference, of=of, **numbers))
 
-    def _freedom(
+    def _coordinate(
         self, what: str, joint: Joint, of: str | None
     ) -> tuple[JointRef, str, tuple[str, str]]:
-        """Return a joint's reference, which freedom is taken, and units of force and of it."""
+        """Return the reference and the coordinate of a joint, and the units of force and value."""
         reference = self._joint(what, joint)
-        freedom = select_coordinate(what, joint, of)
-        return reference, freedom, (FORCE_UNITS[freedom], COORDINATE_UNITS[freedom])
+        coordinate = select_coordinate(what, joint, of)
+        return reference, coordinate, (FORCE_UNITS[coordinate], COORDINATE_UNITS[coordinate])
 
 
 def _positive(what: str, value: object, unit: str) -> float:

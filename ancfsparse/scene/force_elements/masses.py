@@ -1,4 +1,4 @@
-"""Point masses, rotary inertias, and the rotation of the frame a scene is described in."""
+"""Point masses with rotary inertia, and rotating frames of reference."""
 
 from __future__ import annotations
 
@@ -21,8 +21,7 @@ from ancfsparse.scene.records.record import At, PointRef, Record
 
 Matrix = NDArray[np.float64]
 
-# Share of a moment of inertia by which it may break the triangle inequality: rounding.
-ROUNDING_RATIO = 1e-12
+ROUNDING_RATIO = 1e-12  # of moments of inertia, over the largest one
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,18 +35,18 @@ class MassSpec(Record):
     units: ClassVar = {"mass": "kg", "inertia": "kg m2"}
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe where it is and its numbers."""
+        """Describe its position and its numbers."""
         return f"mass ({at(self.node)}): {format_numbers([self.mass, *made.inertia.flat])}"
 
 
 @dataclass(frozen=True, eq=False)
 class PointMass(Attachment):
-    """A mass at a point of a beam, perhaps with a rotary inertia.
+    """A mass at a point of a beam, with an optional rotary inertia.
 
     Attributes
     ----------
     node : Point
-        Where it is.
+        Its point.
     mass : float
         Its mass [kg].
     inertia : ndarray, shape (3, 3) or (1, 1)
@@ -82,13 +81,13 @@ class RotatingFrameSpec(Record):
 
 @dataclass(frozen=True, eq=False)
 class RotatingFrame(Attachment):
-    """A steady rotation of the frame that a scene is described in.
+    """A uniformly rotating frame of reference.
 
     Attributes
     ----------
     spin : ndarray, shape (dim, dim)
-        Skew matrix W of the angular velocity: a point that is fixed in the frame has the velocity
-        ``W (r - point)`` in space [rad/s].
+        Skew matrix W of the angular velocity [rad/s]: a point at rest in the frame has the velocity
+        ``W (r - point)`` in space.
     point : ndarray, shape (dim,)
         A point of the axis [m].
     """
@@ -130,8 +129,8 @@ class Masses(SceneBase):
         Raises
         ------
         InputError
-            If the mass or a moment is negative or not finite, no body has such moments, or the node
-            has no frame.
+            If the mass or a moment is negative or not finite, the moments violate the
+            triangle inequality, or the node has no frame.
         """
         point = check_point("a mass", node)
         self._own("a mass", point.beam)
@@ -183,7 +182,7 @@ class Masses(SceneBase):
         -----
         The theory is in docs/theory.md.
         """
-        if any(isinstance(each, RotatingFrame) for each in self.attachments):
+        if any(isinstance(attachment, RotatingFrame) for attachment in self.attachments):
             raise InputError(
                 "the scene is described in a rotating frame already: add up both angular velocities"
             )
@@ -196,24 +195,24 @@ class Masses(SceneBase):
             x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
             given = (x, y, z)
             spin = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        largest, most = float(np.abs(spin).max()), math.sqrt(MAX_MAGNITUDE)
-        if largest > most:
+        largest, limit = float(np.abs(spin).max()), math.sqrt(MAX_MAGNITUDE)
+        if largest > limit:
             raise InputError(
-                f"{what} must be at most {most:g} rad/s, whose squares are in the range of "
+                f"{what} must be at most {limit:g} rad/s, whose squares are in the range of "
                 f"floating-point numbers, got {largest:g} rad/s"
             )
-        place = np.zeros(self.dim)
+        position = np.zeros(self.dim)
         if point is not None:
-            place = check_vector("point of the rotating frame", point, self.dim, "m")
-        for array in (spin, place):
+            position = check_vector("point of the rotating frame", point, self.dim, "m")
+        for array in (spin, position):
             array.flags.writeable = False
-        record = RotatingFrameSpec(given, None if point is None else tuple(place.tolist()))
-        return self._attach(RotatingFrame(spin, place), record)
+        record = RotatingFrameSpec(given, None if point is None else tuple(position.tolist()))
+        return self._attach(RotatingFrame(spin, position), record)
 
     @property
     def turning(self) -> float:
         """Angular speed of the frame that the scene is described in [rad/s]."""
-        frames = [each for each in self.attachments if isinstance(each, RotatingFrame)]
+        frames = [item for item in self.attachments if isinstance(item, RotatingFrame)]
         return float(np.linalg.norm(frames[0].spin)) / math.sqrt(2.0) if frames else 0.0
 
     def _check_frame(self, node: Point) -> None:
@@ -252,11 +251,11 @@ def _spatial(node: Point, inertia: ArrayLike) -> Matrix:
     largest = float(np.abs(matrix).max())
     if np.abs(matrix - matrix.T).max() > ROUNDING_RATIO * largest:
         raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
-    # Second moments of the mass along each axis: sums of squares.
+    # The second moments of the mass along each axis are sums of squares.
     least = float(np.linalg.eigvalsh(second_moments(matrix)).min())
     if least < -ROUNDING_RATIO * largest:
         raise InputError(
-            f"{what} belongs to no body: each principal moment is at most the sum of the other two "
+            f"{what} is not physical: each principal moment is at most the sum of the other two "
             f"and not negative, got {format_value(inertia)}"
         )
     return matrix

@@ -38,35 +38,35 @@ class RopeSpec(Record):
 
     def describe(self, at: At, made: Any) -> str:
         """Describe everything that its force follows from."""
-        points = "; ".join(text(each, at) for each in self.points)
+        points = "; ".join(text(end, at) for end in self.points)
         values = f"{self.stiffness:.9g}, {self.damping:.9g}, {self.slack:.9g}"
         return f"rope ({points}), length {text(made.given, at)}: ({values})"
 
 
 @dataclass(frozen=True)
 class Change:
-    """By how much a natural length differs from that at t = 0.
+    """The change of a natural length since t = 0.
 
     Parameters
     ----------
     given : callable
         The natural length as a function of t [m].
     length : float
-        That at t = 0 [m].
+        Its value at t = 0 [m].
     """
 
     given: Callable[[Any], Any]
     length: float
 
     def __call__(self, t: Any) -> Any:
-        """Return it at a time, or at many [m]."""
+        """Return the change at a time, or at many [m]."""
         now = np.asarray(self.given(t), dtype=float)
         if now.size and not now.min() > 0.0:
             raise InputError(f"the length must be positive, got {now.min():.6g} m")
         return now - self.length
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
+        """Return the state for pickling."""
         return self.__dict__ | {"given": picklable(self.__dict__["given"])}
 
 
@@ -85,11 +85,11 @@ class Rope(Attachment):
     length : float
         Natural length at t = 0 [m].
     slack : float
-        Strain about which it goes slack [-].
+        Transition strain to zero tension [-].
     change : PrescribedValue, optional
-        By how much the natural length differs from that over time [m].
+        Change of the natural length over time [m].
     given : float, Signal or callable
-        The length as it was given.
+        The argument `length`.
     """
 
     points: tuple[Point | Vector, ...]
@@ -108,12 +108,12 @@ class Rope(Attachment):
         return f"the rope over {', '.join(ends)}"
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
+        """Return the state for pickling."""
         return self.__dict__ | {"given": picklable(self.given)}
 
     @property
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
-        """The lines from point to point."""
+        """The lines between consecutive points."""
         return tuple(pairwise(self.points))
 
     def tension(self, path: Vector, rate: Vector, length: Vector | float) -> Vector:
@@ -122,7 +122,7 @@ class Rope(Attachment):
         Parameters
         ----------
         path, rate : (k,) float
-            The distances of the points, added up [m], and their rate [m/s].
+            Sum of the distances of the points [m], and its rate [m/s].
         length : float or (k,) float
             Natural length [m].
         """
@@ -131,9 +131,9 @@ class Rope(Attachment):
         with np.errstate(invalid="ignore", divide="ignore"):
             low = 0.5 * self.slack**2 / (root - strain)
             positive = np.where(strain > 0.0, 0.5 * (strain + root), np.where(root > 0.0, low, 0.0))
-            share = np.where(root > 0.0, positive / root, 0.0)
-        elastic = self.stiffness * positive * share
-        viscous = self.damping * share**2 * rate / length
+            fraction = np.where(root > 0.0, positive / root, 0.0)
+        elastic = self.stiffness * positive * fraction
+        viscous = self.damping * fraction**2 * rate / length
         return np.asarray(elastic + np.maximum(viscous, -elastic))
 
 

@@ -1,4 +1,4 @@
-"""Springs and dampers between two points, and elastic ropes over several."""
+"""Springs and dampers between two points."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Stiffness = float | Callable[[float], float]
 
-# Signatures of C functions that give the force [N] at an elongation [m].
+# Signatures of C functions from the elongation [m] to the force [N].
 LAW_SIGNATURES = ("double (double)", "double (double, void *)")
 
 
@@ -47,7 +47,7 @@ class SpringSpec(Record):
     units: ClassVar = {"b": "m", "stiffness": "N/m", "damping": "N s/m", "length": "m"}
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe where it is and its numbers; of a force law that it is one."""
+        """Describe its ends and its numbers; a force law is not described."""
         other = at(self.b) if isinstance(self.b, PointRef) else format_numbers(self.b)
         law = callable(self.stiffness) or is_compiled(self.stiffness)
         stiffness = "a force law" if law else f"{self.stiffness:.9g}"
@@ -57,7 +57,7 @@ class SpringSpec(Record):
 
 @dataclass(frozen=True, eq=False)
 class Spring(Attachment):
-    """A massless spring and a damper side by side, along the line between two points.
+    """A massless spring and a damper in parallel, along the line between two points.
 
     Attributes
     ----------
@@ -66,11 +66,11 @@ class Spring(Attachment):
     b : Point or ndarray of shape (dim,)
         The other end: a point of a beam, or one fixed in space [m].
     stiffness : float or callable
-        Force over elongation [N/m], or the force [N] as a function of the elongation [m].
+        Stiffness [N/m], or the force [N] as a function of the elongation [m].
     damping : float
-        Force over the rate of the length [N s/m].
+        Damping [N s/m].
     length : float
-        Length without force [m].
+        Free length [m].
     """
 
     a: Point
@@ -96,14 +96,14 @@ class Spring(Attachment):
         return ((self.a, self.b),)
 
     def pull(self, elongation: float) -> float:
-        """Return the force at an elongation [N]; 0 of a C function, not called from here."""
+        """Return the force at an elongation [N]; 0 for a C function, which is not called."""
         if is_compiled(self.stiffness):
             return 0.0
         law = self.stiffness
         return float(law(elongation)) if callable(law) else float(law * elongation)
 
     def failure(self, elongation: float, raised: Exception | None = None) -> LoadError:
-        """Return the error for a force law that raised one, or returned no finite number."""
+        """Return the error for a force law that raised an exception or is not finite."""
         law = f"the force law of {self.what}, at an elongation of {elongation:.6g} m,"
         if raised is None:
             return LoadError(f"{law} returned no finite number of newtons", math.nan)
@@ -112,12 +112,12 @@ class Spring(Attachment):
         return error
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
+        """Return the state for pickling."""
         return self.__dict__ | {"stiffness": picklable_callback(self.stiffness, self.what)}
 
 
 class Springs(SceneBase):
-    """Springs, dampers and elastic ropes of a scene."""
+    """Springs and dampers of a scene."""
 
     def spring(
         self,
@@ -128,7 +128,7 @@ class Springs(SceneBase):
         damping: float = 0.0,
         length: float | None = None,
     ) -> Spring:
-        """Put a massless spring and damper between two points.
+        """Add a massless spring and damper between two points.
 
         With the distance l of the points it pulls them together with
         ``stiffness * (l - length) + damping * dl/dt``.
@@ -149,7 +149,7 @@ class Springs(SceneBase):
         damping : float, optional
             Damping [N s/m], zero or more.
         length : float, optional
-            Length without force [m], by default the distance of the points in the reference shape.
+            Free length [m], by default the distance of the points in the reference shape.
 
         Returns
         -------
@@ -176,7 +176,7 @@ class Springs(SceneBase):
             raise InputError(f"{what} has both ends at one point")
         if length is None and distance <= COINCIDENCE_RATIO * one.beam.size:
             raise InputError(
-                f"{what} has both ends at one place, so its length is not known: give length="
+                f"{what}: the end points coincide, so the free length is undefined; pass length="
             )
         law = callable(stiffness) or is_compiled(stiffness)
         spring = Spring(
@@ -197,26 +197,26 @@ class Springs(SceneBase):
         if is_compiled(stiffness):
             check_signature(f"the force law of {what}", stiffness, *LAW_SIGNATURES)
         elif law:
-            try_out(spring, distance - spring.length)
+            check_law(spring, distance - spring.length)
         end = other.reference if isinstance(other, Point) else as_data(other)
         rest = None if length is None else spring.length
         record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
         return self._attach(spring, record)
 
 
-def try_out(spring: Spring, elongation: float) -> None:
-    """Call a force law once, so that a wrong one is found where it is given."""
+def check_law(spring: Spring, elongation: float) -> None:
+    """Call a force law once, so that errors are raised where it is defined."""
     with trial_call():
         try:
-            found = float(spring.stiffness(elongation))
-        except Exception as error:  # a function of the caller's may raise anything
+            force = float(spring.stiffness(elongation))
+        except Exception as error:  # a user function may raise anything
             raise spring.failure(elongation, error) from error
-        if not math.isfinite(found):
+        if not math.isfinite(force):
             raise spring.failure(elongation)
 
 
 def place(end: Point | NDArray[np.float64]) -> str:
-    """Show an end of a spring."""
+    """Return an end of a spring as text."""
     if isinstance(end, Point):
         return repr(end)
-    return "(" + ", ".join(f"{each:.9g}" for each in end) + ")"
+    return "(" + ", ".join(f"{x:.9g}" for x in end) + ")"

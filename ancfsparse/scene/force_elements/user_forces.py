@@ -40,23 +40,23 @@ class ForceSpec(Record):
     method = "force"
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe where it acts; the function counts for nothing."""
+        """Describe its points; the function is not described."""
         return f"force ({text(self.points, at)}): a function of the motion"
 
 
 @dataclass(frozen=True, eq=False)
 class Force(Attachment):
-    """Forces on points that are a function of where they are, how they move, and the time.
+    """Forces on points as a function of their positions and velocities, and of time.
 
     Attributes
     ----------
     points : tuple of Point
-        Where they act.
+        The points.
     function : callable
         Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns the
         forces (k, dim) [N].
     coupled : bool
-        Whether the force on a point depends on the motion of others.
+        True if the force on a point depends on the motion of other points.
     """
 
     points: tuple[Point, ...]
@@ -76,25 +76,25 @@ class Force(Attachment):
         Raises
         ------
         LoadError
-            If it raises an error, or returns no forces.
+            If it raises an exception, or its result is not valid.
         """
         try:
-            found = self.function(q, v, t)
-        except Exception as error:  # a function of the caller's may raise anything
+            result = self.function(q, v, t)
+        except Exception as error:  # a user function may raise anything
             raise self.failure(t, f"{type(error).__name__}: {error}".rstrip(": ")) from error
         try:
-            forces = np.asarray(found, dtype=np.float64)
+            forces = np.asarray(result, dtype=np.float64)
         except (TypeError, ValueError):
             raise self.failure(
-                t, f"it returned {format_value(found)}, no array of numbers"
+                t, f"it returned {format_value(result)}, not an array of numbers"
             ) from None
         if forces.shape != q.shape:
             raise self.failure(
                 t, f"it returned shape {forces.shape}, where {q.shape} is needed: a row for a point"
             )
-        bad = np.argwhere(~np.isfinite(forces))
-        if len(bad):
-            row, column = bad[0]
+        invalid = np.argwhere(~np.isfinite(forces))
+        if len(invalid):
+            row, column = invalid[0]
             raise self.failure(
                 t, f"it returned {forces[row, column]} N along {'xyz'[column]} at point {row}"
             )
@@ -105,12 +105,12 @@ class Force(Attachment):
         return LoadError(f"{self.what}, a function, failed at t = {t:.6g} s: {reason}", t)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Give what is pickled."""
+        """Return the state for pickling."""
         return self.__dict__ | {"function": picklable_callback(self.function, self.what)}
 
 
 class Forces(SceneBase):
-    """Forces of a scene that are functions of the motion."""
+    """User-defined forces of a scene."""
 
     def force(
         self,
@@ -129,8 +129,8 @@ class Forces(SceneBase):
             Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns
             forces (k, dim) [N].  It must depend on these alone, because it is called for trial
             states too.  As a Python function it is called once for each residual, with all points
-            at once; a call costs some 5 microseconds and what the function itself does, and for a
-            matrix there are 4 dim such calls.  A `scipy.LowLevelCallable`, or a capsule with the
+            at once; a call costs about 5 microseconds besides the function itself, and a matrix
+            needs 4 dim calls.  A `scipy.LowLevelCallable`, or a capsule with the
             signature as its name, costs next to nothing: ``int f(ptrdiff_t k, double *q, double *v,
             double t, double *force, void *data)``, rows behind each other, which sets `force` and
             returns 0, or another number if it fails.

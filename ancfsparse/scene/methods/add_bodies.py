@@ -58,87 +58,86 @@ class Bodies(SceneBase):
         ----------
         element : str or ElementKind
             ``"string"`` (positions alone: no bending stiffness), ``"l2t2"`` (planar cable),
-            ``"thin"`` (cable), or ``"thick"`` (beam with section vectors, so with shear and
-            torsion); or the ``ELEMENT`` of a package that
-            ``ancfsparse element`` has built from an energy of your own; or ``"auto"``: `ancf.plan`
-            chooses it for a quantity and its error.
+            ``"thin"`` (cable), or ``"thick"`` (beam with section vectors, hence with
+            shear and torsion); or the ``ELEMENT`` of a package built by ``ancfsparse element`` from
+            a user-defined energy; or ``"auto"``: `ancf.plan` chooses it for a quantity and its
+            tolerance.
         start, end : array_like, shape (dim,)
-            Its two ends [m], apart from each other; left out if there is a `curve`.
+            Its two ends [m], which differ; omitted if there is a `curve`.
         n_elements : int or "auto"
-            Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then handles
-            by arc length, such as ``rod.end`` and ``rod.at(s)``, are nodes at the 600th parts of
-            the length.
+            Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then points
+            such as ``rod.end`` and ``rod.at(s)`` are nodes at multiples of 1/600 of the length.
         section : CrossSection or Taper
             Its cross-section: a `Rectangle`, `Circle`, `Tube`, `IBeam`, `Polygon`, `Section` or
-            `Taper`.  A spatial cable bends alike in all directions and needs
-            ``inertia_y`` equal to ``inertia_z``.
+            `Taper`.  A spatial cable requires ``inertia_y`` equal to ``inertia_z``.
         material : Material
-            What it is made of.
+            Its material.
         curve : Arc, Helix, array_like of shape (k, dim) or callable, optional
             Its axis: a shape, points [m] through which a cubic spline runs (closed if the last is
             the first), or a function that maps parameters (k,) from 0 to 1 to positions (k, dim)
-            [m].  It must be smooth; weld beams at corners.  Nodes stand at equal arc lengths.
+            [m].  It must be smooth; weld beams at corners.  Nodes are at equal arc lengths.
         rest : str, optional
-            Shape in which a beam along a curve, or with a twist, is free of stress: ``"curved"``,
-            that shape, or ``"straight"``: it is bent into it and springs back.  Free of stress
-            where it is curved can be ``"thin"`` in a planar scene and ``"thick"``.
+            Stress-free shape of a beam along a curve or with a twist: ``"curved"``, that shape, or
+            ``"straight"``: it is bent into that shape.  ``"curved"`` is possible for ``"thin"`` in
+            a planar scene and for ``"thick"``.
         nodes : array_like, shape (n_elements + 1,), optional
-            Shares of the length at which nodes stand, growing from 0 to 1, in place of
+            Positions of the nodes as fractions of the length, increasing from 0 to 1, in place of
             `n_elements`.
         length : float, optional
-            Length without stress [m].  A beam that is longer than the distance of its ends starts
-            as a catenary, which hangs in the gravity of the scene without stretching; a shorter
-            one, or one along a curve, is strained evenly.  The beam is straight without stress.
+            Length without stress [m].  A beam longer than the distance of its ends starts as an
+            inextensible catenary in the gravity of the scene; a shorter one, or one along a curve,
+            is strained uniformly.  The stress-free beam is straight.
         tension : float, optional
-            Axial force in the start [N], positive if it pulls, in place of `length`.
+            Initial axial force [N], positive in tension, in place of `length`.
         slack : float, optional
-            For ``"string"``: strain about which it goes slack [-], so that it transmits no
+            For ``"string"``: transition strain to zero force [-], so that it transmits no
             compression.  The transition is smooth: with the axial stiffness E A the force at the
-            natural length is E A slack / 4; it follows Hooke's law to a share of
-            slack^4 / 16 strain^4 in tension, and vanishes as fast in compression.  About the strain
-            under the smallest force of interest is a good choice; smaller ones make steps harder.
+            natural length is E A slack / 4; the relative deviation from Hooke's law is
+            slack^4 / (16 strain^4) in tension, and the force vanishes as fast in compression.  The
+            strain under the smallest force of interest is a good choice; smaller values make steps
+            harder.
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
         curvature : str, optional
-            For ``"thick"``: ``"axis"``, the paper's, without shear in the limit of fine meshes;
-            elements should stay longer than about ``b**2 / R`` where a beam of height ``b`` bends
+            For ``"thick"``: ``"axis"``, as in the paper, without shear in the limit of fine meshes;
+            elements should be longer than about ``b**2 / R`` where a beam of height ``b`` bends
             to the radius ``R``.  ``"section"``, flexible in shear: Timoshenko's beam, with
             ``r_x`` free at clamps.  Formulas are in docs/theory.md.
         section_strain : str, optional
             For ``"thick"``: ``"consistent"`` or ``"nodal"``.
         up : array_like of shape (3,) or callable, optional
-            Rough direction of e_y, the height of the section, in a spatial scene: one for the whole
-            beam, or a function that maps arc lengths (k,) [m] to directions (k, 3).  The default
-            turns the section at the start as in a planar scene: e_z as near to +z as possible,
-            e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z, and a beam along z takes
-            e_y = +y.  From there a curve carries the section along without turning it about e_x.
-            That is y of the section; where it has an ``inertia_yz``, the e_y and e_z of results are
-            its principal axes nearest to y and z.
+            Approximate direction of e_y, the height of the section, in a spatial scene: one for the
+            whole beam, or a function that maps arc lengths (k,) [m] to directions (k, 3).  By
+            default the section at the start is oriented as in a planar scene: e_z as near to +z as
+            possible, e_y = e_z x e_x, so a beam along +x has e_y = +y and e_z = +z, and a beam
+            along z has e_y = +y.  Along a curve the frame does not rotate about e_x.  This is y of
+            the section; if it has an ``inertia_yz``, the e_y and e_z of results are its principal
+            axes nearest to y and z.
         twist : float or callable, optional
-            Of a thick beam in space: angle by which the section is turned further about e_x [rad],
-            growing evenly from 0 at the start to this at the end; or a function that maps arc
+            Additional rotation of the section of a thick beam in space about e_x [rad], increasing
+            linearly from 0 at the start to this value at the end; or a function that maps arc
             lengths (k,) [m] to angles (k,).
         offset : float or array_like of shape (dim - 1,), optional
-            Of a straight beam of ``"thick"`` with ``curvature="section"``: from the line between
-            `start` and `end` to the centroid of its section, y, in space (y, z), in the axes of the
-            section [m].  ``rod.start``, ``rod.end``, ``rod.node(i)`` and ``rod.at(s)`` are points
-            of the line, so joints and loads there bend the beam as well; ``rod.at(s, y=0)`` is the
-            centroid, along which gravity and distributed forces act.
+            Offset of a straight beam of ``"thick"`` with ``curvature="section"``, from the line
+            between `start` and `end` to the centroid of its section: y, in space (y, z), in the
+            axes of the section [m].  ``rod.start``, ``rod.end``, ``rod.node(i)`` and ``rod.at(s)``
+            are points of the line, so joints and loads there bend the beam as well;
+            ``rod.at(s, y=0)`` is the centroid, along which gravity and distributed forces act.
         eigenstrain : float, callable or Signal, optional
-            Elongation of the axis that it would have without stress [-], such as thermal expansion
-            times a change of temperature; or a function of the arc coordinate s [m], taken in the
-            middle of every element; or a signal such as ``Ramp(1e-3, 60.0)``, at a time the same in
-            the whole beam, whose work counts in the energy balance.  Of ``"thin"`` in a planar
-            scene and ``"thick"``.
+            Axial strain without stress [-], such as a coefficient of thermal expansion times a
+            change of temperature; or a function of the arc coordinate s [m], evaluated in the
+            middle of every element; or a signal such as ``Ramp(1e-3, 60.0)``, uniform along the
+            beam, whose work is part of the energy balance.  For ``"thin"`` in a planar scene and
+            ``"thick"``.
         eigencurvature : float, array_like of shape (2,), callable or Signal, optional
-            Likewise the turn of its sections per length [1/m], counterclockwise in the plane, about
-            e_y and e_z in space: of a strip of two layers, or with a gradient of temperature.
+            Curvature without stress [1/m], counterclockwise in the plane, about e_y and e_z in
+            space: of a bimetallic strip, or by a temperature gradient.
         velocity : array_like of shape (dim,) or callable, optional
             Initial velocity [m/s]: one for all, or a function that maps reference positions
             (k, dim) [m] to velocities (k, dim).  The default is at rest.
         name : str, optional
-            How messages call it; ``"beam 0"`` for the first beam and so on if not given, or the
-            next number that no name has.
+            Name in messages; by default ``"beam 0"`` for the first beam and so on, or the next
+            unused number.
 
         Returns
         -------
@@ -148,7 +147,7 @@ class Bodies(SceneBase):
         Raises
         ------
         InputError
-            If anything does not fit, with what to give instead.
+            If an argument is invalid; the message suggests a valid one.
         """
         label = self._label(name, "beam")
         if section is None or material is None or (n_elements is None and nodes is None):
@@ -188,9 +187,9 @@ class Bodies(SceneBase):
     ) -> Mesh:
         """Add a net or lattice of cables or beams along the edges between nodes.
 
-        All edges at a node share its position.  Edges that run on through it in a line share
-        their slope and section, as the elements of one cable or beam do; all others are free to
-        turn against each other.  `add_frame` welds them instead.
+        All edges at a node share its position.  Edges that continue each other in a line also share
+        their slope and section, as the elements of one cable or beam do; all others rotate
+        independently.  `add_frame` welds them instead.
 
         Parameters
         ----------
@@ -200,26 +199,26 @@ class Bodies(SceneBase):
             The two nodes of every edge, numbered from 0.
         element : str or ElementKind
             ``"string"`` (no bending stiffness, three coordinates a node in space), ``"l2t2"``
-            (planar cable), ``"thin"`` (cable) or ``"thick"`` (beam), or an element of your own, as
+            (planar cable), ``"thin"`` (cable) or ``"thick"`` (beam), or a user element, as
             in `add_beam`; or ``"auto"``: `ancf.plan` chooses strings or cables.  In space a line of
-            ``"thick"`` with hinges at both ends may spin about its axis; its sections have e_z as
+            ``"thick"`` with hinges at both ends may rotate about its axis; its sections have e_z as
             near to +z as possible, as in `add_beam`.
         section : CrossSection
             Cross-section of all edges, as in `add_beam` but for a `Taper`.  A spatial cable needs
             ``inertia_y`` equal to ``inertia_z``.
         material : Material
-            What they are made of.
+            Their material.
         n_elements : int or "auto", optional
             Number of elements of every edge, at least 1.  Nodes inside edges are numbered after
             those given.  ``"auto"``: `ancf.plan` chooses it; until then handles are the nodes that
             were given, and points inside edges.
         smooth : float, optional
-            Edges that deviate by less than this from running on straight make one cable
-            [degrees], 0 to 90.  Where several could, the straightest two are taken first, and an
-            edge is continued at most once at each end.  The shared slope is the mean of both
-            directions, so a cable with a bend starts with the stress of that bend.
+            Largest angle between edges that continue each other as one cable [degrees], 0 to 90.
+            Of several edges the straightest two are connected first, and an edge is continued at
+            most once at each end.  The shared slope is the mean of both directions, so a cable with
+            a bend starts with the stress of that bend.
         slack : float, optional
-            For ``"string"``: strain about which it goes slack [-], as in `add_beam`.
+            For ``"string"``: transition strain to zero force [-], as in `add_beam`.
         strain : str, optional
             For ``"thin"``: ``"green"`` or ``"biot"``.
         curvature, section_strain : str, optional
@@ -228,7 +227,7 @@ class Bodies(SceneBase):
             Initial velocity [m/s]: one for all, or a function that maps reference positions
             (k, dim) [m] to velocities (k, dim).  The default is at rest.
         name : str, optional
-            How messages call it; ``"mesh 0"`` if it is the first in the scene and so on.
+            Name in messages; by default ``"mesh 0"`` for the first body and so on.
 
         Returns
         -------
@@ -238,7 +237,7 @@ class Bodies(SceneBase):
         Raises
         ------
         InputError
-            If anything does not fit, with the first offender and how many there are.
+            If an argument is invalid; the message names the first offender and their number.
         """
         record = MeshSpec(
             nodes=nodes, edges=edges, element=element, section=section, material=material,

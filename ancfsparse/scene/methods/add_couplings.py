@@ -1,4 +1,4 @@
-"""The methods of a scene that prescribe or couple what joints leave free."""
+"""The methods of a scene that prescribe or couple joint coordinates."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class DrivenSpec(Record):
     method = "drive_joint"
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equation follows from."""
+        """Describe the data of its equation."""
         kind = "drive as constraint" if self.as_constraint else "drive"
         return f"{kind} of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
 
@@ -91,15 +91,15 @@ class WinchSpec(Record):
     units: ClassVar = {"radius": "m"}
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equation follows from."""
-        points = "; ".join(text(each, at) for each in self.points)
+        """Describe the data of its equation."""
+        points = "; ".join(text(end, at) for end in self.points)
         length = "" if self.length is None else f", length {text(self.length, at)}"
         drum = "" if self.drum is None else f", drum {at(self.drum)} {self.radius:.9g}"
         return f"winch ({points}){length}{drum}"
 
 
 class Couplings(SceneBase):
-    """Joints of a scene that act on the freedoms of others."""
+    """Joints of a scene that act on the coordinates of other joints."""
 
     def drive_joint(
         self,
@@ -111,32 +111,31 @@ class Couplings(SceneBase):
         of: str | None = None,
         as_constraint: bool = False,
     ) -> PrescribedJoint:
-        """Move a joint as prescribed: a hinge by its angle, a sliding joint by its displacement.
+        """Prescribe a joint coordinate: the angle of a hinge, the displacement of a sliding joint.
 
-        `Trajectory.joint_force` is the moment or force that takes; its work counts in the energy
-        balance.  The angle of a planar body against the ground is prescribed by numbering where
-        other joints leave that free: angle, angular velocity and acceleration are exact then.  All
-        others are equations, whose velocities and multipliers have the error of the integrator.
+        `Trajectory.joint_force` is the required moment or force; its work is part of the energy
+        balance.  The angle of a planar body relative to the ground is prescribed by coordinates if
+        other joints permit: angle, angular velocity and acceleration are exact then.  All others
+        are equations, whose velocities and multipliers have the error of the integrator.
 
         Parameters
         ----------
         joint : Joint
             A revolute, cylindrical or prismatic joint; in a planar scene also a pin or a connection
-            of nodes, of beams too, whose slopes then turn.
+            of nodes, also of beams, whose slopes then rotate.
         value : float, Signal or callable
-            The angle [rad] by which the first side of the joint is turned against the second one,
-            or the ground, right-handed about the axis, counterclockwise in the plane; it is 0 in
-            the reference shape and may count many turns.  Or the displacement of the first point
-            from the second one along the axis [m].  A signal such as
+            The rotation [rad] of the first side of the joint relative to the second one or the
+            ground, right-handed about the axis, counterclockwise in the plane; it is 0 in the
+            reference shape and may exceed a turn.  Or the displacement of the first point relative
+            to the second one along the axis [m].  A signal such as
             ``Ramp(math.pi, 0.5, smooth=True)`` or a function of t [s], whose second derivative must
-            be continuous.  `simulate` starts with that of the start.
+            be continuous.  `simulate` starts with its initial rate.
         rate, second_rate : callable, optional
-            Its derivatives, as `drive` takes them.
+            Its derivatives, as in `drive`.
         of : str, optional
             ``"angle"`` or ``"displacement"``, where a joint has both.
         as_constraint : bool, optional
-            Prescribe it by an equation in any case; `EnergyMomentum` keeps the energy to rounding
-            then.
+            Always use an equation; `EnergyMomentum` then conserves the energy to rounding.
 
         Returns
         -------
@@ -146,28 +145,31 @@ class Couplings(SceneBase):
         Raises
         ------
         InputError
-            If the joint leaves nothing free that is one number, or the motion is not smooth.
+            If the joint has no such coordinate, or the motion is not smooth.
         SingularSceneError
-            If it is driven already.
+            If it is prescribed already.
         """
         reference = self._joint("a drive", joint)
-        freedom = select_coordinate("a drive", joint, of)
+        coordinate = select_coordinate("a drive", joint, of)
         for other in self.joints:
             if (
                 isinstance(other, mechanisms.PrescribedJoint)
                 and other.joint is joint
-                and other.of == freedom
+                and other.of == coordinate
             ):
                 raise SingularSceneError(
-                    f"the {freedom} of the {joint.label} is driven already: leave one drive out"
+                    f"the {coordinate} of the {joint.label} is prescribed already: leave one drive "
+                    "out"
                 )
-        subject = f"the {freedom} of the {joint.label}"
+        subject = f"the {coordinate} of the {joint.label}"
         motion = records.define_motion(
-            subject, 0, value, rate, second_rate, COORDINATE_UNITS[freedom]
+            subject, 0, value, rate, second_rate, COORDINATE_UNITS[coordinate]
         )
         flag = check_flag("as_constraint of a drive", as_constraint)
         record = DrivenSpec(reference, value, rate, second_rate, of, flag)
-        return self._add_partial(mechanisms.PrescribedJoint(joint, freedom, motion, flag), record)
+        return self._add_partial(
+            mechanisms.PrescribedJoint(joint, coordinate, motion, flag), record
+        )
 
     def slide(self, point: Point, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
         """Let a point slide along a beam or a mesh without friction, from element to element.
@@ -175,15 +177,15 @@ class Couplings(SceneBase):
         Parameters
         ----------
         point : Point
-            The point, such as ``carriage.origin``, of another body or beam; on the axis of the
-            beam at the start.
+            The point, such as ``carriage.origin``, of another body or beam, initially on the axis
+            of the beam.
         along : Beam or Mesh
             The beam, with an axis that has slopes; or a mesh, along the line that the point is on
-            at the start, straight on at crossings.  A point that comes to its end ends the run,
-            with an error that keeps the states before.
+            at the start, straight at crossings.  The run ends with an error that keeps the
+            previous states when the point reaches an end.
         lateral : array_like, shape (3,), optional
-            In space a direction that the axis does not turn to, such as the horizontal one across a
-            rope; by default the axis of the first section that is nearest to it.
+            Direction in space to which the axis does not become parallel, such as the horizontal
+            one across a rope; by default the section axis nearest to the horizontal.
 
         Returns
         -------
@@ -193,7 +195,7 @@ class Couplings(SceneBase):
         Raises
         ------
         InputError
-            If the point is not on the beam, or of it, or on a closed line of a mesh.
+            If the point is not on the beam, is a point of the beam, or is on a closed line.
         """
         node = self._mine("a slide", check_end("a slide", point))
         if not isinstance(along, Beam | Mesh):
@@ -238,18 +240,18 @@ class Couplings(SceneBase):
         of_one: str | None = None,
         of_other: str | None = None,
     ) -> Gear:
-        """Couple two joints: the first turns, or slides, `ratio` times as far as the second.
+        """Couple two joints: the coordinate of the first is `ratio` times that of the second.
 
-        A rack and its pinion are a prismatic joint and a hinge, a screw is a cylindrical joint with
-        itself.  The energy is kept.
+        A rack and pinion are a prismatic joint and a hinge, a screw is a cylindrical joint coupled
+        with itself.  The energy is conserved.
 
         Parameters
         ----------
         one, other : Joint
-            As `drive_joint` takes them; of one joint two freedoms.
+            As in `drive_joint`; or two coordinates of one joint.
         ratio : float
-            Angle or displacement of the first over that of the second [1, rad/m or m/rad], from the
-            reference shape on; two gears that mesh outside turn against each other: negative.
+            Change of the first coordinate over the change of the second [1, rad/m or m/rad];
+            negative for external gears, which rotate in opposite directions.
         of_one, of_other : str, optional
             ``"angle"`` or ``"displacement"``, where a joint has both.
 
@@ -261,12 +263,14 @@ class Couplings(SceneBase):
         Raises
         ------
         InputError
-            If a joint has no such freedom, or the ratio is zero or not finite.
+            If a joint has no such coordinate, or the ratio is zero or not finite.
         """
         references = self._joint("a gear", one), self._joint("a gear", other)
         of = select_coordinate("a gear", one, of_one), select_coordinate("a gear", other, of_other)
         if one is other and of[0] == of[1]:
-            raise InputError(f"a gear needs two freedoms, got the {of[0]} of the {one.label} twice")
+            raise InputError(
+                f"a gear needs two coordinates, got the {of[0]} of the {one.label} twice"
+            )
         by = check_finite("ratio of a gear", ratio)
         if by == 0.0:
             raise InputError("ratio of a gear must not be zero: the first joint would be locked")
@@ -285,25 +289,24 @@ class Couplings(SceneBase):
         drum: Joint | None = None,
         radius: float | None = None,
     ) -> Winch:
-        """Lead a massless rope without friction over points, and keep or prescribe its length.
+        """Add an inextensible massless rope over points, of constant or prescribed length.
 
-        `Trajectory.tension` is its tension, the same in all parts; the rope pushes as well as it
-        pulls, unlike that of `rope`.
+        `Trajectory.tension` is its uniform tension, which may be negative, unlike that of `rope`.
 
         Parameters
         ----------
         points : sequence of Point or array_like of shape (dim,)
             Two or more, such as ``[(0, 3), hook.origin]``; one is a point of a beam or a body.
         length : Signal or callable, optional
-            The length of the rope as a function of t [m], given as `drive` takes positions.  By
-            default it stays.
+            The length of the rope as a function of t [m], given as positions in `drive`.  By
+            default it is constant.
         rate, second_rate : callable, optional
-            Its derivatives, as `drive` takes them.
+            Its derivatives, as in `drive`.
         drum : Joint, optional
-            A hinge whose angle winds the rope up, instead of a length that is prescribed; a
-            negative one lets it out.
+            A hinge whose angle winds the rope up, instead of a prescribed length; a negative angle
+            pays it out.
         radius : float, optional
-            Of the drum [m].
+            Radius of the drum [m].
 
         Returns
         -------
@@ -315,7 +318,7 @@ class Couplings(SceneBase):
         InputError
             If a point is invalid, two consecutive ones coincide, or an argument is missing.
         """
-        ends, apart = self._points_of_rope("a winch", points)
+        ends, distances = self._points_of_rope("a winch", points)
         if (drum is None) != (radius is None):
             raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
         if drum is not None and length is not None:
@@ -330,7 +333,7 @@ class Couplings(SceneBase):
             radius = by
             select_coordinate("a winch", drum, "angle")
         places = tuple(
-            each.reference if isinstance(each, Point) else tuple(each.tolist()) for each in ends
+            end.reference if isinstance(end, Point) else tuple(end.tolist()) for end in ends
         )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
-        return self._add_partial(mechanisms.Winch(ends, sum(apart), motion, drum, by), record)
+        return self._add_partial(mechanisms.Winch(ends, sum(distances), motion, drum, by), record)

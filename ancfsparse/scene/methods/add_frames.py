@@ -44,7 +44,7 @@ class Frames(Bodies, Mechanisms):
         section_strain: str = "consistent",
         name: str | None = None,
     ) -> Frame:
-        """Add beams between nodes, straight and free of stress, and weld them where they meet.
+        """Add straight, stress-free beams between nodes, welded where they meet.
 
         Parameters
         ----------
@@ -59,14 +59,14 @@ class Frames(Bodies, Mechanisms):
         section : CrossSection or Taper
             Cross-section of all beams.
         material : Material
-            What they are made of.
+            Their material.
         up : array_like, shape (3,) or (m, 3), optional
-            Rough direction of e_y of all sections in space, or of those of each edge, as in
+            Approximate direction of e_y of all sections in space, or one for each edge, as in
             `add_beam`.
         strain, curvature, section_strain : str, optional
             As in `add_beam`.
         name : str, optional
-            How messages call it; ``"frame 0"`` if it is the first in the scene and so on.
+            Name in messages; by default ``"frame 0"`` for the first body and so on.
 
         Returns
         -------
@@ -76,12 +76,12 @@ class Frames(Bodies, Mechanisms):
         Raises
         ------
         InputError
-            If anything does not fit; nothing has been added then.
+            If an argument is invalid; nothing has been added then.
 
         Notes
         -----
-        It stands for calls of `add_beam` and `weld`, which are what the scene records.  Beams of
-        several sections are welded likewise by hand.
+        It calls `add_beam` and `weld`, whose records the scene stores.  Beams of different sections
+        are welded by these methods too.
         """
         label = self._label(name, "frame")
         options = {"strain": strain, "curvature": curvature, "section_strain": section_strain}

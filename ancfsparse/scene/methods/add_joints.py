@@ -31,16 +31,16 @@ class Joints(SceneBase):
     """Joints of a scene."""
 
     def pin(self, node: Point, *, as_constraint: bool = False) -> Pin:
-        """Hold the position of a point where it is, leave its rotation free.
+        """Fix the position of a point, leave its rotation free.
 
         Parameters
         ----------
         node : Point
-            The point, for example ``rod.start`` or ``rod.at(0.3)``; inside an element it is held by
-            equations.
+            The point, for example ``rod.start`` or ``rod.at(0.3)``; inside an element it is fixed
+            by equations.
         as_constraint : bool, optional
-            Hold it by constraint equations, whose multipliers are the reaction, instead of by
-            leaving its coordinates out.  The motion is the same.
+            Add constraint equations, whose multipliers are the reaction, instead of eliminating
+            coordinates.  The motion is the same.
 
         Returns
         -------
@@ -52,18 +52,18 @@ class Joints(SceneBase):
         return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
 
     def clamp(self, node: Point, stretch: str = "free") -> Clamp:
-        """Hold the position and the rotation of a node; of a mesh, every slope at the node.
+        """Fix the position and the rotation of a node; of a mesh, every slope at the node.
 
         Parameters
         ----------
         node : Point
             The node, for example ``rod.start``.
         stretch : str, optional
-            ``"free"`` holds the section: of a cable the direction of the slope r_x, of a thick beam
-            r_y and r_z, and with ``curvature="axis"`` r_x as well, which turns with them.
-            ``"fixed"`` holds all of r_x too: a cable cannot stretch at the wall, and a beam with
-            ``curvature="section"`` can neither stretch nor shear there, which makes the first
-            element too stiff.
+            ``"free"`` fixes the section: the direction of the slope r_x of a cable, r_y and r_z of
+            a thick beam, and with ``curvature="axis"`` also r_x, which rotates with them.
+            ``"fixed"`` also fixes the whole slope r_x: a cable cannot stretch at the wall, and a
+            beam with ``curvature="section"`` can neither stretch nor shear there, which makes the
+            first element too stiff.
 
         Returns
         -------
@@ -83,26 +83,26 @@ class Joints(SceneBase):
         second_rate: Callable[[float], ArrayLike] | None = None,
         as_constraint: bool = False,
     ) -> PrescribedPoint:
-        """Move the position of a point as prescribed, leave its rotation free.
+        """Prescribe the position of a point, leave its rotation free.
 
-        The force that takes is the reaction at the node; its work counts in the energy balance.
+        The required force is the reaction at the node; its work is part of the energy balance.
 
         Parameters
         ----------
         node : Point
             The point, for example ``rod.start`` or ``rod.at(0.3)``.
         position : array_like of shape (dim,), or callable
-            Where it is [m], or a function of t [s] that returns it: a signal such as
-            ``Ramp((0.1, 0.0), 0.5, smooth=True) + (2.0, 0.0)`` or a function of your own, whose
-            second derivative must be continuous.  `simulate` starts where it is at the start, and
-            with its velocity; from another place `solve_static` leads there.
+            The position [m], or a function of t [s] that returns it: a signal such as
+            ``Ramp((0.1, 0.0), 0.5, smooth=True) + (2.0, 0.0)`` or a user function, whose
+            second derivative must be continuous.  `simulate` starts at its initial position and
+            velocity; from another position `solve_static` leads there.
         rate, second_rate : callable, optional
-            Velocity [m/s] and acceleration [m/s2] as functions of t.  Those of a signal are known;
-            for a function without them differences over six points a step apart stand for them,
-            whose errors are of fourth order in the step; runs to an accuracy need them.
+            Velocity [m/s] and acceleration [m/s2] as functions of t.  A signal has its own; for
+            other functions the default is differences over six points a step apart, whose errors
+            are of fourth order in the step.  Error-controlled runs require them.
         as_constraint : bool, optional
-            Move it by equations, whose multipliers are the reaction, instead of by prescribing its
-            coordinates.  The motion is the same.
+            Add equations, whose multipliers are the reaction, instead of prescribing coordinates.
+            The motion is the same.
 
         Returns
         -------
@@ -130,15 +130,15 @@ class Joints(SceneBase):
         Parameters
         ----------
         node : Point
-            The point held.
+            The constrained point.
         anchor : array_like, shape (dim,)
-            The fixed point [m], apart from the node.
+            The fixed point [m], which differs from the node.
         length : callable, optional
             The distance as a function of t [m], for example of a rope that a winch pulls in, given
-            as `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default
-            it stays.  The rod pushes as well as it pulls.
+            as positions in `drive`, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default
+            it is constant.  The rod transmits tension and compression.
         rate, second_rate : callable, optional
-            Its derivatives, as `drive` takes them.
+            Its derivatives, as in `drive`.
 
         Returns
         -------
@@ -147,8 +147,8 @@ class Joints(SceneBase):
         """
         self._mine("a rod", check_point("a rod", node))
         point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)
-        way = node.position - point
-        distance = math.sqrt(way @ way)
+        difference = node.position - point
+        distance = math.sqrt(difference @ difference)
         if distance <= COINCIDENCE_RATIO * node.beam.size:
             raise InputError(
                 f"the rod at {node!r} would have zero length: its anchor {place(point)} is the "
@@ -160,15 +160,15 @@ class Joints(SceneBase):
         return self._add(RigidRod(node, point, distance, motion), record)
 
     def connect(self, a: Point, b: Point, *, apart: bool = False) -> Connect:
-        """Join two points at one place, free to turn against each other.
+        """Make two points coincide, with free relative rotation.
 
         Parameters
         ----------
         a, b : Point
             Points with the same reference position, unless `apart`.
         apart : bool, optional
-            Whether they may be apart in the reference shape.  `assemble` and `solve_static` bring
-            them together; a motion starts from what these return.
+            True if they may differ in the reference shape.  `assemble` and `solve_static` make them
+            coincide; a motion starts from their result.
 
         Returns
         -------
@@ -205,13 +205,13 @@ class Joints(SceneBase):
         Parameters
         ----------
         a, b : Point
-            Two points, apart from each other.
+            Two different points.
         length : callable, optional
             The distance as a function of t [m], for example of a hydraulic cylinder, given as
             `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default it
-            stays.
+            is constant.
         rate, second_rate : callable, optional
-            Its derivatives, as `drive` takes them.
+            Its derivatives, as in `drive`.
 
         Returns
         -------
@@ -221,10 +221,10 @@ class Joints(SceneBase):
         self._mine("a distance", check_point("a distance", a))
         self._mine("a distance", check_point("a distance", b))
         check_other_body("a distance", a, b)
-        apart = float(np.linalg.norm(a.position - b.position))
-        if apart <= COINCIDENCE_RATIO * max(a.beam.size, b.beam.size):
+        initial = float(np.linalg.norm(a.position - b.position))
+        if initial <= COINCIDENCE_RATIO * max(a.beam.size, b.beam.size):
             raise InputError(f"{a!r} and {b!r} coincide: to keep them together, use connect")
         subject = f"the distance of {a!r} and {b!r}"
         motion = self._length_over_time(subject, length, rate, second_rate)
         record = DistanceSpec(a.reference, b.reference, length, rate, second_rate)
-        return self._add_partial(Distance(a, b, apart, motion), record)
+        return self._add_partial(Distance(a, b, initial, motion), record)

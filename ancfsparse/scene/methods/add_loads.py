@@ -42,15 +42,15 @@ class Loads(SceneBase):
         Parameters
         ----------
         node : Point
-            Where, for example ``rod.end`` or ``rod.at(0.3)``.
+            The point, for example ``rod.end`` or ``rod.at(0.3)``.
         value : array_like, shape (dim,), or callable
             The force [N], or a function of t [s] that returns it, such as `Ramp`, `Sine`, `Pulse`
             or `Table`.
         follow : bool, optional
-            Whether its components are along the axes of the section, which it follows, and not
-            along those of space: in the plane along the slope and 90 degrees to the left of it, in
-            space along the vectors r_x (the slope), r_y and r_z of a thick beam or a rigid body.  A
-            cable in space has no axis but its slope, so the force is one number.
+            True for a follower force, with components along the axes of the section: in the plane
+            along the slope and its left normal, in space along the vectors r_x (the slope), r_y and
+            r_z of a thick beam or a rigid body.  A cable in space has only its slope, so the force
+            is one number.
 
         Returns
         -------
@@ -78,15 +78,15 @@ class Loads(SceneBase):
         Parameters
         ----------
         node : Point
-            Where, for example ``rod.end``.
+            The node, for example ``rod.end``.
         value : float, array_like of shape (3,), or callable
             The moment [N m], or a function of t [s] that returns it: one number
-            about +z in a planar scene, three components in a spatial one.  A cable cannot be
-            twisted: the part of a moment along its axis does nothing.  A beam with
-            ``curvature="section"`` takes a moment on r_y and r_z, all others bend by r_x.
+            about +z in a planar scene, three components in a spatial one.  A cable has no
+            torsion: the part of a moment along its axis has no effect.  A moment acts on r_y and
+            r_z of a beam with ``curvature="section"``, on r_x of all others.
         follow : bool, optional
-            Whether its axes are those of the section, r_x, r_y and r_z, which they follow, and not
-            those of space.  In the plane both are the same.
+            True for a follower moment, about the axes r_x, r_y and r_z of the section.  In the
+            plane it makes no difference.
 
         Returns
         -------
@@ -124,17 +124,16 @@ class Loads(SceneBase):
         Parameters
         ----------
         beam : Beam or Mesh
-            Where.
+            The body.
         value : array_like, shape (dim,), or callable
             The force per length [N/m], or a function of t [s] that returns it, such as `Ramp`,
             `Sine`, `Pulse` or `Table`.
         shape : callable, optional
-            A factor of it along a beam, a function of the arc coordinate s [m], from 0 at the start
-            to the length, that returns a number.  It is integrated by five Gauss points in every
-            element.
+            Factor of the force along a beam as a function of the arc coordinate s [m], from 0 at
+            the start to the length.  It is integrated with five Gauss points per element.
         follow : bool, optional
-            Whether its components are along the axes of the sections, as in `point_force`; in the
-            plane ``(0, p)`` is a pressure from the right-hand side of the beam.  It stays a force
+            True for a follower force along the axes of the sections, as in `point_force`; in the
+            plane ``(0, p)`` is a pressure on the right-hand side of the beam.  It remains a force
             per reference length.
 
         Returns
@@ -161,7 +160,7 @@ class Loads(SceneBase):
         return self._load(load, DistributedForceSpec(beam.reference, load.value, shape, follow))
 
     def changing_gravity(self, value: ArrayLike | Callable[[float], ArrayLike]) -> ChangingGravity:
-        """Apply gravity that changes with time, in addition to the constant one of the scene.
+        """Apply time-dependent gravity, in addition to the constant gravity of the scene.
 
         In a frame that accelerates by a(t), such as a vehicle, a lift or a shaken table, it is
         ``-a(t)``, and positions and velocities are those relative to the frame.
@@ -175,7 +174,7 @@ class Loads(SceneBase):
         Returns
         -------
         ChangingGravity
-            The load, on all masses; its work is that of a load.
+            The load on all masses.
         """
         load = ChangingGravity(self.dim, value)
         return self._load(load, ChangingGravitySpec(load.value))

@@ -1,7 +1,4 @@
-"""The methods of a scene that add joints between bodies, beams and the ground.
-
-The joints themselves are loaded where a scene has one.
-"""
+"""The methods of a scene that add joints between bodies, beams and the ground."""
 
 from __future__ import annotations
 
@@ -35,10 +32,8 @@ if TYPE_CHECKING:
 
 Kind = TypeVar("Kind", bound="TwoBodyJoint")
 
-# Deviation from a right angle that is taken for rounding [rad].
-MAX_ANGLE_ERROR = 1e-9
-# Deviation of the length of a unit vector from 1 that is taken for rounding.
-MAX_LENGTH_ERROR = 8.0 * np.finfo(float).eps
+MAX_ANGLE_ERROR = 1e-9  # [rad], of a right angle
+MAX_LENGTH_ERROR = 8.0 * np.finfo(float).eps  # of a unit vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +44,10 @@ class BetweenSpec(Record):
     b: PointRef | None = None
 
     def describe(self, at: At, made: Any) -> str:
-        """Describe everything that its equations follow from."""
+        """Describe the data of its constraints."""
         other = "ground" if self.b is None else at(self.b)
         more = "".join(
-            f", {name} {text(each, at)}" for name, each in self.given.items() if name not in "ab"
+            f", {name} {text(value, at)}" for name, value in self.given.items() if name not in "ab"
         )
         return f"{self.method} ({at(self.a)}; {other}){more}"
 
@@ -99,12 +94,12 @@ class WeldSpec(BetweenSpec):
 
 
 class Mechanisms(SceneBase):
-    """Joints of a scene that hold directions, or a point on a line."""
+    """Joints of a scene that constrain directions, or a point to a line."""
 
     def revolute(
         self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
     ) -> Revolute:
-        """Join two points by a hinge: they coincide and turn about one axis of both.
+        """Join two points by a hinge: they coincide and rotate about a common axis.
 
         In a planar scene that is `connect`, or `pin` to the ground.
 
@@ -113,15 +108,15 @@ class Mechanisms(SceneBase):
         a : Point
             A point, for example ``crank.end``.
         b : Point, optional
-            The other one, at the same place; without it the ground.
+            The other point, at the same position; by default the ground.
         axis : array_like, shape (3,)
             Direction of the axis in the reference shape.
 
         Returns
         -------
         Revolute
-            The joint.  Where the axis is one of the vectors of both bodies, or of the one at the
-            ground, and the points are their origins, it is made by numbering.
+            The joint.  If the points are origins, and the axis is a vector of both bodies or of the
+            body at the ground, it adds no equations.
         """
         self._check_spatial("revolute", "connect, or pin to the ground")
         ends = self._ends("a revolute joint", a, b)
@@ -138,14 +133,14 @@ class Mechanisms(SceneBase):
         axis_a: ArrayLike | None = None,
         axis_b: ArrayLike | None = None,
     ) -> Universal:
-        """Join two points; an axis of the first stays at a right angle to one of the second.
+        """Join two points; an axis of the first stays normal to an axis of the second.
 
         Parameters
         ----------
         a, b
             As in `revolute`.
         axis_a, axis_b : array_like, shape (3,)
-            Directions in the reference shape, at a right angle, fixed in `a` and in `b`.
+            Orthogonal directions in the reference shape, fixed in `a` and in `b`.
 
         Returns
         -------
@@ -168,7 +163,7 @@ class Mechanisms(SceneBase):
     def cylindrical(
         self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
     ) -> Cylindrical:
-        """Let a point slide along an axis of both bodies and turn about it.
+        """Let a point slide along an axis of both bodies and rotate about it.
 
         Parameters
         ----------
@@ -180,8 +175,8 @@ class Mechanisms(SceneBase):
         Returns
         -------
         Cylindrical
-            The joint.  Where the axis is one of space and the origin of a body slides beside the
-            ground, its place across the axis is held by numbering.
+            The joint.  If the axis is a coordinate axis and the origin of a body slides relative to
+            the ground, its other coordinates are fixed without equations.
         """
         self._check_spatial("cylindrical", "prismatic")
         ends = self._ends("a cylindrical joint", a, b, apart=True)
@@ -192,20 +187,20 @@ class Mechanisms(SceneBase):
         )
 
     def prismatic(self, a: Point, b: Point | None = None, *, axis: ArrayLike) -> Prismatic:
-        """Let a point slide along an axis without turning.
+        """Let a point slide along an axis without rotation.
 
         Parameters
         ----------
         a, b
             As in `revolute`; `a` is on the line through `b` along the axis.
         axis : array_like, shape (dim,)
-            Direction of the axis in the reference shape, which turns with `b`.
+            Direction of the axis in the reference shape, which rotates with `b`.
 
         Returns
         -------
         Prismatic
-            The joint.  Where the axis is one of space and the origin of a body slides beside the
-            ground, its place across the axis is held by numbering.
+            The joint.  If the axis is a coordinate axis and the origin of a body slides relative to
+            the ground, its other coordinates are fixed without equations.
         """
         ends = self._ends("a prismatic joint", a, b, apart=True)
         along = self._axis("a prismatic joint", axis)
@@ -216,8 +211,8 @@ class Mechanisms(SceneBase):
     def weld(self, a: Point, b: Point | None = None, *, stretch: str = "free") -> Weld:
         """Join two points without relative rotation.
 
-        At a beam it holds the section, as a clamp does; at a cable in space the direction of the
-        axis.  Where thick beams meet at an angle, or a thick beam and a cable, the section there
+        At a beam it constrains the section, as a clamp does; at a cable in space the direction of
+        the axis.  If thick beams meet at an angle, or a thick beam and a cable, the section there
         keeps its shape.
 
         Parameters
@@ -225,9 +220,9 @@ class Mechanisms(SceneBase):
         a, b
             As in `revolute`.
         stretch : str, optional
-            ``"free"`` leaves beams free to stretch there; ``"fixed"`` holds their slope r_x too: to
-            its reference length at a body or the ground, to the same stretch as that of another
-            beam.  Two cables in space whose axes are in line can be welded by ``"fixed"`` alone.
+            ``"free"`` leaves beams free to stretch there; ``"fixed"`` also constrains their slope
+            r_x: to its reference length at a body or the ground, to the stretch of another beam.
+            Two cables in space with a common tangent can be welded by ``"fixed"`` only.
 
         Returns
         -------
@@ -236,7 +231,7 @@ class Mechanisms(SceneBase):
         """
         ends = self._ends("a weld", a, b)
         beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]
-        cables = [each for each in beams if not each.spans(each.beam.axes_of(0)[-1])]
+        cables = [node for node in beams if not node.spans(node.beam.axes_of(0)[-1])]
         check_choice("stretch of a weld", stretch, ("free", "fixed"))
         if self.dim == 3 and len(cables) == 2 and not self._in_line(cables, stretch):
             raise InputError(
@@ -249,7 +244,7 @@ class Mechanisms(SceneBase):
 
     @staticmethod
     def _in_line(cables: list[Point], stretch: str) -> bool:
-        """Whether two cables have one tangent, which one slope is then."""
+        """Return True if two cables have one tangent, and so can share a slope."""
         return stretch == "fixed" and cables[0].spans(cables[1].frame[0])
 
     def _check_spatial(self, name: str, instead: str) -> None:
@@ -259,7 +254,7 @@ class Mechanisms(SceneBase):
     def _ends(
         self, what: str, a: Point, b: Point | None, apart: bool = False
     ) -> tuple[Point, Point | None]:
-        """Return the checked ends of a joint, which meet unless they may be apart."""
+        """Return the checked ends of a joint, which coincide unless `apart`."""
         one = self._mine(what, check_end(what, a))
         if b is None:
             return one, None
@@ -276,7 +271,7 @@ class Mechanisms(SceneBase):
         return one, other
 
     def _axis(self, what: str, axis: ArrayLike | None, name: str = "axis") -> Vector:
-        if axis is None:  # not a TypeError of Python's, so that planar scenes are refused first
+        if axis is None:  # checked here, so that planar scenes are refused first
             raise InputError(f"{what} needs {name}, its direction in the reference shape")
         given = check_vector(f"the axis of {what}", axis, self.dim)
         length = math.hypot(*given)  # does not overflow on the way
@@ -289,8 +284,8 @@ class Mechanisms(SceneBase):
     def _check_line(what: str, a: Point, b: Point | None, axis: Vector) -> None:
         if b is None:
             return
-        way = a.position - b.position
-        off = float(np.linalg.norm(way - (way @ axis) * axis))
+        difference = a.position - b.position
+        off = float(np.linalg.norm(difference - (difference @ axis) * axis))
         if off > COINCIDENCE_RATIO * max(a.beam.size, b.beam.size):
             raise InputError(
                 f"{what} needs {a!r} on the line through {b!r} along its axis, but it is "
@@ -309,7 +304,7 @@ class Mechanisms(SceneBase):
         of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
         a, b = ends
         for node, directions in zip(ends, of_each, strict=True):
-            if node is not None and not all(node.spans(each) for each in directions):
+            if node is not None and not all(node.spans(vector) for vector in directions):
                 raise InputError(
                     f"the {kind.name} joint needs directions of {node!r} that it does not have: a "
                     "thin rod or a cable has only that of its axis; exchange the two ends, or "

@@ -1,4 +1,4 @@
-"""The method of a scene that adds rigid bodies, and the checks of its arguments."""
+"""The method of a scene that adds rigid bodies."""
 
 from __future__ import annotations
 
@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
-# Relative deviation of inertias, unit vectors and right angles that is taken for rounding.
-ROUNDING_RATIO = 1e-9
+ROUNDING_RATIO = 1e-9  # relative error of inertias, unit vectors and right angles
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,22 +78,22 @@ class RigidBodies(SceneBase):
     ) -> RigidBody:
         """Add a rigid body.
 
-        Its frame may have its origin anywhere.  A joint at the origin is made by numbering, a joint
-        at another point of the body by equations.
+        The origin of its frame is arbitrary.  A joint at the origin fixes coordinates, a joint at
+        another point of the body adds equations.
 
         Parameters
         ----------
         shape : Box, Cylinder, Sphere or Rod, optional
-            Its shape, of uniform density; else give `inertia`.  A rod begins at the origin, all
-            others have their centre there.
+            Its shape, of uniform density, or else `inertia`.  A rod begins at the origin, all other
+            shapes have their centre there.
         position : array_like, shape (dim,)
             Position of the origin of its frame at the start [m].
         mass : float, optional
             Its mass [kg], positive.
         density : float, optional
-            Of a shape instead of the mass [kg/m3].
+            Density of a shape, instead of the mass [kg/m3].
         centre : array_like, shape (dim,), optional
-            Its centre of mass in its frame [m], instead of that of the shape or the origin.
+            Its centre of mass in its frame [m], by default the centre of the shape or the origin.
             Pictures show a shape around it, but a rod from the origin.
         inertia : float, array_like of shape (3,) or (3, 3), optional
             Moments of inertia about its centre of mass [kg m2]: in a planar scene one number; in
@@ -118,7 +117,7 @@ class RigidBodies(SceneBase):
         Raises
         ------
         InputError
-            If an argument is invalid, such as an inertia that no body can have.
+            If an argument is invalid, such as an inertia that violates the triangle inequality.
         """
         label = self._label(name, "body")
         dim = self.dim
@@ -127,27 +126,28 @@ class RigidBodies(SceneBase):
                 f"the shape of {label} must be a Box, Cylinder, Sphere or Rod, got "
                 f"{format_value(shape)}"
             )
-        weight = _mass(label, shape, mass, density)
-        where = np.zeros(dim) if shape is None else shape.centre[:dim]
+        body_mass = _mass(label, shape, mass, density)
+        centre_of_mass = np.zeros(dim) if shape is None else shape.centre[:dim]
         if centre is not None:
-            where = check_position(f"centre of {label}", centre, dim)
-        second = _second_moments(label, dim, shape, weight, inertia)
+            centre_of_mass = check_position(f"centre of {label}", centre, dim)
+        second = _second_moments(label, dim, shape, body_mass, inertia)
         n_vectors = 1 if shape is not None and shape.is_line else dim
-        if where[n_vectors:].any():
+        if centre_of_mass[n_vectors:].any():
             raise InputError(
-                f"centre of {label} is off the line of its rod, at {format_value(tuple(where))}: "
-                "give the body an inertia instead of the shape Rod"
+                f"centre of {label} is off the line of its rod, at "
+                f"{format_value(tuple(centre_of_mass))}: give the body an inertia instead of the "
+                "shape Rod"
             )
         spread = np.zeros((n_vectors + 1, n_vectors + 1))
-        arm = np.append(1.0, where[:n_vectors])
+        arm = np.append(1.0, centre_of_mass[:n_vectors])
         spread[1:, 1:] = second[:n_vectors, :n_vectors]
-        spread += weight * np.outer(arm, arm)
+        spread += body_mass * np.outer(arm, arm)
         axes = _axes(label, dim, orientation)
         origin = check_position(f"position of {label}", position, dim)[None].copy()
         spin = _spin(label, dim, angular_velocity)
-        moving = np.zeros(dim)
+        initial_velocity = np.zeros(dim)
         if velocity is not None:
-            moving = check_vector(f"velocity of {label}", velocity, dim, "m/s")
+            initial_velocity = check_vector(f"velocity of {label}", velocity, dim, "m/s")
         if n_vectors < dim and dim == 3:
             spin = _across(spin, axes[0])
         arrays = origin, axes[None, :n_vectors].copy(), spread
@@ -164,8 +164,8 @@ class RigidBodies(SceneBase):
             row_nodes=np.zeros(1, dtype=np.int32),
             ends=np.empty((0, 2), dtype=np.int32),
             vectors=arrays[1],
-            velocity=RigidMotion(origin[0], moving, spin),
-            mass=weight,
+            velocity=RigidMotion(origin[0], initial_velocity, spin),
+            mass=body_mass,
             spread=arrays[2],
             shape=shape,
         )
@@ -237,14 +237,14 @@ def _second_moments(
 
 
 def _specified(value: ArrayLike | None) -> Any:
-    """Return a number, a vector or a matrix that was given, as data."""
+    """Return a number, a vector or a matrix as data."""
     if value is None or np.ndim(value):
         return as_data(value)
-    return check_finite("a number", value)  # single precision: the decimal that the body has too
+    return check_finite("a number", value)  # the decimal of a single-precision number
 
 
 def _listed(values: Iterable[float]) -> str:
-    return ", ".join(f"{each:.6g}" for each in values)
+    return ", ".join(f"{value:.6g}" for value in values)
 
 
 def _axes(label: str, dim: int, orientation: ArrayLike | None) -> Vector:
@@ -298,6 +298,6 @@ def _spin(label: str, dim: int, angular_velocity: ArrayLike | None) -> Vector:
 
 
 def _across(spin: Vector, axis: Vector) -> Vector:
-    """Leave out the spin of a rod about itself, which its coordinates do not include."""
+    """Remove the angular velocity of a rod about its axis, which its coordinates exclude."""
     rate = spin @ axis
     return np.asarray(np.outer(rate, axis) - np.outer(axis, rate))

@@ -1,4 +1,4 @@
-"""The records of a scene, and the handles that were built from them."""
+"""The base class of a scene: its records, and the handles built from them."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 AnyBody = TypeVar("AnyBody", bound=Body)
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
 AnyLoad = TypeVar("AnyLoad", bound=Load)
-Thing = TypeVar("Thing", bound=Attachment)
+AnyAttachment = TypeVar("AnyAttachment", bound=Attachment)
 
 
 class SceneBase:
-    """What was specified, in one gravity field, and the handles built from it.
+    """The records of a scene in one gravity field, and the handles built from them.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class SceneBase:
         self.attachments: list[Attachment] = []
         self._bodies: dict[str, Body] = {}
         self._built: dict[object, Record] = {}
-        self._holds = ConstrainedPoints()
+        self._constrained_points = ConstrainedPoints()
 
     @property
     def gravity(self) -> NDArray[np.float64]:
@@ -93,7 +93,7 @@ class SceneBase:
 
     @property
     def records(self) -> tuple[Record, ...]:
-        """What was specified, in the order of the calls."""
+        """The records, in the order of the calls."""
         return tuple(self._built.values())
 
     def record_of(self, handle: object) -> Record:
@@ -102,18 +102,18 @@ class SceneBase:
         Parameters
         ----------
         handle : Body, Joint, Load or Attachment
-            What a method of this scene has returned.
+            Return value of a method of this scene.
 
         Raises
         ------
         InputError
-            If it is of another scene, or no handle.
+            If it is not a handle of this scene.
         """
         try:
             return self._built[handle]
-        except (KeyError, TypeError):  # or what has no hash
+        except (KeyError, TypeError):  # or an object without a hash
             raise InputError(
-                "what a scene recorded is found by a handle that a method of this scene returned, "
+                "a record is found by a handle that a method of this scene returned, "
                 f"such as a beam, a joint or a load, got {format_value(handle)}"
             ) from None
 
@@ -126,11 +126,11 @@ class SceneBase:
         return body
 
     def _add(self, joint: AnyJoint, record: Record) -> AnyJoint:
-        self._holds.add(joint)
+        self._constrained_points.add(joint)
         return self._add_partial(joint, record)
 
     def _add_partial(self, joint: AnyJoint, record: Record) -> AnyJoint:
-        """Add a joint that leaves its points free to move, so others may hold them too."""
+        """Add a joint that constrains its points in part, so that others may as well."""
         self.joints.append(joint)
         self._record(record, joint)
         return joint
@@ -140,17 +140,18 @@ class SceneBase:
         self._record(record, load)
         return load
 
-    def _attach(self, thing: Thing, record: Record) -> Thing:
-        self.attachments.append(thing)
-        self._record(record, thing)
-        return thing
+    def _attach(self, attachment: AnyAttachment, record: Record) -> AnyAttachment:
+        self.attachments.append(attachment)
+        self._record(record, attachment)
+        return attachment
 
     def _record(self, record: Record, handle: object) -> None:
         self._built[handle] = record
 
     def _label(self, name: str | None, kind: str) -> str:
-        free = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
-        label = next(each for each in free if each not in self._bodies) if name is None else name
+        names = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
+        unused = (candidate for candidate in names if candidate not in self._bodies)
+        label = next(unused) if name is None else name
         if not isinstance(label, str) or not label.strip():
             raise InputError(
                 f"the name of a {kind} must be a non-empty string, got {format_value(name)}"
@@ -179,7 +180,7 @@ class SceneBase:
                 f"{what} was given the {joint.label} of another scene: use a handle that a method "
                 "of this scene returned"
             )
-        number = next(k for k, each in enumerate(self.joints) if each is joint)
+        number = next(k for k, other in enumerate(self.joints) if other is joint)
         return JointRef(joint.nodes[0].beam.name, number)
 
     def _mine(self, what: str, node: Point) -> Point:
@@ -205,7 +206,7 @@ class SceneBase:
     def _points_of_rope(
         self, what: str, points: object
     ) -> tuple[tuple[Point | Vector, ...], list[float]]:
-        """Return the points that a rope leads over, and the distances of consecutive ones [m].
+        """Return the points of a rope, and the distances of consecutive ones [m].
 
         Raises
         ------
@@ -217,32 +218,32 @@ class SceneBase:
                 f"{what} needs a list of two points or more, got {format_value(points)}"
             )
         ends: list[Point | Vector] = []
-        for k, each in enumerate(points):
-            if isinstance(each, Point):
-                ends.append(self._mine(what, each))
-            elif isinstance(each, Body):
+        for k, end in enumerate(points):
+            if isinstance(end, Point):
+                ends.append(self._mine(what, end))
+            elif isinstance(end, Body):
                 raise InputError(
-                    f"point {k} of {what} must be a single point, got {each.name}: give one of its "
+                    f"point {k} of {what} must be a single point, got {end.name}: give one of its "
                     "points, such as hook.origin or hook.at(...) of a rigid body, rod.end of a beam"
                 )
             else:
-                ends.append(check_position(f"point {k} of {what}", each, self.dim))
-        nodes = [each for each in ends if isinstance(each, Point)]
+                ends.append(check_position(f"point {k} of {what}", end, self.dim))
+        nodes = [end for end in ends if isinstance(end, Point)]
         if not nodes:
             raise InputError(f"{what} needs a point of a beam or a body among its points")
-        places = np.array([each.position if isinstance(each, Point) else each for each in ends])
-        apart = np.linalg.norm(np.diff(places, axis=0), axis=1)
-        k = int(np.argmin(apart))
-        if apart[k] <= COINCIDENCE_RATIO * max(each.beam.size for each in nodes):
+        positions = np.array([end.position if isinstance(end, Point) else end for end in ends])
+        distances = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+        k = int(np.argmin(distances))
+        if distances[k] <= COINCIDENCE_RATIO * max(node.beam.size for node in nodes):
             raise InputError(
                 f"points {k} and {k + 1} of {what} coincide, so its rope has no direction there: "
                 "leave one of them out"
             )
-        return tuple(ends), apart.tolist()
+        return tuple(ends), distances.tolist()
 
 
 def _check_range(body: ElasticBody) -> None:
-    """Refuse stiffnesses and masses that leave the range of floating-point numbers."""
+    """Refuse stiffnesses and masses beyond the range of floating-point numbers."""
     for name, value in (*body.stiffnesses().items(), *body.viscosities().items()):
         if not (math.isfinite(value) if isinstance(value, float) else np.isfinite(value).all()):
             raise InputError(

@@ -7,13 +7,13 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.scene.storage.copies import counterpart, refined, replaced
     from ancfsparse.scene.storage.json_file import load, save
-    from ancfsparse.scene.storage.printing import line
+    from ancfsparse.scene.storage.printing import format_record
 
-__all__ = ["counterpart", "line", "load", "refined", "replaced", "save"]
+__all__ = ["counterpart", "format_record", "load", "refined", "replaced", "save"]
 
 _MODULES = {
     "counterpart": "copies",
-    "line": "printing",
+    "format_record": "printing",
     "load": "json_file",
     "refined": "copies",
     "replaced": "copies",

@@ -1,4 +1,4 @@
-"""Copies of a scene with something changed: finer, or with other arguments in one call."""
+"""Copies of a scene: refined, or with other arguments in one call."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AnyScene = TypeVar("AnyScene", bound=SceneBase)
 
 
 def build(like: AnyScene, records: Iterable[Record], gravity: ArrayLike | None = None) -> AnyScene:
-    """Return a scene made from records, in the gravity of another one unless given [m/s2]."""
+    """Build a scene from records, by default with the gravity of another scene [m/s2]."""
     scene = type(like)(like.gravity if gravity is None else gravity)
     for record in records:
         record.build(scene)
@@ -61,7 +61,7 @@ def counterpart(scene: SceneBase, handle: Body | Point) -> Any:
     if isinstance(handle, Point):
         here = scene.body(handle.beam.name)
         if type(here) is not type(handle.beam):
-            raise InputError(f"{here.name} of this scene is no {type(handle.beam).__name__}")
+            raise InputError(f"{here.name} of this scene is not a {type(handle.beam).__name__}")
         return here.point(handle.beam.among(here.n_each, handle))
     if isinstance(handle, Body):
         return scene.body(handle.name)
@@ -71,7 +71,7 @@ def counterpart(scene: SceneBase, handle: Body | Point) -> Any:
 
 
 def _with(scene: SceneBase, others: Mapping[int, Record]) -> list[Record]:
-    """Return the records of a scene with some in place of others, to which points are moved."""
+    """Return the records of a scene with some replaced, and with adapted references to points."""
     bodies = {body.name: others.get(id(scene.record_of(body))) for body in scene.bodies}
 
     def move(reference: BodyRef) -> BodyRef:
@@ -97,7 +97,7 @@ def _count(record: Record) -> int:
 
 
 def _as_data(scene: SceneBase, value: Any) -> Any:
-    """Return an argument as a record holds it: handles as references."""
+    """Return an argument as data, with handles replaced by references."""
     if isinstance(value, Joint):
         return scene._joint("replaced", value)
     if isinstance(value, Body | Point):
@@ -105,6 +105,6 @@ def _as_data(scene: SceneBase, value: Any) -> Any:
         if scene.body(body.name) is not body:
             raise InputError(f"replaced was given {value!r} of another scene")
         return value.reference
-    if isinstance(value, list | tuple) and any(isinstance(each, Body | Point) for each in value):
-        return tuple(_as_data(scene, each) for each in value)
+    if isinstance(value, list | tuple) and any(isinstance(item, Body | Point) for item in value):
+        return tuple(_as_data(scene, item) for item in value)
     return value

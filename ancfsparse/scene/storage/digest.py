@@ -1,4 +1,4 @@
-"""The parts of a scene, as text by which two scenes can be compared."""
+"""Digests: descriptions of the parts of a scene, by which scenes are compared."""
 
 from __future__ import annotations
 
@@ -9,19 +9,18 @@ from ancfsparse.messages import checksum, format_numbers
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef
 
-# Longer descriptions are cut here and end in a checksum.
-MAX_CHARACTERS = 200
+MAX_CHARACTERS = 200  # of a description; longer ones are cut and end in a checksum
 
-# Numbers, and what version 0.1.0 wrote around those that were not Python's.
+# Numbers, and the wrappers that version 0.1.0 wrote around NumPy numbers.
 WRAPPED_NUMBER = re.compile(r"(?:np\.float\d+|array)\(([^(),]*)(?:, dtype=\w+)?\)")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w.])")
 
 
 def digest(scene: SceneBase) -> dict[str, str]:
-    """Describe what decides how a scene moves, but for its shape and initial velocities.
+    """Describe the parts of a scene except its shape and initial velocities.
 
-    These are numbers, and compared as such.  Of a load that is a function of time only its place
-    counts, unless the function is a `Signal`.
+    Shape and velocities are numbers, and compared as such.  A load that is a function of time is
+    described by its position only, unless the function is a `Signal`.
 
     Parameters
     ----------
@@ -57,7 +56,7 @@ def digest(scene: SceneBase) -> dict[str, str]:
         ("loads", scene.loads),
         ("attached", scene.attachments),
     ):
-        parts[part] = "; ".join(scene.record_of(each).describe(at, each) for each in handles)
+        parts[part] = "; ".join(scene.record_of(handle).describe(at, handle) for handle in handles)
     return {name: _short(value) for name, value in parts.items()}
 
 

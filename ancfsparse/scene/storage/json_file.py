@@ -1,7 +1,4 @@
-"""Scenes in files: JSON that can be read, edited and compared line by line.
-
-A file contains the gravity and the records of a scene, one per line: method and arguments.
-"""
+"""JSON files of scenes: the gravity, and one line for each record, a method and its arguments."""
 
 from __future__ import annotations
 
@@ -34,9 +31,8 @@ from ancfsparse.scene.sections.material import Material
 FORMAT = "ancfsparse scene"
 VERSION = 1
 UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
-# Arrays of more numbers are written in base64.
-MAX_INLINE_NUMBERS = 1000
-# Data that arguments are made of, by the name of the class.
+MAX_INLINE_NUMBERS = 1000  # of an array; larger ones are written in base64
+# Classes of data in arguments, by name.
 SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
 CURVES = (Arc, Helix)
 DATA: dict[str, type[Any]] = (
@@ -96,18 +92,18 @@ def built(
     Parameters
     ----------
     kind : callable
-        Makes an empty scene with a gravity.
+        Class of the scene, called with the gravity.
     text : str or bytes
-        What `written` returned.
+        Text from `written`.
     file : Path
         Its path, for messages.
     own : mapping of str to object
-        Functions and elements that it stores by name.
+        User functions and elements by name.
 
     Raises
     ------
     InputError
-        If anything in it is invalid.
+        If the file is invalid.
     """
     if not isinstance(own, Mapping):
         raise InputError(
@@ -115,10 +111,10 @@ def built(
         )
     try:
         data = json.loads(text)
-    except (ValueError, RecursionError) as error:  # neither text nor JSON
-        raise InputError(f"{file} is no file of a scene: {error}") from error
+    except (ValueError, RecursionError) as error:  # not text or not JSON
+        raise InputError(f"{file} is not a file of a scene: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT:
-        raise InputError(f"{file} is no file of a scene: its format is not {FORMAT!r}")
+        raise InputError(f"{file} is not a file of a scene: its format is not {FORMAT!r}")
     if data.get("version") != VERSION:
         raise InputError(
             f"{file} has version {format_value(data.get('version'))} of the format of scenes, and "
@@ -137,14 +133,14 @@ def built(
 
 
 def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
-    """Return an argument in the form that JSON has.
+    """Return an argument as JSON data.
 
     Parameters
     ----------
     value : object
         The argument.
     where : str
-        Its position in the scene, for messages.
+        Location in the scene, for messages.
     names : dict of str to object
         User functions and elements so far, by name.
     """
@@ -201,7 +197,7 @@ def _build(scene: SceneBase, entry: Any, own: Mapping[str, Any]) -> None:
 
 
 def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
-    """Return an argument from its form in JSON."""
+    """Return an argument from JSON data."""
     if isinstance(value, list):
         return tuple(_decoded(each, own) for each in value)
     if not isinstance(value, dict):
@@ -221,21 +217,21 @@ def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
     return _made(known[kind], given, kind)
 
 
-def _element(kind: Any, wanted: Mapping[str, Any]) -> ElementKind:
-    """Return a user element, if it is the one that a file was written with."""
-    if not isinstance(kind, ElementKind) or kind.definition != wanted["definition"]:
+def _element(kind: Any, saved: Mapping[str, Any]) -> ElementKind:
+    """Return a user element, if it has the definition that was saved."""
+    if not isinstance(kind, ElementKind) or kind.definition != saved["definition"]:
         raise InputError(
             f"it was made with another element than the {format_value(kind)} that was given as "
-            f"{wanted['own']!r}: its energy or coordinates have changed since"
+            f"{saved['own']!r}: its energy or coordinates have changed since"
         )
-    values = wanted.get("values")
+    values = saved.get("values")
     if not isinstance(values, dict):
         raise InputError(f"the values of element {kind.name} are damaged: {format_value(values)}")
     return kind.with_values(**values) if values else kind
 
 
 def _made(kind: type[Any], given: Mapping[str, Any], what: str) -> Any:
-    """Return an object made from its fields, whose names in a file may be wrong."""
+    """Build an object from its fields, after a check of their names."""
     known = {each.name: each for each in fields(kind) if each.init}
     for name in given:
         check_choice(f"argument of {what}", name, known)

@@ -1,4 +1,4 @@
-"""What was specified, in readable lines."""
+"""Records as readable text."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef, Record,
 from ancfsparse.scene.records.signal import Signal
 
 
-def line(record: Record, scene: SceneBase) -> str:
-    """Write one record of a scene: the call, and every argument that differs from its default."""
+def format_record(record: Record, scene: SceneBase) -> str:
+    """Return a record of a scene as text: the method, and the arguments that are not defaults."""
     words = []
-    for name, each in unusual(record).items():
-        unit = record.units.get(name) if isinstance(each, float | tuple | np.ndarray) else None
-        words.append(" ".join([name, value(each, scene), *([unit] if unit else [])]))
+    for name, argument in changed_fields(record).items():
+        unit = record.units.get(name) if isinstance(argument, float | tuple | np.ndarray) else None
+        words.append(" ".join([name, format_argument(argument, scene), *([unit] if unit else [])]))
     return f"{record.method.removeprefix('add_').replace('_', ' ')}: {', '.join(words)}"
 
 
-def value(given: Any, scene: SceneBase) -> str:
-    """Write one argument."""
+def format_argument(given: Any, scene: SceneBase) -> str:
+    """Return an argument as text."""
     if isinstance(given, PointRef):
         return repr(given.of(scene))
     if isinstance(given, JointRef):
@@ -35,21 +35,28 @@ def value(given: Any, scene: SceneBase) -> str:
     if isinstance(given, float):
         return f"{given:.6g}"
     if isinstance(given, tuple):
-        return "(" + ", ".join(value(each, scene) for each in given) + ")"
+        return "(" + ", ".join(format_argument(item, scene) for item in given) + ")"
     if isinstance(given, ElementKind):
         return repr(given)
     if isinstance(given, Signal):
         return repr(given)
     if is_dataclass(given):
-        words = (f"{name}={value(each, scene)}" for name, each in unusual(given).items())
+        words = (
+            f"{name}={format_argument(field, scene)}"
+            for name, field in changed_fields(given).items()
+        )
         return f"{type(given).__name__}({', '.join(words)})"
     if callable(given):
         return f"function {getattr(given, '__qualname__', type(given).__name__)}"
     return str(given)
 
 
-def unusual(record: Any) -> dict[str, Any]:
+def changed_fields(record: Any) -> dict[str, Any]:
     """Return the fields of a dataclass that differ from their defaults."""
-    values = {each.name: getattr(record, each.name) for each in fields(record)}
-    usual = {each.name: each.default for each in fields(record) if each.default is not MISSING}
-    return {k: each for k, each in values.items() if k not in usual or not equal(each, usual[k])}
+    values = {field.name: getattr(record, field.name) for field in fields(record)}
+    defaults = {field.name: field.default for field in fields(record)}
+    return {
+        name: value
+        for name, value in values.items()
+        if defaults[name] is MISSING or not equal(value, defaults[name])
+    }

@@ -108,5 +108,5 @@ def test_mistakes(make, words):
 def test_points_do_not_move_to_other_nodes_unseen():
     scene, rod = cantilever(nodes=NODES)
     scene.point_force(rod.node(1), (0.0, 1.0))
-    with pytest.raises(InputError, match="has nodes of its own: take a multiple of 4"):
+    with pytest.raises(InputError, match="has specified nodes: take a multiple of 4"):
         scene.replaced(rod, n_elements=6, nodes=None)

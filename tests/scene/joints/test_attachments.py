@@ -47,7 +47,7 @@ def scene_of(dim=2, element="thin"):
         (lambda s, b: s.force(b.end, lambda q, v, t: q[0]), r"shape \(2,\), where \(1, 2\)"),
         (lambda s, b: s.force(b.end, lambda q, v, t: q * np.nan), "returned nan N along x"),
         (lambda s, b: s.force(b.end, lambda q: q), "TypeError"),
-        (lambda s, b: s.force(b.end, lambda q, v, t: "x"), "no array of numbers"),
+        (lambda s, b: s.force(b.end, lambda q, v, t: "x"), "not an array of numbers"),
     ],
 )
 def test_what_is_invalid_is_refused_at_once(attach, message):
@@ -60,8 +60,8 @@ def test_what_is_invalid_is_refused_at_once(attach, message):
 @pytest.mark.parametrize(
     ("inertia", "message"),
     [
-        ((1.0, 1.0, 3.0), "belongs to no body"),
-        ((1.0, -1.0, 1.0), "belongs to no body"),
+        ((1.0, 1.0, 3.0), "is not physical"),
+        ((1.0, -1.0, 1.0), "is not physical"),
         ((1.0, 2.0), "3 principal moments or a 3 x 3 matrix"),
         (((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), "must be symmetric"),
         ((1.0, np.inf, 1.0), "must be finite"),

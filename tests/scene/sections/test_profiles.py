@@ -202,7 +202,7 @@ def test_the_inertia_of_a_section_keeps_its_product():
 def test_sections_whose_axes_are_not_principal_are_refused_where_they_have_no_meaning():
     section = UNEQUAL
     plane = ancf.Scene((0.0, 0.0))
-    with pytest.raises(InputError, match="leaves the plane where it bends: take a spatial scene"):
+    with pytest.raises(InputError, match="bending leaves the plane: take a spatial scene"):
         plane.add_beam("thick", (0, 0), (1, 0), 2, section, MATERIAL)
     space = ancf.Scene((0.0, 0.0, 0.0))
     taper = ancf.Taper(unequal("numbers"), unequal("numbers"))

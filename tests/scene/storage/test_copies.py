@@ -178,7 +178,7 @@ def test_what_cannot_be_replaced_is_named():
         scene.counterpart(scene.replaced(rod, name="rod").beams[0])
     other = ancf.Scene()
     other.add_mesh([(0, 0), (1, 0)], [(0, 1)], "thin", SECTION, MATERIAL, name=rod.name)
-    with pytest.raises(ancf.InputError, match="beam 0 of this scene is no Beam"):
+    with pytest.raises(ancf.InputError, match="beam 0 of this scene is not a Beam"):
         other.counterpart(rod.end)
     with pytest.raises(ancf.InputError, match="counterpart needs a beam, a mesh or a point on one"):
         scene.counterpart(3)

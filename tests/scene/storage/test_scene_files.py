@@ -134,7 +134,10 @@ def pinned(path):
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda d: d.update(format="xml"), "is no file of a scene: its format is not 'ancfsparse"),
+        (
+            lambda d: d.update(format="xml"),
+            "is not a file of a scene: its format is not 'ancfsparse",
+        ),
         (lambda d: d.update(version=2), "has version 2 .*this program reads version 1"),
         (lambda d: d.update(records={}), "is damaged: it has no list of records"),
         (lambda d: d.update(gravity=[1]), "gravity must have 2 components"),
@@ -222,7 +225,7 @@ def test_what_cannot_be_written_is_named(tmp_path):
     with pytest.raises(ancf.InputError, match=r"must have a name such as 'scene\.json', got ''"):
         other.save("")
     (tmp_path / "scene.json").write_text("[" * 10**5)
-    with pytest.raises(ancf.InputError, match="is no file of a scene"):
+    with pytest.raises(ancf.InputError, match="is not a file of a scene"):
         ancf.Scene.load(tmp_path / "scene.json")
 
 

@@ -204,7 +204,7 @@ def test_a_support_that_jumps_is_refused_too():
 
 def test_bad_arguments_of_driven_joints():
     scene, rod, pin, _drive = crank()
-    with pytest.raises(SingularSceneError, match="driven already"):
+    with pytest.raises(SingularSceneError, match="prescribed already"):
         scene.drive_joint(pin, TURNS)
     with pytest.raises(ancf.InputError, match="needs a joint that a method of this scene returned"):
         scene.drive_joint(rod.origin, TURNS)

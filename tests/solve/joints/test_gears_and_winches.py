@@ -152,7 +152,7 @@ def test_bad_arguments_of_gears_and_winches():
     scene, (one, other), (pin, _), _ = wheels()
     with pytest.raises(ancf.InputError, match="must not be zero"):
         scene.gear(pin, scene.joints[1], 0.0)
-    with pytest.raises(ancf.InputError, match="needs two freedoms, got the angle"):
+    with pytest.raises(ancf.InputError, match="needs two coordinates, got the angle"):
         scene.gear(pin, pin, 2.0)
     with pytest.raises(ancf.InputError, match="list of two points or more"):
         scene.winch([one.origin])
