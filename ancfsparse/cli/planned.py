@@ -18,7 +18,7 @@ from ancfsparse.nonlinear import QuasiNewton
 from ancfsparse.plans import Plan, plan, position, static_deflection
 from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.problems import pendulum
-from ancfsparse.problems.undecided import UNDECIDED
+from ancfsparse.problems.auto_scenes import AUTO_SCENES
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Point
 from ancfsparse.solve import simulate
@@ -62,14 +62,14 @@ def plan_scene(name: str, error: str | None, is_run: bool) -> Planned:
     Parameters
     ----------
     name : str
-        One of `UNDECIDED`.
+        One of `AUTO_SCENES`.
     error : str or None
         As in `ancfsparse.plan`, a number [m] or a fraction such as ``"1 %"``; by default that
         of the scene.
     is_run : bool
         Run the plan, and verify it with a finer model.
     """
-    scene, point, t_end, usual = UNDECIDED[check_choice("scene", name, UNDECIDED)]()
+    scene, point, t_end, usual = AUTO_SCENES[check_choice("scene", name, AUTO_SCENES)]()
     quantity = static_deflection(point) if t_end is None else position(point)
     result = plan(scene, t_end, quantity, _parse_error(usual if error is None else error))
     return Planned(result, result.run(verify=True) if is_run else None)

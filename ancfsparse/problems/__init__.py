@@ -1,6 +1,6 @@
 """Named scenes, as functions of the element, the mesh and a few numbers.
 
-Tests, studies, the command line and the README share them, so that a name means one thing.
+They are shared by tests, benchmarks, the command line and the README.
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up

@@ -10,8 +10,8 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS
 from ancfsparse.scene import AnySection, Beam, Circle, Material, Rectangle, Scene
 
-ELEMENT_OPTIONS = tuple(dict.fromkeys(each for options in OPTIONS.values() for each in options))
-"""What else a problem takes, as in `Scene.add_beam`."""
+# Further arguments of a problem, as in `Scene.add_beam`.
+ELEMENT_OPTIONS = tuple(dict.fromkeys(name for options in OPTIONS.values() for name in options))
 
 
 class Problem(NamedTuple):
@@ -20,7 +20,7 @@ class Problem(NamedTuple):
     Attributes
     ----------
     scene : Scene
-        Ready to simulate or to solve.
+        The scene.
     rod : Beam
         Its beam, along +x from the origin.
     """
@@ -56,7 +56,7 @@ def pendulum(
     youngs_modulus : float, optional
         Young's modulus [Pa].
     as_constraint : bool, optional
-        Hold the pin by multipliers instead of by numbering.
+        Add multipliers for the pin instead of fixing coordinates.
     **options : str
         Options of the element, as in `Scene.add_beam`.
 
@@ -122,7 +122,7 @@ def elastica(
         As in `pendulum`.
     slenderness : float, optional
         Length over radius of gyration [-].  The beam stretches by about ``load`` over its
-        square, which is how far the tip stays from the elastica.
+        square, so the tip deviates from the elastica by this.
     **options : str
         Options of the element, as in `Scene.add_beam`.
 

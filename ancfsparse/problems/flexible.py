@@ -1,7 +1,7 @@
-"""Mechanisms of cables and rigid bodies, with numbers that an independent program agrees on.
+"""Mechanisms of cables and rigid bodies, with reference values of an independent program.
 
-Their references were computed with Exudyn 1.13.6, whose planar cable is ``"thin"`` with
-``strain="biot"``, so the mesh counts: with other elements or strains the numbers differ.
+The references were computed with Exudyn 1.13.6 on the same meshes; its planar cable is ``"thin"``
+with ``strain="biot"``.  Other elements or strains give different values.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_count
-from ancfsparse.problems.mechanism import Array, G, Mechanism, bar, meeting
+from ancfsparse.problems.mechanism import GRAVITY, Array, Mechanism, bar, upper_intersection
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
 from ancfsparse.scene.bodies.rigid_shapes import Box
 from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.sections.taper import AnySection
 
-# The cable of the paper's pendulum.
-CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)
+CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)  # of the paper's pendulum
 
 
 @dataclass(frozen=True)
@@ -31,9 +30,9 @@ class SpinUp(Signal):
     Attributes
     ----------
     speed : float
-        Angular velocity from `rise` on [rad/s].
+        Final angular velocity [rad/s].
     rise : float
-        How long that takes [s].
+        Duration of the rise [s].
     """
 
     speed: float = 6.0
@@ -41,26 +40,26 @@ class SpinUp(Signal):
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous."""
+        """Number of continuous derivatives."""
         return 3.0
 
     def __call__(self, t: ArrayLike) -> Array:
         """Return the angle at a time, or at all of an array of times [rad]."""
-        t, turn = np.asarray(t, dtype=float), 2.0 * math.pi / self.rise
+        t, omega = np.asarray(t, dtype=float), 2.0 * math.pi / self.rise
         x = np.minimum(t, self.rise)
-        grown = 0.5 * x**2 + (np.cos(turn * x) - 1.0) / turn**2
-        return np.asarray(self.speed / self.rise * grown + self.speed * (t - x))
+        integral = 0.5 * x**2 + (np.cos(omega * x) - 1.0) / omega**2
+        return np.asarray(self.speed / self.rise * integral + self.speed * (t - x))
 
     def rate(self, t: ArrayLike, order: int = 1) -> Array:
         """Return its first or second derivative [rad/s, rad/s2]."""
-        turn = 2.0 * math.pi / self.rise
+        omega = 2.0 * math.pi / self.rise
         x = np.minimum(np.asarray(t, dtype=float), self.rise)
-        grown = x - np.sin(turn * x) / turn if order == 1 else 1.0 - np.cos(turn * x)
-        return np.asarray(self.speed / self.rise * grown)
+        integral = x - np.sin(omega * x) / omega if order == 1 else 1.0 - np.cos(omega * x)
+        return np.asarray(self.speed / self.rise * integral)
 
 
 def spin_up(n_elements: int = 16) -> Mechanism:
-    """Return a beam of 10 m on a hub that comes to 6 rad/s in 15 s, after Kane and Simo.
+    """Return a beam of 10 m on a hub accelerated to 6 rad/s in 15 s, after Kane and Simo.
 
     It has EA = 2.8e7 N, EI = 1.4e4 N m2 and 1.2 kg/m; there is no gravity.
 
@@ -97,8 +96,8 @@ def spin_up(n_elements: int = 16) -> Mechanism:
 def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     """Return a steel rod of 0.3 m between a crank of 0.15 m at 150 rad/s and a slider.
 
-    The rod is round, 6 mm thick; the slider has half its mass.  It begins straight at a crank angle
-    of zero, with the velocities of rigid parts.  There is no gravity.
+    The rod is round, 6 mm thick; the slider has half its mass.  It starts straight at a crank angle
+    of zero, with the velocities of a rigid rod.  There is no gravity.
 
     Parameters
     ----------
@@ -108,7 +107,7 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     Notes
     -----
     Quantities: ``deflection`` of the middle of the rod from its chord over its length [-], positive
-    to the left of the way from crank to slider; ``crank_angle`` [degrees].
+    to the left of the line from crank to slider; ``crank_angle`` [degrees].
     """
     crank, length, speed = 0.15, 0.3, 150.0
     scene = Scene((0.0, 0.0))
@@ -125,21 +124,21 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     turns = speed / (2.0 * math.pi)
     scene.drive(rod.start, Sine((crank, 0.0), turns, 0.5 * math.pi) + Sine((0.0, crank), turns))
     mass = 0.5 * section.area * material.density * length
-    # It does not turn, so its shape does not matter.
+    # The shape has no effect, because the slider does not rotate.
     slider = scene.add_body(
         Box(length=0.04, width=0.02, height=0.02), mass=mass, position=end, name="slider"
     )
     scene.connect(rod.end, slider.origin)
     scene.prismatic(slider.origin, axis=(1, 0))
     watched = {
-        "deflection": lambda run: _off_chord(run, rod) / length,
+        "deflection": lambda run: _deflection(run, rod) / length,
         "crank_angle": lambda run: np.degrees(speed * run.t),
     }
     return Mechanism(scene, {"rod": rod, "slider": slider}, watched)
 
 
 def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
-    """Return two cables of 1 m in a row, pinned at the origin, with a disc at their end.
+    """Return two cables of 1 m in series, pinned at the origin, with a disc at their end.
 
     They start at rest along +x; the cables are those of `pendulum`.  The disc of 0.5 kg and
     6.25e-4 kg m2 has its centre 0.05 m beyond the end, in the direction of the cable there.
@@ -153,7 +152,7 @@ def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
     -----
     Quantities: ``hinge`` between the cables and centre of the ``bob`` [m]; ``bob_angle`` [rad].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     n = check_count("n_elements", n_elements, 1)
     upper = scene.add_beam("thin", (0, 0), (1, 0), n, *CABLE, strain="biot", name="upper")
     lower = scene.add_beam("thin", (1, 0), (2, 0), n, *CABLE, strain="biot", name="lower")
@@ -176,14 +175,14 @@ class CrankEnd(Signal):
     Attributes
     ----------
     turn : SpinUp
-        Its angle from there.
+        Its angle relative to the start.
     """
 
     turn: SpinUp = SpinUp(-2.0 * math.pi, 0.5)
 
     @property
     def smoothness(self) -> float:
-        """How many of its derivatives are continuous."""
+        """Number of continuous derivatives."""
         return self.turn.smoothness
 
     def __call__(self, t: ArrayLike) -> Array:
@@ -202,7 +201,7 @@ class CrankEnd(Signal):
 
 
 def elastic_four_bar(n_elements: int = 16) -> Mechanism:
-    """Return `four_bar` with an elastic coupler and a crank that comes to -2 pi rad/s in 0.5 s.
+    """Return `four_bar` with an elastic coupler and a crank accelerated to -2 pi rad/s in 0.5 s.
 
     The coupler has 1 kg/m, EA = 1e5 N and EI = 200 N m2.
 
@@ -215,9 +214,9 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
     -----
     Quantities: ``middle`` of the coupler and ``B``, its end at the rocker [m].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     a, d = np.array([0.0, 1.0]), np.array([3.0, 0.0])
-    b = meeting(a, 2.0, d, 2.5)
+    b = upper_intersection(a, 2.0, d, 2.5)
     n = check_count("n_elements", n_elements, 1)
     coupler = scene.add_beam(
         "thin", a, b, n, *cable(1e5, 200.0, 1.0), strain="biot", name="coupler"
@@ -234,7 +233,7 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
 
 
 def spaghetti(n_elements: int = 32) -> Mechanism:
-    """Return a free cable of 10 m that a force of 8 N and a moment of -80 N m throw and turn.
+    """Return a free cable of 10 m thrown by a force of 8 N and a moment of -80 N m.
 
     It has EA = 1e4 N, EI = 500 N m2, 1 kg/m, and starts at rest from (6, 0) to (0, 8) m without
     gravity.  The loads at its first end rise in 0.5 s and fall between 2.25 and 2.75 s.
@@ -282,9 +281,9 @@ def moving_supports(n_elements: int = 16) -> Mechanism:
 
     Notes
     -----
-    Quantities: ``middle`` of the cable [m]; ``pull``, the force that holds its right end [N].
+    Quantities: ``middle`` of the cable [m]; ``pull``, the reaction at its right end [N].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     n = check_count("n_elements", n_elements, 1)
     rope = scene.add_beam("thin", (0, 0), (2.2, 0), n, *CABLE, strain="biot", name="rope")
     scene.pin(rope.start)
@@ -305,12 +304,11 @@ def cable(
     return Rectangle(side, side), Material(axial_stiffness / side**2, mass_per_length / side**2)
 
 
-def _off_chord(run: Trajectory, rod: Beam) -> Array:
-    """Return how far the middle of a rod is to the left of the line between its ends [m]."""
-    start, end, middle = (
-        run.position(each) for each in (rod.start, rod.end, rod.at(0.5 * rod.length))
-    )
-    way = end - start
-    way /= np.linalg.norm(way, axis=1)[:, None]
-    off = middle - start
-    return np.asarray(way[:, 0] * off[:, 1] - way[:, 1] * off[:, 0])
+def _deflection(run: Trajectory, rod: Beam) -> Array:
+    """Return the distance of the middle of a rod to the left of its chord [m]."""
+    points = rod.start, rod.end, rod.at(0.5 * rod.length)
+    start, end, middle = (run.position(point) for point in points)
+    chord = end - start
+    chord /= np.linalg.norm(chord, axis=1)[:, None]
+    offset = middle - start
+    return np.asarray(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0])

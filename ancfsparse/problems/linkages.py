@@ -1,4 +1,4 @@
-"""Planar linkages of rigid bars, with numbers that other programs agree on."""
+"""Planar linkages of rigid bars, with reference values of other programs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ancfsparse.checks import check_count
-from ancfsparse.problems.mechanism import Array, G, Mechanism, bar, meeting
+from ancfsparse.problems.mechanism import GRAVITY, Array, Mechanism, bar, upper_intersection
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -20,9 +20,9 @@ def four_bar() -> Mechanism:
     They start at rest with the crank upright.  Quantities: ``A`` and ``B``, the ends of the coupler
     [m].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     a, d = np.array([0.0, 1.0]), np.array([3.0, 0.0])
-    b = meeting(a, 2.0, d, 2.5)
+    b = upper_intersection(a, 2.0, d, 2.5)
     crank = bar(scene, "crank", np.zeros(2), a)
     coupler = bar(scene, "coupler", a, b)
     rocker = bar(scene, "rocker", d, b)
@@ -42,14 +42,14 @@ def slider_crank() -> Mechanism:
 
     Quantities: ``pin`` between crank and rod [m], ``slider``, its x [m].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     pin = np.sqrt([0.5, 0.5])
-    place = np.array([pin[0] + np.sqrt(4.0 - pin[1] ** 2), 0.0])
+    position = np.array([pin[0] + np.sqrt(4.0 - pin[1] ** 2), 0.0])
     crank = bar(scene, "crank", np.zeros(2), pin)
-    rod = bar(scene, "rod", pin, place)
-    # It does not turn, so its shape does not matter.
+    rod = bar(scene, "rod", pin, position)
+    # The shape has no effect, because the slider does not rotate.
     slider = scene.add_body(
-        Box(length=0.4, width=0.2, height=0.2), mass=1.0, position=place, name="slider"
+        Box(length=0.4, width=0.2, height=0.2), mass=1.0, position=position, name="slider"
     )
     scene.pin(crank.origin)
     scene.connect(crank.end, rod.origin)
@@ -65,8 +65,8 @@ def slider_crank() -> Mechanism:
 def n_four_bar(n: int = 2) -> Mechanism:
     """Return four-bar linkages in a row, IFToMM benchmark A02: all bars have 1 m and 1 kg.
 
-    N + 1 uprights start at 1 rad/s, joined by N couplers.  Whenever all bars lie in one line the
-    constraints lose rank: a run warns where a step needs help there.
+    N + 1 uprights start at 1 rad/s, joined by N couplers.  When all bars are collinear the
+    constraints lose rank; a run warns if a step requires recovery there.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def n_four_bar(n: int = 2) -> Mechanism:
     -----
     Quantities: ``b0``, the upper end of the first upright [m]; ``energy`` [J].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     count = check_count("n", n, 1)
     speed = 1.0  # of the couplers [m/s]
     uprights = [
@@ -106,13 +106,13 @@ def n_four_bar(n: int = 2) -> Mechanism:
         "b0": lambda run: run.position(couplers[0].origin),
         "energy": lambda run: run.energy.total,
     }
-    return Mechanism(scene, {each.name: each for each in uprights + couplers}, watched)
+    return Mechanism(scene, {body.name: body for body in uprights + couplers}, watched)
 
 
 def andrews() -> Mechanism:
     """Return Andrews' squeezer: seven bodies in a plane, a spring, and a motor of 0.033 N m.
 
-    Data and angles are those of the IVP test set.  The four bodies that meet in one point make
+    Data and angles are taken from the IVP test set.  The four bodies that meet in one point make
     three loops.  Quantities: ``beta``, ``theta``, ``gamma``, ``phi``, ``delta``, ``omega`` and
     ``epsilon`` [rad].
     """

@@ -1,4 +1,4 @@
-"""Parts of machines in space and in the plane: a bend, a spring, an arm, a crane."""
+"""Machine parts in space and in the plane: a bend, a spring, an arm, a crane."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.problems.flexible import cable
-from ancfsparse.problems.mechanism import G, Mechanism
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.scene import Circle, Material, Ramp, Scene, Section
 from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod
 from ancfsparse.scene.geometry.curves import Arc, Helix
@@ -18,8 +18,8 @@ def bend(n_elements: int = 64, load: float = 600.0) -> Mechanism:
     """Return the bend of 45 degrees of Bathe and Bolourchi (1979), under a force out of its plane.
 
     Its radius is 100 m, its section a square of 1 m, with 1e7 Pa, Poisson's ratio 0 and the torsion
-    constant 1/6 m4 of the literature.  It is clamped along +x at the origin and turns to +y; the
-    force at its tip points in +z.
+    constant 1/6 m4 of the literature.  It is clamped along +x at the origin and curves to +y; the
+    force at its tip is in +z.
 
     Parameters
     ----------
@@ -47,11 +47,11 @@ def bend(n_elements: int = 64, load: float = 600.0) -> Mechanism:
 
 
 def spring_antenna(n_elements: int = 192) -> Mechanism:
-    """Return an antenna wound of wire that is let go and jumps out of its box.
+    """Return a helical wire antenna that is released from compression.
 
     A helix of six turns, 50 mm in radius and 180 mm high, of 3 mm wire of copper beryllium (1.2e11
-    Pa, 8300 kg/m3), carries a plate of 50 g, guided along its axis.  A force of 6 N that holds it
-    down vanishes within 5 ms.
+    Pa, 8300 kg/m3), carries a plate of 50 g, guided along its axis.  A compressive force of 6 N
+    vanishes within 5 ms.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def spring_antenna(n_elements: int = 192) -> Mechanism:
     -----
     Quantities: ``height`` of the plate [m].
     """
-    radius, turns, pitch, held = 0.05, 6.0, 0.03, (0.0, 0.0, -6.0)
+    radius, turns, pitch, force = 0.05, 6.0, 0.03, (0.0, 0.0, -6.0)
     scene = Scene((0.0, 0.0, 0.0))
     n = check_count("n_elements", n_elements, 1)
     wire = scene.add_beam(
@@ -74,17 +74,17 @@ def spring_antenna(n_elements: int = 192) -> Mechanism:
     plate = scene.add_body(Cylinder(0.01, 0.06), mass=0.05, position=top, name="plate")
     scene.weld(wire.end, plate.at((radius, 0, 0)))
     scene.prismatic(plate.origin, axis=(0, 0, 1))
-    scene.point_force(plate.origin, Ramp((0.0, 0.0, 6.0), 5e-3, smooth=True) + held)
+    scene.point_force(plate.origin, Ramp((0.0, 0.0, 6.0), 5e-3, smooth=True) + force)
     height = {"height": lambda run: run.position(plate.origin)[:, 2]}
     return Mechanism(scene, {"wire": wire, "plate": plate}, height, settles=True)
 
 
 def robot_arm(n_elements: int = 96) -> Mechanism:
-    """Return an arm of 1 m and 0.8 m, driven at both joints, with a hose from its base to its hand.
+    """Return an arm of 1 m and 0.8 m with prescribed joints, and a hose from its base to its hand.
 
     Its links weigh 8 and 5 kg.  The hose is 2.6 m long, with EA = 2e4 N, EI = 0.05 N m2 and 0.3
     kg/m, and hinged at both ends.  The arm starts at rest, its links at 60 and -30 degrees; from
-    0.2 to 1.5 s the shoulder turns by 45 degrees and the elbow opens by 75.
+    0.2 to 1.5 s the shoulder rotates by 45 degrees and the elbow opens by 75.
 
     Parameters
     ----------
@@ -93,10 +93,10 @@ def robot_arm(n_elements: int = 96) -> Mechanism:
 
     Notes
     -----
-    Quantities: ``hand`` and ``middle`` of the hose [m]; ``pull``, the force that holds the hose at
-    its base [N]; ``shoulder``, the moment that drives the upper arm [N m].
+    Quantities: ``hand`` and ``middle`` of the hose [m]; ``pull``, the reaction of the hose at its
+    base [N]; ``shoulder``, the driving moment of the upper arm [N m].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     n = check_count("n_elements", n_elements, 2)
     angles = np.radians((60.0, -30.0))
     elbow = np.array([math.cos(angles[0]), math.sin(angles[0])])
@@ -111,8 +111,8 @@ def robot_arm(n_elements: int = 96) -> Mechanism:
     scene.pin(hose.start)
     scene.connect(hose.end, fore.end)
     shoulder, _ = (
-        scene.drive_joint(hinge, Ramp(math.radians(turn), 1.5, 0.2, smooth=True))
-        for hinge, turn in zip(hinges, (45.0, -75.0), strict=True)
+        scene.drive_joint(hinge, Ramp(math.radians(angle), 1.5, 0.2, smooth=True))
+        for hinge, angle in zip(hinges, (45.0, -75.0), strict=True)
     )
     watched = {
         "hand": lambda run: run.position(fore.end),
@@ -133,7 +133,7 @@ def crane() -> Mechanism:
     -----
     Quantities: centre of the ``load`` [m]; ``tension`` of the rope [N].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     trolley = scene.add_body(
         Box(length=0.6, width=0.5, height=0.3), mass=100.0, position=(0, 10), name="trolley"
     )

@@ -1,4 +1,4 @@
-"""What named mechanisms are made of."""
+"""The data of named mechanisms, and helpers to build them."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.bodies.rigid_shapes import Rod
 
 Array = NDArray[np.float64]
-G = 9.81
-OWN = "two formulations, natural and minimal coordinates, by DOP853 at rtol 1e-12"
-# Of most cases.
-USUAL = EnergyMomentum()
+GRAVITY = 9.81  # [m/s2]
+OWN_REFERENCE = "two formulations, natural and minimal coordinates, by DOP853 at rtol 1e-12"
+DEFAULT_INTEGRATOR = EnergyMomentum()
 
 
 @dataclass(frozen=True)
@@ -30,13 +29,13 @@ class Mechanism:
     Attributes
     ----------
     scene : Scene
-        Ready to simulate.
+        The scene.
     bodies : dict from str to Body
         Its bodies by name.
     watched : dict from str to callable
         Quantities of a run by name, each (k,) or (k, n).
     settles : bool
-        Whether a run starts in equilibrium instead of the reference shape.
+        True if a run starts in equilibrium instead of the reference shape.
     """
 
     scene: Scene
@@ -46,7 +45,7 @@ class Mechanism:
 
     def quantities(self, run: Trajectory) -> dict[str, Array]:
         """Return all quantities of a run by name, at its saved times."""
-        return {name: of(run) for name, of in self.watched.items()}
+        return {name: quantity(run) for name, quantity in self.watched.items()}
 
 
 @dataclass(frozen=True)
@@ -56,17 +55,17 @@ class Case:
     Attributes
     ----------
     make : callable
-        Returns the scene.
+        Function that returns the mechanism.
     keys : dict from str to (default, unit)
-        What it takes.
+        Its parameters.
     dt : float
-        Step of the usual setting, extrapolated from this step and half of it [s].
+        Time step [s]; the value is extrapolated from this step and half of it.
     quantity, time, value, tolerance : str, float, tuple of float, float
-        What is asserted, and when [s].
+        Reference value of a quantity at a time [s], and its tolerance.
     source : str
-        Where the number comes from.
+        Source of the reference value.
     integrator : Implicit
-        Of the usual setting.
+        Default time integrator.
     """
 
     make: Callable[..., Mechanism]
@@ -75,23 +74,23 @@ class Case:
     time: float
     value: tuple[float, ...]
     tolerance: float
-    source: str = OWN
+    source: str = OWN_REFERENCE
     keys: Mapping[str, tuple[Any, str]] | None = None
-    integrator: Implicit = USUAL
+    integrator: Implicit = DEFAULT_INTEGRATOR
 
 
 def bar(scene: Scene, name: str, start: Array, end: Array) -> RigidBody:
     """Add a uniform bar of 1 kg/m from one point [m] of the plane to another."""
-    way = end - start
-    length = float(np.linalg.norm(way))
-    angle = float(np.arctan2(way[1], way[0]))
+    chord = end - start
+    length = float(np.linalg.norm(chord))
+    angle = float(np.arctan2(chord[1], chord[0]))
     return scene.add_body(Rod(length), mass=length, position=start, orientation=angle, name=name)
 
 
-def meeting(a: Array, first: float, b: Array, second: float) -> Array:
-    """Return the upper point at these distances from two others."""
-    way = b - a
-    square = float(way @ way)
+def upper_intersection(a: Array, first: float, b: Array, second: float) -> Array:
+    """Return the upper intersection of circles about two points with given radii [m]."""
+    axis = b - a
+    square = float(axis @ axis)
     along = 0.5 * (square + first**2 - second**2) / square
-    up = float(np.sqrt(first**2 / square - along**2))
-    return np.asarray(a + along * way + up * np.array([-way[1], way[0]]))
+    height = float(np.sqrt(first**2 / square - along**2))
+    return np.asarray(a + along * axis + height * np.array([-axis[1], axis[0]]))

@@ -1,4 +1,4 @@
-"""Benchmarks of rigid bodies and joints, with a number for each that other programs agree on."""
+"""Benchmarks of rigid bodies and joints, with reference values of other programs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.problems.mechanism import Array, G, Mechanism
+from ancfsparse.problems.mechanism import GRAVITY, Array, Mechanism
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -15,11 +15,11 @@ from ancfsparse.scene.bodies.rigid_shapes import Rod
 
 
 def planar_rod() -> Mechanism:
-    """Return a uniform rod of 1 m and 1 kg, pinned at one end, that falls from horizontal rest.
+    """Return a uniform rod of 1 m and 1 kg, pinned at one end, that falls from the horizontal.
 
     Quantities: ``end`` [m].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     rod = scene.add_body(Rod(1.0), mass=1.0, position=(0, 0), name="rod")
     scene.pin(rod.origin)
     return Mechanism(scene, {"rod": rod}, {"end": lambda run: run.position(rod.end)})
@@ -30,7 +30,7 @@ def spatial_pendulum() -> Mechanism:
 
     Quantities: ``centre`` [m], ``omega`` [rad/s] along the axes of the body.
     """
-    scene = Scene((0.0, 0.0, -G))
+    scene = Scene((0.0, 0.0, -GRAVITY))
     moments = 2.0 / 12.0 * np.array([0.2**2 + 0.1**2, 1.0 + 0.1**2, 1.0 + 0.2**2])
     box = scene.add_body(
         inertia=moments,
@@ -50,13 +50,13 @@ def heavy_top(omega: ArrayLike = (0.0, 150.0, -4.61538)) -> Mechanism:
     Parameters
     ----------
     omega : array_like, shape (3,), optional
-        Angular velocity at the start [rad/s].
+        Initial angular velocity [rad/s].
 
     Notes
     -----
     Quantities: ``centre`` [m], ``omega`` [rad/s] along the axes of the body.
     """
-    scene = Scene((0.0, 0.0, -G))
+    scene = Scene((0.0, 0.0, -GRAVITY))
     disc = scene.add_body(
         inertia=(0.234375, 0.46875, 0.234375),
         mass=15.0,
@@ -85,21 +85,21 @@ def dzhanibekov() -> Mechanism:
 def bricard() -> Mechanism:
     """Return Bricard's mechanism, IFToMM benchmark A04: five bars of 1 m and 1 kg, six hinges.
 
-    Its constraints outnumber its freedoms by one although it moves: a run warns of that.
+    It moves although it has one redundant constraint, of which a run warns.
     Quantities: ``p3`` [m], ``energy`` [J].
     """
-    scene = Scene((0.0, -G, 0.0))
+    scene = Scene((0.0, -GRAVITY, 0.0))
     points = np.array(
         [(0, 0, 0), (1, 0, 0), (1, -1, 0), (1, -1, 1), (0, -1, 1), (0, 0, 1)], dtype=float
     )
     axes, bars = np.eye(3)[[1, 2, 0, 1, 2, 0]], []
     for k in range(5):
-        way = points[k + 1] - points[k]
-        moments = np.where(np.abs(way) > 0.5, 2 * 0.1**2, 1.0 + 0.1**2) / 12.0
+        axis = points[k + 1] - points[k]
+        moments = np.where(np.abs(axis) > 0.5, 2 * 0.1**2, 1.0 + 0.1**2) / 12.0
         name = f"bar {k}"
         bars.append(
             scene.add_body(
-                inertia=moments, mass=1.0, centre=0.5 * way, position=points[k], name=name
+                inertia=moments, mass=1.0, centre=0.5 * axis, position=points[k], name=name
             )
         )
     scene.revolute(bars[0].origin, axis=axes[0])

@@ -1,4 +1,4 @@
-"""Scenes whose cost is studied against their size: chains, nets, cubic lattices, octet trusses."""
+"""Scenes of variable size: chains, nets, cubic lattices, octet trusses."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ancfsparse.problems.benchmarks import Problem
 from ancfsparse.scene import Beam, Material, Mesh, Rectangle, Scene
 from ancfsparse.scene.bodies.body import VelocityField
 
-LENGTH = 0.2  # of an element [m]
+ELEMENT_LENGTH = 0.2  # [m]
 
-STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
-"""Young's modulus [Pa] and density [kg/m3] of the cables of a lattice."""
+# Young's modulus [Pa] and density [kg/m3] of the cables of a lattice.
+LATTICE_MATERIALS = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
 
 # Speeds [m/s] and numbers of elements of the waves in each motion.
 WAVES: dict[str, list[tuple[float, int]]] = {
@@ -33,9 +33,9 @@ class Net(NamedTuple):
     Attributes
     ----------
     scene : Scene
-        Ready to simulate.
+        The scene.
     along, across : list of Beam
-        Its cables in +x, from z = 0 on, and in +z, from x = 0 on.
+        Its cables in +x, in order of z, and in +z, in order of x.
     """
 
     scene: Scene
@@ -49,7 +49,7 @@ class Lattice(NamedTuple):
     Attributes
     ----------
     scene : Scene
-        Ready to simulate.
+        The scene.
     mesh : Mesh
         Its cables.
     """
@@ -61,15 +61,15 @@ class Lattice(NamedTuple):
 def chain(n_elements: int = 1000, motion: str = "rest", element: str = "l2t2") -> Problem:
     """Set up a planar cable of many equal elements, pinned at the origin, falling.
 
-    Section and material are those of `pendulum`; an element has 0.2 m, however many there are.
+    Section and material are taken from `pendulum`; the length of an element is 0.2 m.
 
     Parameters
     ----------
     n_elements : int, optional
         Number of elements.
     motion : {"rest", "smooth", "rough"}, optional
-        Initial velocities: none, a long wave, or two short ones, which whirl and wave each stretch
-        of the chain (see `WAVES`) and do not grow with its length.
+        Initial velocities: none, a long wave, or two short waves, whose amplitudes do not grow with
+        the length of the chain (see `WAVES`).
     element : str, optional
         ``"l2t2"`` or ``"thin"``.
 
@@ -80,8 +80,8 @@ def chain(n_elements: int = 1000, motion: str = "rest", element: str = "l2t2") -
     """
     check_count("n_elements", n_elements)
     scene = Scene((0.0, -9.81))
-    end = LENGTH * n_elements, 0.0
-    velocity = _whirl(_waves(motion))
+    end = ELEMENT_LENGTH * n_elements, 0.0
+    velocity = _circular_waves(_waves(motion))
     section, material = _cable()
     rod = scene.add_beam(element, (0, 0), end, n_elements, section, material, velocity=velocity)
     scene.pin(rod.start)
@@ -89,9 +89,9 @@ def chain(n_elements: int = 1000, motion: str = "rest", element: str = "l2t2") -
 
 
 def net(n_nodes: int = 30, motion: str = "rest") -> Net:
-    """Set up a square net of thin cables in the x-z plane, held at its corners, falling in -y.
+    """Set up a square net of thin cables in the x-z plane, fixed at its corners, falling in -y.
 
-    Section and material are those of `pendulum`; the cables cross every 0.2 m and share the
+    Section and material are taken from `pendulum`; the cables cross every 0.2 m and share the
     position of each crossing.
 
     Parameters
@@ -99,7 +99,7 @@ def net(n_nodes: int = 30, motion: str = "rest") -> Net:
     n_nodes : int, optional
         Crossings along a side, so ``2 n (n - 1)`` elements.
     motion : {"rest", "smooth", "rough"}, optional
-        Initial velocities: none, or standing waves of about the lengths of those in `chain`.
+        Initial velocities: none, or standing waves of about the lengths in `chain`.
 
     Returns
     -------
@@ -108,22 +108,22 @@ def net(n_nodes: int = 30, motion: str = "rest") -> Net:
     """
     check_count("n_nodes", n_nodes, 2)
     scene = Scene((0.0, -9.81, 0.0))
-    side = LENGTH * (n_nodes - 1)
-    velocity = _swell(_waves(motion), side)
+    side = ELEMENT_LENGTH * (n_nodes - 1)
+    velocity = _membrane_waves(_waves(motion), side)
     section, material = _cable()
 
     def cable(start: tuple[float, ...], end: tuple[float, ...]) -> Beam:
         return scene.add_beam("thin", start, end, n_nodes - 1, section, material, velocity=velocity)
 
-    places = LENGTH * np.arange(n_nodes)
-    along = [cable((0.0, 0.0, z), (side, 0.0, z)) for z in places]
-    across = [cable((x, 0.0, 0.0), (x, 0.0, side)) for x in places]
+    positions = ELEMENT_LENGTH * np.arange(n_nodes)
+    along = [cable((0.0, 0.0, z), (side, 0.0, z)) for z in positions]
+    across = [cable((x, 0.0, 0.0), (x, 0.0, side)) for x in positions]
     for j, a in enumerate(along):
         for i, b in enumerate(across):
             scene.connect(a.node(i), b.node(j))
-    for held in (along[0], along[-1]):
-        scene.pin(held.start)
-        scene.pin(held.end)
+    for cable_at_edge in (along[0], along[-1]):
+        scene.pin(cable_at_edge.start)
+        scene.pin(cable_at_edge.end)
     return Net(scene, along, across)
 
 
@@ -134,23 +134,23 @@ def lattice(
     density: float = 1000.0,
     jitter: float = 0.0,
 ) -> Lattice:
-    """Set up a cubic lattice of thin cables, held at the four corners of its top, falling in -z.
+    """Set up a cubic lattice of thin cables, fixed at the four corners of its top, falling in -z.
 
     The cables run along all three axes, cross every 0.2 m and share the position of each crossing;
-    their section is that of `pendulum`.
+    their section is taken from `pendulum`.
 
     Parameters
     ----------
     n_nodes : int, optional
         Crossings along a side, so ``3 n^2 (n - 1)`` elements.
     motion : {"rest", "smooth", "rough"}, optional
-        Initial velocities: none, or standing waves of about the lengths of those in `chain`, half
-        as fast, that leave the surface at rest.
+        Initial velocities: none, or standing waves of about the lengths in `chain` and half the
+        amplitude, with the surface at rest.
     youngs_modulus, density : float, optional
-        Of the cables [Pa], [kg/m3].
+        Material of the cables [Pa], [kg/m3].
     jitter : float, optional
-        How far crossings may be from their places, as a share of their distance; the eight corners
-        stay.  Cables that bend there by less than 5 degrees begin with the stress of that.
+        Largest random displacement of crossings, over their distance; the eight corners stay.
+        Cables that bend there by less than 5 degrees start with the corresponding stress.
 
     Returns
     -------
@@ -166,7 +166,7 @@ def lattice(
     ends = [(number[:-1], number[1:]), (number[:, :-1], number[:, 1:])]
     ends.append((number[:, :, :-1], number[:, :, 1:]))
     edges = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in ends])
-    return _hung(places, edges, LENGTH, motion, Material(youngs_modulus, density), shift)
+    return _hang(places, edges, ELEMENT_LENGTH, motion, Material(youngs_modulus, density), shift)
 
 
 def octet(
@@ -175,11 +175,11 @@ def octet(
     youngs_modulus: float = 1e8,
     density: float = 1000.0,
 ) -> Lattice:
-    """Set up a cube of an octet truss, held at the four corners of its top, falling in -z.
+    """Set up a cube of an octet truss, fixed at the four corners of its top, falling in -z.
 
-    Its nodes are those of a face-centred cubic crystal, with a cable from each to its twelve
-    neighbours at 0.2 m: octahedra and tetrahedra that are rigid with hinges alone.  Cables run on
-    along the diagonals of the faces of the cells; their section is that of `pendulum`.
+    Its nodes form a face-centred cubic lattice, with a cable from each to its twelve neighbours at
+    0.2 m: octahedra and tetrahedra that are rigid also with hinges.  Cables continue along the
+    diagonals of the faces of the cells; their section is taken from `pendulum`.
 
     Parameters
     ----------
@@ -195,23 +195,23 @@ def octet(
     """
     m = 2 * check_count("n_cells", n_cells) + 1
     grid = np.stack(np.unravel_index(np.arange(m**3), (m, m, m)), axis=1)
-    kept = grid.sum(axis=1) % 2 == 0
-    number, places = np.cumsum(kept).reshape(m, m, m) - 1, grid[kept]
+    is_node = grid.sum(axis=1) % 2 == 0
+    number, nodes = np.cumsum(is_node).reshape(m, m, m) - 1, grid[is_node]
     edges = []
-    for way in ((1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)):
-        ends = places + np.array(way)
+    for direction in ((1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1)):
+        ends = nodes + np.array(direction)
         inside = np.flatnonzero(np.all((ends >= 0) & (ends < m), axis=1))
         edges.append(np.stack([inside, number[tuple(ends[inside].T)]], axis=1))
-    return _hung(
-        places,
+    return _hang(
+        nodes,
         np.concatenate(edges),
-        LENGTH / math.sqrt(2.0),
+        ELEMENT_LENGTH / math.sqrt(2.0),
         motion,
         Material(youngs_modulus, density),
     )
 
 
-def _hung(
+def _hang(
     grid: NDArray[np.int64],
     edges: NDArray[np.int64],
     spacing: float,
@@ -219,7 +219,7 @@ def _hung(
     material: Material,
     shift: NDArray[np.float64] | float = 0.0,
 ) -> Lattice:
-    """Hang a cube of thin cables on the four corners of its top; its nodes are on or off a grid."""
+    """Return a cube of thin cables pinned at the four corners of its top."""
     scene = Scene((0.0, 0.0, -9.81))
     top = int(grid.max())
     mesh = scene.add_mesh(
@@ -228,7 +228,7 @@ def _hung(
         "thin",
         _cable()[0],
         material,
-        velocity=_surge(_waves(motion), spacing * top),
+        velocity=_lattice_waves(_waves(motion), spacing * top),
     )
     for corner in np.flatnonzero(np.all(grid % top == 0, axis=1) & (grid[:, 2] == top)):
         scene.pin(mesh.node(int(corner)))
@@ -245,13 +245,13 @@ def _waves(motion: str) -> list[tuple[float, int]]:
     return WAVES[motion]
 
 
-def _whirl(waves: list[tuple[float, int]]) -> VelocityField | None:
-    """Let the points of a chain along x start on circles whose phase runs along it."""
+def _circular_waves(waves: list[tuple[float, int]]) -> VelocityField | None:
+    """Return velocities of a chain along x on circles whose phase varies along it."""
 
     def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
         v = np.zeros_like(x)
         for speed, elements in waves:
-            phase = 2.0 * math.pi / (LENGTH * elements) * x[:, 0]
+            phase = 2.0 * math.pi / (ELEMENT_LENGTH * elements) * x[:, 0]
             v[:, 0] += speed * (np.cos(phase) - 1.0)
             v[:, 1] += speed * np.sin(phase)
         return v
@@ -259,26 +259,26 @@ def _whirl(waves: list[tuple[float, int]]) -> VelocityField | None:
     return field if waves else None
 
 
-def _swell(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
-    """Let a net start in standing waves across its plane that leave its edges at rest."""
+def _membrane_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
+    """Return velocities of a net in standing waves normal to it, with its edges at rest."""
 
     def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
         v = np.zeros_like(x)
         for speed, elements in waves:
-            number = max(1, round(2.0 * side / (LENGTH * elements))) * math.pi / side
+            number = max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
             v[:, 1] += speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
         return v
 
     return field if waves else None
 
 
-def _surge(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
-    """Let a lattice start in standing waves that leave its surface at rest."""
+def _lattice_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
+    """Return velocities of a lattice in standing waves, with its surface at rest."""
 
     def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
         v = np.zeros_like(x)
         for speed, elements in waves:
-            number = max(1, round(2.0 * side / (LENGTH * elements))) * math.pi / side
+            number = max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
             v += 0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True)
         return v
 

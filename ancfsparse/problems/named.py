@@ -1,4 +1,4 @@
-"""All named mechanisms, with the number that each is known by."""
+"""All named mechanisms with their reference values."""
 
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.problems.flexible import (
@@ -11,7 +11,7 @@ from ancfsparse.problems.flexible import (
 )
 from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
 from ancfsparse.problems.machines import bend, crane, robot_arm, spring_antenna
-from ancfsparse.problems.mechanism import OWN, Case
+from ancfsparse.problems.mechanism import OWN_REFERENCE, Case
 from ancfsparse.problems.mechanisms import (
     bricard,
     dzhanibekov,
@@ -23,11 +23,13 @@ from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
 from ancfsparse.problems.sliding import sliding_bead
 
 EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
-ROD = "rod of Reissner as a boundary value problem, by SciPy"
-DAMPED = GeneralizedAlpha(0.9)
+REISSNER_ROD = "rod of Reissner as a boundary value problem, by SciPy"
+DAMPED = GeneralizedAlpha(0.9)  # for stiff elements
 
 MECHANISMS = {
-    "planar_rod": Case(planar_rod, 1e-3, "end", 2.0, (0.9994654895, -0.0326915167), 1e-8, OWN),
+    "planar_rod": Case(
+        planar_rod, 1e-3, "end", 2.0, (0.9994654895, -0.0326915167), 1e-8, OWN_REFERENCE
+    ),
     "spatial_pendulum": Case(
         spatial_pendulum, 1e-3, "centre", 2.0, (-0.4672929732, -0.1624837349, -0.1331777500), 1e-8
     ),
@@ -38,7 +40,7 @@ MECHANISMS = {
         0.2,
         (0.605550561, 0.598957682, -0.523983027),
         1e-7,
-        f"data of Exudyn's test heavyTop after Terze (2016); {OWN}",
+        f"data of Exudyn's test heavyTop after Terze (2016); {OWN_REFERENCE}",
         {"omega": ((0.0, 150.0, -4.61538), "rad/s")},
     ),
     "dzhanibekov": Case(
@@ -72,7 +74,7 @@ MECHANISMS = {
         1.0,
         (0.510501461, -1.649167599, 0.140123115),
         1e-7,
-        f"IFToMM benchmark A04; {OWN}",
+        f"IFToMM benchmark A04; {OWN_REFERENCE}",
     ),
     "spin_up": Case(
         spin_up,
@@ -158,7 +160,7 @@ MECHANISMS = {
         0.0,
         (-23.5605819, -13.6046324, 53.4754780),
         5e-3,
-        f"{ROD}; Bathe and Bolourchi (1979) have 23.5, 13.4, 53.4",
+        f"{REISSNER_ROD}; Bathe and Bolourchi (1979) have 23.5, 13.4, 53.4",
         {"n_elements": (64, ""), "load": (600.0, "N")},
         DAMPED,
     ),
@@ -169,7 +171,7 @@ MECHANISMS = {
         0.0,
         (0.1007484,),
         2e-4,
-        ROD,
+        REISSNER_ROD,
         {"n_elements": (192, "")},
         DAMPED,
     ),
@@ -180,7 +182,7 @@ MECHANISMS = {
         0.0,
         (-1.03702898, 3.11648679),
         1e-6,
-        ROD,
+        REISSNER_ROD,
         {"n_elements": (96, "")},
         DAMPED,
     ),
@@ -222,7 +224,7 @@ MECHANISMS = {
         0.0,
         (2.9136011, -2.0541525),
         2e-3,
-        ROD,
+        REISSNER_ROD,
         {"n_elements": (160, "")},
         DAMPED,
     ),

@@ -1,4 +1,4 @@
-"""Ropes and nets that hang, at rest from the start."""
+"""Hanging ropes and nets, initially at rest."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.problems.flexible import cable
-from ancfsparse.problems.mechanism import G, Mechanism
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.scene import Circle, Material, Ramp, Scene
 
 
@@ -22,9 +22,9 @@ def catenary(n_elements: int = 128) -> Mechanism:
 
     Notes
     -----
-    Quantities: ``middle`` of the rope [m]; ``pull``, the force that holds its lower end [N].
+    Quantities: ``middle`` of the rope [m]; ``pull``, the reaction at its lower end [N].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     n = check_count("n_elements", n_elements, 2)
     section, material = Circle(0.02), Material(1e9, 1200.0)
     rope = scene.add_beam("string", (0, 0), (20, 5), n, section, material, length=24.0, name="rope")
@@ -40,7 +40,7 @@ def catenary(n_elements: int = 128) -> Mechanism:
 def hanging_net(n: int = 12) -> Mechanism:
     """Return a square net of rubber strings, 4 m wide, that hangs from its corners at rest.
 
-    The strings are 10 mm thick, of 2e6 Pa and 1100 kg/m3, and free of stress in the plane.
+    The strings are 10 mm thick, of 2e6 Pa and 1100 kg/m3, and stress-free in the plane.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ def hanging_net(n: int = 12) -> Mechanism:
 
     Notes
     -----
-    Quantities: ``middle`` of the net, ``rim``, the middle of one side [m]; ``pull``, the force that
-    holds a corner [N].
+    Quantities: ``middle`` of the net, ``rim``, the middle of one side [m]; ``pull``, the reaction
+    at a corner [N].
     """
-    scene = Scene((0.0, 0.0, -G))
+    scene = Scene((0.0, 0.0, -GRAVITY))
     half = check_count("half of the meshes along a side", n // 2, 1)
     across, number = np.arange(2 * half + 1), np.arange((2 * half + 1) ** 2)
     grid = number.reshape(len(across), len(across))
@@ -79,8 +79,8 @@ def cable_car(n_elements: int = 160) -> Mechanism:
     """Return a carriage of 100 kg that runs without friction along a slack rope of 21 m.
 
     The rope has EA = 1e6 N, EI = 1000 N m2 and 1.5 kg/m, and hangs between pins 20 m apart, one of
-    them 1 m higher.  A force of 300 N holds the carriage, whose centre is 1 m below, towards the
-    lower end, and vanishes within 0.5 s.
+    them 1 m higher.  A force of 300 N towards the lower end acts on the carriage, whose centre is
+    1 m below the rope, and vanishes within 0.5 s.
 
     Parameters
     ----------
@@ -89,10 +89,10 @@ def cable_car(n_elements: int = 160) -> Mechanism:
 
     Notes
     -----
-    Quantities: the place of the ``carriage`` on the rope [m]; ``pull``, the force that holds the
+    Quantities: the position of the ``carriage`` on the rope [m]; ``pull``, the reaction at the
     lower end of the rope [N].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     n = check_count("n_elements", n_elements, 5)
     section, material = cable(1e6, 1000.0, 1.5)
     rope = scene.add_beam(
@@ -100,13 +100,13 @@ def cable_car(n_elements: int = 160) -> Mechanism:
     )
     scene.pin(rope.start)
     scene.pin(rope.end)
-    place = rope.positions[n // 5]
+    position = rope.positions[n // 5]
     carriage = scene.add_body(
-        mass=100.0, inertia=20.0, centre=(0, -1), position=place, name="carriage"
+        mass=100.0, inertia=20.0, centre=(0, -1), position=position, name="carriage"
     )
     scene.slide(carriage.origin, rope)
-    held = -300.0, 0.0
-    scene.point_force(carriage.origin, Ramp((300.0, 0.0), 0.5, smooth=True) + held)
+    force = -300.0, 0.0
+    scene.point_force(carriage.origin, Ramp((300.0, 0.0), 0.5, smooth=True) + force)
     watched = {
         "carriage": lambda run: run.position(carriage.origin),
         "pull": lambda run: run.reaction(rope.start),

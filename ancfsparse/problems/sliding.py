@@ -1,17 +1,18 @@
-"""Points that slide along cables, with numbers that an independent program agrees on."""
+"""Points that slide along cables, with reference values of an independent program."""
 
 from __future__ import annotations
 
 from ancfsparse.checks import check_count
 from ancfsparse.problems.flexible import CABLE
-from ancfsparse.problems.mechanism import G, Mechanism
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.scene import Scene
 
 
 def sliding_bead(n_elements: int = 32) -> Mechanism:
     """Return a bead of 0.1 kg on a cable of 2 m between two pins, free of stress and straight.
 
-    The cable is that of `pendulum`; the bead starts at rest at a quarter of its length.
+    The cable has the section and material of `pendulum`; the bead starts at rest at a quarter of
+    its length.
 
     Parameters
     ----------
@@ -20,9 +21,9 @@ def sliding_bead(n_elements: int = 32) -> Mechanism:
 
     Notes
     -----
-    Quantities: places of the ``bead`` and of the ``middle`` of the cable [m].
+    Quantities: positions of the ``bead`` and of the ``middle`` of the cable [m].
     """
-    scene = Scene((0.0, -G))
+    scene = Scene((0.0, -GRAVITY))
     n = check_count("n_elements", n_elements, 1)
     rope = scene.add_beam("thin", (0, 0), (2, 0), n, *CABLE, strain="biot", name="rope")
     scene.pin(rope.start)

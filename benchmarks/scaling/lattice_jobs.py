@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.problems import lattice, net, octet
-from ancfsparse.problems.meshes import STIFF
+from ancfsparse.problems.meshes import LATTICE_MATERIALS
 from ancfsparse.scene import Material, Rectangle, Scene
 
 LATTICES = (10, 16, 22, 30, 46, 64)  # nodes along a side
@@ -51,7 +51,7 @@ class Job:
     # weight and a tenth of it sideways
     case: str
     size: int  # nodes along a side; of an octet truss, cells
-    # A name in `STIFF`, and a motion as in `problems.lattice`
+    # A name in `LATTICE_MATERIALS`, and a motion as in `problems.lattice`
     stiff: str
     motion: str
     dt: float  # step [s]
@@ -66,10 +66,12 @@ class Job:
         if self.case == "net":
             return net(self.size, self.motion).scene
         if self.case == "octet":
-            return octet(self.size, self.motion, *STIFF[self.stiff]).scene
+            return octet(self.size, self.motion, *LATTICE_MATERIALS[self.stiff]).scene
         if self.case == "statics":
             return _clamped(self.size, self.stiff)
-        scene, mesh = lattice(self.size, self.motion, *STIFF[self.stiff], jitter=self.jitter)
+        scene, mesh = lattice(
+            self.size, self.motion, *LATTICE_MATERIALS[self.stiff], jitter=self.jitter
+        )
         n = self.size
         for k in range(min(self.rods, n * (n - 1))):  # of the side x = 0, from its bottom on
             node = mesh.node(n * (k % n) + k // n)
@@ -109,7 +111,7 @@ class Job:
 
 def _clamped(n: int, stiff: str) -> Scene:
     """Clamp a lattice at its top, with a tenth of its weight sideways."""
-    grid, (modulus, density) = lattice(n).mesh, STIFF[stiff]
+    grid, (modulus, density) = lattice(n).mesh, LATTICE_MATERIALS[stiff]
     scene = Scene((0.0, 0.0, -9.81))
     mesh = scene.add_mesh(
         grid.positions, grid.edges, "thin", Rectangle(0.01, 0.01), Material(modulus, density)
@@ -159,7 +161,10 @@ def jobs_of(
             job = ("lattice", largest, stiff, motion, dt, steps, "incomplete")
             entries.append(Job(*job, threads=threads))
     if largest >= STATIC:
-        entries += [Job("statics", STATIC, stiff, "rest", 0.0, 1, "incomplete") for stiff in STIFF]
+        entries += [
+            Job("statics", STATIC, stiff, "rest", 0.0, 1, "incomplete")
+            for stiff in LATTICE_MATERIALS
+        ]
     return entries
 
 

@@ -15,7 +15,7 @@ from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.nonlinear import Method
 from ancfsparse.problems import lattice
-from ancfsparse.problems.meshes import STIFF
+from ancfsparse.problems.meshes import LATTICE_MATERIALS
 from ancfsparse.results import RunStats
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
@@ -109,7 +109,7 @@ def lattice_pairs(
     ]
     rows = []
     for stiff, motion, h_omega, key, method in bar(jobs, "run", progress):
-        scene = lattice(nodes, motion, *STIFF[stiff]).scene
+        scene = lattice(nodes, motion, *LATTICE_MATERIALS[stiff]).scene
         dt, failed = h_omega / OMEGA[stiff], False
         try:
             stats = simulate(

@@ -23,7 +23,7 @@ from ancfsparse.problems import (
     slider_crank,
     spatial_pendulum,
 )
-from ancfsparse.problems.mechanism import G, meeting
+from ancfsparse.problems.mechanism import GRAVITY, upper_intersection
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
 
@@ -134,15 +134,15 @@ def test_the_rod_at_the_bottom_and_after_a_period():
     run = exactly(problem, period, period / 1000)
     np.testing.assert_allclose(run.position(rod.end)[-1], (1.0, 0.0), atol=1e-8)
     motion = run.body(rod)
-    assert motion.angular_velocity[250] == pytest.approx(-np.sqrt(3.0 * G), rel=1e-8)
-    np.testing.assert_allclose(run.reaction(rod.origin)[250], (0.0, 2.5 * G), atol=1e-6)
+    assert motion.angular_velocity[250] == pytest.approx(-np.sqrt(3.0 * GRAVITY), rel=1e-8)
+    np.testing.assert_allclose(run.reaction(rod.origin)[250], (0.0, 2.5 * GRAVITY), atol=1e-6)
 
 
 def test_the_energy_of_the_spatial_pendulum_and_the_top():
     problem = spatial_pendulum()
     run = exactly(problem, 2.0, 2e-3)
     motion = run.body(problem.bodies["box"])
-    energy = motion.kinetic_energy + 2.0 * G * motion.centre[:, 2]
+    energy = motion.kinetic_energy + 2.0 * GRAVITY * motion.centre[:, 2]
     np.testing.assert_allclose(energy, 5.0543333333, rtol=0.0, atol=1e-9)
     run = exactly(heavy_top(), 0.2, 5e-4)
     np.testing.assert_allclose(run.energy.total, 5435.69679087, rtol=0.0, atol=1e-6)
@@ -158,12 +158,12 @@ def test_steady_precession(tilt, rate):
     up = np.radians(90.0 - tilt)
     turn = np.array([[1, 0, 0], [0, np.cos(up), -np.sin(up)], [0, np.sin(up), np.cos(up)]])
     if tilt == 90.0:
-        rate = 15.0 * G / (0.46875 * 150.0)  # 2.0928, which the page has to five digits
+        rate = 15.0 * GRAVITY / (0.46875 * 150.0)  # 2.0928, which the page has to five digits
         assert rate == pytest.approx(2.0928, abs=5e-5)
     omega = rate * np.array([0.0, 0.0, 1.0]) + 150.0 * turn[:, 1]
     off = []
     for dt in (2e-4, 1e-4):
-        scene = ancf.Scene((0.0, 0.0, -G))
+        scene = ancf.Scene((0.0, 0.0, -GRAVITY))
         disc = scene.add_body(
             inertia=(0.234375, 0.46875, 0.234375), mass=15.0, centre=(0, 1, 0),
             position=(0, 0, 0), orientation=turn, angular_velocity=omega,
@@ -192,7 +192,7 @@ def test_flips_of_the_top_to_the_digits_of_elliptic_functions():
 
 def test_the_four_bar_linkage_closes():
     """B where the crank stands at 180 and at 90 degrees."""
-    closed = meeting(np.array([-1.0, 0.0]), 2.0, np.array([3.0, 0.0]), 2.5)
+    closed = upper_intersection(np.array([-1.0, 0.0]), 2.0, np.array([3.0, 0.0]), 2.5)
     np.testing.assert_allclose(closed, (0.71875, 1.0226917607), atol=1e-10)
     run = exactly(four_bar(), 2e-3, 2e-3)
     b = run.position(run.system.bodies[1].end)[0]

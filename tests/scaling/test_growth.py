@@ -5,7 +5,7 @@ import pytest
 
 from ancfsparse import QuasiNewton, simulate
 from ancfsparse.problems import chain, lattice, net, octet
-from ancfsparse.problems.meshes import STIFF
+from ancfsparse.problems.meshes import LATTICE_MATERIALS
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.choose_factorization import make_seed
 from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY
@@ -122,7 +122,7 @@ def corrections_and_inner(cube, stiff, motion, dt):
     make, sizes = CUBES[cube]
     corrections, inner = [], []
     for n in sizes:
-        scene = make(n, motion, *STIFF[stiff]).scene
+        scene = make(n, motion, *LATTICE_MATERIALS[stiff]).scene
         stats = simulate(scene, 10 * dt, dt, factorization="incomplete").stats
         assert stats.recoveries == 0
         corrections.append(stats.iterations_per_step)

@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 import ancfsparse as ancf
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.problems import four_bar, pendulum, spatial_pendulum
-from ancfsparse.problems.mechanism import meeting
+from ancfsparse.problems.mechanism import upper_intersection
 from tests.grids import level_grid
 
 G = 9.81
@@ -82,7 +82,7 @@ def test_a_linkage_rests_where_its_potential_is_least():
 
     def potential(angle):
         a = np.array([np.cos(angle), np.sin(angle)])
-        b = meeting(a, 2.0, np.array([3.0, 0.0]), 2.5)
+        b = upper_intersection(a, 2.0, np.array([3.0, 0.0]), 2.5)
         return 1.0 * 0.5 * a[1] + 2.0 * 0.5 * (a[1] + b[1]) + 2.5 * 0.5 * b[1]
 
     least = minimize_scalar(potential, (-2.5, -1.0), tol=1e-14)
