@@ -37,8 +37,8 @@ def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
     if len(rows) > 1:
         raise InputError(
             f"a joint needs a direction at {node!r}, which has {len(rows)} slopes, one for each "
-            "line through it: take a node on an edge beside it, mesh.at(edge, s) with n_elements=2 "
-            "or more"
+            "line through it: take a neighbouring node on an edge, mesh.at(edge, s) with "
+            "n_elements=2 or more"
         )
     row: Coordinates = rows[0]
     return row

@@ -1,6 +1,6 @@
 """The pipeline from the record of a beam to its handle.
 
-1. Stand-ins replace what is ``"auto"`` (`auto_element`), and a string that goes slack its element.
+1. Stand-ins replace ``"auto"`` arguments (`auto_element`); a slack string gets its own element.
 2. The mesh: the number of elements, or the positions of the nodes.
 3. The reference shape: straight and uniform (`straight_beam`), or along a curve, strained, twisted
    or tapered (`curved_beam`).
