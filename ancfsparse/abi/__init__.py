@@ -1,1 +1,1 @@
-"""How the compiled parts call each other: C structures, outcomes, and what all of them share."""
+"""C structures by which compiled parts call each other, outcomes, and shared helpers."""

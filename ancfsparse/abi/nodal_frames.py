@@ -1,4 +1,4 @@
-"""Rotations of the nodes of a body, as Python sees them; the structure is in solver_abi.h."""
+"""Python interface of the rotations of nodes; the structure is in solver_abi.h."""
 
 from typing import Protocol
 
@@ -8,8 +8,8 @@ class Frame(Protocol):
 
     @property
     def capsule(self) -> object:
-        """What inverses call, "ancf_frame"."""
+        """Structure "ancf_frame" for inverses."""
 
     @property
     def operations(self) -> int:
-        """Operations of turning a vector there and back."""
+        """Operations of rotating a vector forwards and backwards."""

@@ -1,4 +1,4 @@
-"""The table of integrators by name, for commands, studies and messages."""
+"""Table of integrators by name, for commands, benchmarks and messages."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from ancfsparse.integrators.implicit.newmark_family import HHT, GeneralizedAlpha
 
 
 @dataclass(frozen=True)
-class Entry:
-    """An integrator by name.
+class NamedIntegrator:
+    """Integrator with a name.
 
     Attributes
     ----------
     make : callable
         Its class.
     damping : str or None
-        The parameter that sets its numerical damping.
+        Name of the parameter for its numerical damping.
     fixed : tuple
-        Other arguments that the name implies.
+        Arguments implied by the name.
     """
 
     make: Callable[..., Implicit | Explicit]
@@ -36,32 +36,32 @@ class Entry:
 
 
 BY_NAME = {
-    "newmark": Entry(Newmark, "alpha"),
-    "hht": Entry(HHT, "alpha"),
-    "generalized-alpha": Entry(GeneralizedAlpha, "rho_inf"),
-    "energy-momentum": Entry(EnergyMomentum),
-    "central-difference": Entry(CentralDifference),
-    "rkn4": Entry(RungeKuttaNystrom, None, (4,)),
-    "rkn8": Entry(RungeKuttaNystrom, None, (8,)),
-    "dormand-prince": Entry(DormandPrince),
+    "newmark": NamedIntegrator(Newmark, "alpha"),
+    "hht": NamedIntegrator(HHT, "alpha"),
+    "generalized-alpha": NamedIntegrator(GeneralizedAlpha, "rho_inf"),
+    "energy-momentum": NamedIntegrator(EnergyMomentum),
+    "central-difference": NamedIntegrator(CentralDifference),
+    "rkn4": NamedIntegrator(RungeKuttaNystrom, None, (4,)),
+    "rkn8": NamedIntegrator(RungeKuttaNystrom, None, (8,)),
+    "dormand-prince": NamedIntegrator(DormandPrince),
 }
-"""Names as the command line takes them."""
+"""Integrators by their names in commands."""
 
 EXPLICIT = tuple(
     name for name, entry in BY_NAME.items() if isinstance(entry.make(*entry.fixed), Explicit)
 )
-"""Those that solve no equations."""
+"""Names of explicit integrators."""
 
 
 def integrator_of(name: str, damping: float | None = None) -> Implicit | Explicit:
-    """Return the integrator behind a name.
+    """Return the integrator with a name.
 
     Parameters
     ----------
     name : str
         Key of `BY_NAME`.
     damping : float, optional
-        Its numerical damping [-]; the default of its class where none is given.
+        Its numerical damping [-]; by default that of its class.
     """
     entry = BY_NAME[name]
     if entry.damping is None or damping is None:
@@ -69,12 +69,12 @@ def integrator_of(name: str, damping: float | None = None) -> Implicit | Explici
     return entry.make(*entry.fixed, **{entry.damping: damping})
 
 
-def _example(entry: Entry) -> str:
+def _example(entry: NamedIntegrator) -> str:
     inside = entry.damping or ("order" if entry.fixed else "")
     return f"{entry.make.__name__}({inside})"
 
 
 EXAMPLES = tuple(dict.fromkeys(_example(entry) for entry in BY_NAME.values()))
-"""Constructor call of each, for messages."""
+"""Constructor calls, for messages."""
 EXPLICIT_EXAMPLES = tuple(dict.fromkeys(_example(BY_NAME[name]) for name in EXPLICIT))
-"""The explicit ones alone."""
+"""Constructor calls of explicit integrators."""

@@ -1,6 +1,6 @@
-"""Compile kernel modules: those of user elements, and variants to be measured.
+"""Compilation of kernel modules for user elements and for measurements.
 
-Needs Cython and a C compiler; deriving an element needs SymPy too, in a process of its own.
+Needs Cython and a C compiler; deriving an element needs SymPy too, in a separate process.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ancfsparse.instruction_sets import REQUIRED_FLAGS
 HEADERS = Path(__file__).parent
 PACKAGE = HEADERS.parent
 FLAGS = ("-O2", "-fno-tree-vectorize", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC")
-MARCH = {
+ARCHITECTURE_FLAGS = {
     name: "-march=" + name.replace("_v", "-v").replace("x86_", "x86-") for name in REQUIRED_FLAGS
 }
 
@@ -43,9 +43,9 @@ def build_element(
     source : str or Path
         A Python file with an ``ELEMENT = Element(...)`` made with ``codegen.declarations.fields``.
     folder : str or Path, optional
-        Where to write the package, a folder with the name of the element.
+        Parent folder of the package, which has the name of the element.
     instruction_sets : sequence of str, optional
-        Those to compile for; by default the one in use on this machine.
+        Instruction sets to compile for; by default the one in use on this machine.
 
     Returns
     -------
@@ -56,36 +56,38 @@ def build_element(
     Raises
     ------
     InputError
-        If the file has no such element, or a tool that this needs is not installed.
+        If the file has no such element, or a required tool is not installed.
     """
     for each in instruction_sets:
-        if each not in MARCH:
-            raise InputError(f"{each!r} is not one of the instruction sets {', '.join(MARCH)}")
+        if each not in ARCHITECTURE_FLAGS:
+            raise InputError(
+                f"{each!r} is not one of the instruction sets {', '.join(ARCHITECTURE_FLAGS)}"
+            )
     with tempfile.TemporaryDirectory() as work:
-        module = _derived(Path(source), Path(work))
+        module = _derive(Path(source), Path(work))
         package = Path(folder) / module.stem
         package.mkdir(parents=True, exist_ok=True)
-        text = translated(module, module.stem)
+        text = translate(module, module.stem)
         for each in instruction_sets or (instruction_set(),):
             name = f"{module.stem}_{each}"
             library = package / f"{name}{sysconfig.get_config_var('EXT_SUFFIX')}"
             started = f"-DPyInit_{module.stem}=PyInit_{name}"
-            compile_c(text, library, MARCH[each], started)
+            compile_c(text, library, ARCHITECTURE_FLAGS[each], started)
         (package / module.name).write_bytes(module.read_bytes())
         opening = OPENING.format(name=module.stem, source=Path(source).name)
         (package / "__init__.py").write_text(opening, encoding="utf-8")
     return package
 
 
-def translated(module: Path, name: str) -> Path:
-    """Translate a module to C beside it.
+def translate(module: Path, name: str) -> Path:
+    """Translate a module to C in the same folder.
 
     Parameters
     ----------
     module : Path
         The ``.pyx`` file.
     name : str
-        The name it is imported by.
+        Its name in imports.
     """
     target = module.with_suffix(".c")
     command = [sys.executable, "-m", "cython", "-3", "--module-name", name, str(module)]
@@ -105,15 +107,15 @@ def compile_c(source: Path, library: Path, *options: str) -> None:
     unfinished.replace(library)  # a process that has loaded the old file keeps it
 
 
-def _derived(source: Path, folder: Path) -> Path:
+def _derive(source: Path, folder: Path) -> Path:
     """Write the module of an element by the generator, which this package does not import."""
     if not source.is_file():
         raise InputError(f"there is no file {source} with the energy of an element")
-    places = PACKAGE / "generator", PACKAGE.parent  # installed, or in a checkout
-    found = [each for each in places if (each / "codegen" / "derive.py").is_file()]
-    if not found:
-        raise InputError(f"the generator of kernels is missing: it is not in {places[0]}")
-    paths = [str(found[0]), os.environ.get("PYTHONPATH", "")]
+    folders = PACKAGE / "generator", PACKAGE.parent  # installed, or in a checkout
+    present = [each for each in folders if (each / "codegen" / "derive.py").is_file()]
+    if not present:
+        raise InputError(f"the generator of kernels is missing: it is not in {folders[0]}")
+    paths = [str(present[0]), os.environ.get("PYTHONPATH", "")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
     # -P: files in the working directory do not shadow the generator.
     command = [sys.executable, "-P", "-m", "codegen", "--element", str(source)]

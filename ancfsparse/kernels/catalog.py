@@ -1,4 +1,4 @@
-"""The elements by their names for users, and what their modules declare."""
+"""Catalog of elements by name, and the declarations of their modules."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ MODULES: dict[str, dict[int, str]] = {
         2: "thick_planar_{curvature}_{section_strain}",
     },
 }
-"""Names of the modules of every element, by the dimensions it has, with its options in them."""
+"""Names of the modules of every element by dimension, with options as placeholders."""
 
 CURVED: dict[str, tuple[int, ...]] = {"thin": (2,), "thick": (2, 3)}
-"""Elements that have a form with a curved shape free of strain, and its dimensions.
+"""Elements that have a form with a curved stress-free shape, and its dimensions.
 
-A cable in space has none: the direction of its curvature is that of a section which it lacks.
+A cable in space has none: the direction of its curvature would be that of a section it lacks.
 """
 
 SLACK: dict[str, tuple[int, ...]] = {"string": (2, 3)}
@@ -51,10 +51,10 @@ PLANAR = tuple(element for element, names in MODULES.items() if 3 not in names)
 """Elements that have no spatial form."""
 
 REFERENCE = "reference_"
-"""What the parameters are called that are coordinates of a shape, followed by their numbers."""
+"""Prefix of the parameters for coordinates of a stress-free shape, followed by their numbers."""
 
 RIGID = "rigid"
-"""Takes the place of the element's name for rigid bodies, which have no elements."""
+"""Name in place of an element for rigid bodies, which have none."""
 
 REFERENCES = ("thick_axis_consistent_gauss",)
 """Modules that serve as references, for tests and benchmarks only."""
@@ -62,9 +62,9 @@ REFERENCES = ("thick_axis_consistent_gauss",)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ElementKind:
-    """Coordinates, parameters and kernels of an element, as its module declares them.
+    """Coordinates, parameters and kernels of an element, as declared by its module.
 
-    Those of this package have names for `Scene.add_beam`; one that was built outside it
+    Elements of this package have names for `Scene.add_beam`; an element built outside it
     (`ancfsparse.kernels.outside`) is passed itself.
 
     Attributes
@@ -78,14 +78,14 @@ class ElementKind:
     node_coordinates : tuple of str
         Labels of one node's coordinates in order, such as ``r_1``, ``r_x2``: vector and direction.
     section : tuple of str
-        Nodal vectors that turn with the section, such as ``r_y``: what a clamp holds and a moment
-        acts on.  A cable has only the direction of ``r_x``, a string none.
+        Nodal vectors that rotate with the section, such as ``r_y``, on which clamps and moments
+        act.  A cable has only the direction of ``r_x``, a string none.
     parameters : tuple of str
-        Base parameters in the order ``prepare`` takes them, SI units.
+        Base parameters in the order of ``prepare``, SI units.
     n_derived : int
         Number of derived parameters per element.
     operations, sizes : mapping
-        Arithmetic operations per element of each kernel, and how many numbers it adds.
+        Arithmetic operations per element of each kernel, and number of its results.
     prepare : callable
         Base parameters (n, n_base) to derived ones (n, n_derived).
     kernels : mapping
@@ -93,9 +93,9 @@ class ElementKind:
     definition : str
         Digest of coordinates, energy and inertia.
     package : str
-        The package it was built in, empty for those of this one.
+        The package it was built in, empty for elements of this one.
     own : mapping
-        Names of the parameters of this element alone, and the group of each, which determines its
+        Names of the parameters of this element only, and the group of each, which determines its
         damping: ``"stretching"``, ``"turning"``, ``"masses"`` or ``"ratios"``.
     values : mapping
         Their values, SI units.
@@ -119,7 +119,7 @@ class ElementKind:
     n_nodes: int = 2
 
     def __repr__(self) -> str:
-        """Return name, definition and values: all that a run with it depends on."""
+        """Return name, definition and values, on which a run depends."""
         values = "".join(f", {name} = {value:.9g}" for name, value in self.values.items())
         return f"{self.name} {self.definition}{values}"
 
@@ -128,7 +128,7 @@ class ElementKind:
         return isinstance(other, ElementKind) and self._identity == other._identity
 
     def __hash__(self) -> int:
-        """Return one number for equal elements."""
+        """Return the hash, equal for equal elements."""
         return hash(self._identity)
 
     @property
@@ -149,31 +149,31 @@ class ElementKind:
 
     @property
     def is_cable(self) -> bool:
-        """Whether the direction of the slope is all that a node has of the section."""
+        """True if the slope is the only vector of a node that rotates with the section."""
         return self.section == ("r_x",)
 
     @property
     def is_string(self) -> bool:
-        """Whether its nodes have positions alone: it is straight between them, and bends freely."""
+        """True if its nodes have positions only: it is straight, without bending stiffness."""
         return self.vectors == ("r",)
 
     @property
     def axis(self) -> tuple[str, ...]:
-        """The vectors of a node that the shape of the axis depends on."""
+        """Vectors of a node that determine the axis."""
         return self.vectors[:2]
 
     @property
     def is_curved(self) -> bool:
-        """Whether its parameters include the coordinates in which it is free of strain."""
+        """True if its parameters include the coordinates of a stress-free shape."""
         return f"{REFERENCE}0" in self.parameters
 
     @property
     def bends_alike(self) -> bool:
-        """Whether it has one bending stiffness for all directions in space."""
+        """True if its bending stiffness in space is isotropic."""
         return self.dim == 3 and "bending_stiffness" in self.parameters
 
     def columns(self, vector: str) -> slice:
-        """Return where a vector, such as ``r`` or ``r_y``, stands among a node's coordinates.
+        """Return the columns of a vector, such as ``r`` or ``r_y``, in the coordinates of a node.
 
         The slice is empty if the element has no such vector.
         """
@@ -189,11 +189,11 @@ class ElementKind:
 
     @property
     def vectors(self) -> tuple[str, ...]:
-        """The vectors of a node in order, ``r`` first, then ``r_x`` where there is one."""
+        """Vectors of a node in order, ``r`` first, then ``r_x`` if there is one."""
         return _vectors(self.node_coordinates)
 
     def n_out(self, kernel: str) -> int:
-        """Return how many numbers a kernel adds per element."""
+        """Return the number of results of a kernel per element."""
         return self.sizes[kernel]
 
     def with_values(self, **values: float) -> ElementKind:
@@ -247,7 +247,7 @@ def rigid_kind(dim: int, vectors: int) -> ElementKind:
 
 
 def _vector(label: str) -> str:
-    """Return the vector that a coordinate is of: ``r_1`` is of ``r``, ``r_x1`` of ``r_x``."""
+    """Return the vector of a coordinate: ``r`` of ``r_1``, ``r_x`` of ``r_x1``."""
     return label[:-1].rstrip("_")
 
 
@@ -259,21 +259,21 @@ def _vectors(labels: tuple[str, ...]) -> tuple[str, ...]:
 
 @cache
 def _columns(labels: tuple[str, ...], vector: str) -> slice:
-    """Return where a vector stands among coordinates."""
-    own = [k for k, label in enumerate(labels) if _vector(label) == vector]
-    return slice(own[0], own[-1] + 1) if own else slice(0, 0)
+    """Return the columns of a vector in coordinates."""
+    columns = [k for k, label in enumerate(labels) if _vector(label) == vector]
+    return slice(columns[0], columns[-1] + 1) if columns else slice(0, 0)
 
 
 @cache
 def from_module(module: ModuleType, package: str = "") -> ElementKind:
-    """Read what a compiled kernel module exposes.
+    """Return the element that a compiled kernel module declares.
 
     Parameters
     ----------
     module : module
         The module.
     package : str, optional
-        The package it was built in, if that is not this one.
+        The package it was built in, if not this one.
 
     Raises
     ------

@@ -1,8 +1,7 @@
-"""The axis between two nodes: what the numbers of its ends weigh.
+"""Interpolation of the axis between two nodes.
 
-Elements with slopes have Hermite's cubic along their axis: the numbers are position and slope of
-the first node, then of the second; slopes are per length of the reference shape.  Strings, which
-have none, are straight: the numbers are the two positions.
+Elements with slopes have a cubic Hermite axis with the positions and slopes of both nodes; slopes
+are derivatives by the length of the reference shape.  Strings are straight between two positions.
 """
 
 from __future__ import annotations
@@ -14,20 +13,20 @@ Vector = NDArray[np.float64]
 
 
 def position_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -> Vector:
-    """Weigh the ends for the position at a point.
+    """Return the weights of the nodal values in the position at a point.
 
     Parameters
     ----------
     xi : array_like
-        Place within the element, from 0 to 1 [-].
+        Relative position in the element, from 0 to 1 [-].
     length : array_like
-        Of the element [m], of a shape that goes with `xi`.
+        Length of the element [m], of a shape compatible with `xi`.
     straight : bool, optional
-        Whether the ends have positions alone.
+        Whether the nodes have positions only.
 
     Returns
     -------
-    ndarray, shape (..., 4) or, where straight, (..., 2)
+    ndarray, shape (..., 4), or (..., 2) if straight
         Weights, 1 and m in turn.
     """
     x, h = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(length, dtype=float))
@@ -45,16 +44,16 @@ def position_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -
 
 
 def slope_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -> Vector:
-    """Weigh the ends for the slope at a point: the derivative of `position_weights` by length.
+    """Return the weights in the slope at a point, the derivative of `position_weights` by length.
 
     Parameters
     ----------
     xi, length, straight
-        As there.
+        As in `position_weights`.
 
     Returns
     -------
-    ndarray, shape (..., 4) or, where straight, (..., 2)
+    ndarray, shape (..., 4), or (..., 2) if straight
         Weights, 1/m and 1 in turn.
     """
     x, h = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(length, dtype=float))
@@ -65,16 +64,16 @@ def slope_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -> V
 
 
 def bend_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -> Vector:
-    """Weigh the ends for the derivative of the slope at a point.
+    """Return the weights in the derivative of the slope at a point.
 
     Parameters
     ----------
     xi, length, straight
-        As there.
+        As in `position_weights`.
 
     Returns
     -------
-    ndarray, shape (..., 4) or, where straight, (..., 2)
+    ndarray, shape (..., 4), or (..., 2) if straight
         Weights, 1/m2 and 1/m in turn.
     """
     x, h = np.broadcast_arrays(np.asarray(xi, dtype=float), np.asarray(length, dtype=float))
@@ -85,18 +84,18 @@ def bend_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -> Ve
 
 
 def integral_weights(length: ArrayLike, straight: bool = False) -> Vector:
-    """Weigh the ends for the integral of the position over the length of an element.
+    """Return the weights in the integral of the position over the length of an element.
 
     Parameters
     ----------
     length : array_like
-        Of each element [m].
+        Length of each element [m].
     straight : bool, optional
-        Whether the ends have positions alone.
+        Whether the nodes have positions only.
 
     Returns
     -------
-    ndarray, shape (..., 4) or, where straight, (..., 2)
+    ndarray, shape (..., 4), or (..., 2) if straight
         Weights, m and m^2 in turn.
     """
     h = np.asarray(length, dtype=float)

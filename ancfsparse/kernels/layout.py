@@ -1,4 +1,4 @@
-"""Pack elements into the blocks of `kernel_abi.h`."""
+"""Packing of elements into the SIMD blocks of `kernel_abi.h`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 
-# Blocks from which tables are shared, if so many of them in a row are alike on average.
-MANY_BLOCKS, ALIKE = 256, 8
+MIN_SHARED_BLOCKS = 256  # for shared tables
+MIN_RUN_LENGTH = 8  # mean number of successive blocks with equal tables, for shared tables
 
 
 def _no_numbers() -> NDArray[np.int32]:
@@ -21,23 +21,23 @@ def _no_numbers() -> NDArray[np.int32]:
 
 @dataclass(frozen=True)
 class Layout:
-    """Arrays one kernel call takes, for blocks of as many elements as a vector has lanes.
+    """Arrays of one kernel call, for blocks of one element per SIMD lane.
 
     Attributes
     ----------
     gather : (n_tables, n, lanes) int32
-        Places in ``q`` and ``a`` of the coordinates; one table for each block, see `table_of`.
+        Indices of the coordinates in ``q`` and ``a``; one table per block, see `table_of`.
     scatter : (n_tables, n_out, lanes) int32
-        Places in ``out`` to which results are added.
+        Indices in ``out`` to which results are added.
     set_of : (n_blocks,) int32
-        Which set of parameters each block uses; the bitwise complement of it if the elements of the
-        block are a chain, each beginning with the node the one before ends with.
+        Parameter set of each block; its bitwise complement if the elements of the block are a
+        chain, in which each element begins at the last node of the previous one.
     parameters : (n_sets, n_derived, lanes) float64
         Derived parameters; blocks with equal parameters share one set.
     table_of : (n_blocks,) int32
-        Which tables each block uses; empty if every block has its own.
+        Tables of each block; empty if every block has its own.
     base, scatter_base : (n_blocks,) int32
-        What a block adds to the places in its tables of `gather` and of `scatter`; empty likewise.
+        Offsets of a block to the indices in its tables of `gather` and `scatter`; empty likewise.
     """
 
     gather: NDArray[np.int32]
@@ -55,15 +55,15 @@ class Layout:
         blocks = self.table_of.nbytes + self.base.nbytes + self.scatter_base.nbytes
         return tables + blocks + self.set_of.nbytes
 
-    def compressed(self) -> Layout:
-        """Let blocks share tables that differ by a shift; the tables here are written to.
+    def compress(self) -> Layout:
+        """Return a layout in which blocks share tables that differ by an offset; overwrites tables.
 
-        Along a chain each block repeats the one before, some places on: its tables, most of the
-        memory of the elements, become two numbers.  A layout that is small, or where next to no
-        blocks are alike, stays as it is.
+        Along a chain each block repeats the previous one with an offset: its tables, most of the
+        memory of the elements, become two numbers.  A small layout, or one with few equal blocks,
+        is returned unchanged.
         """
         n_blocks = len(self.set_of)
-        if n_blocks < MANY_BLOCKS:
+        if n_blocks < MIN_SHARED_BLOCKS:
             return self
         base = self.gather.min(axis=(1, 2))
         scatter_base = self.scatter.min(axis=(1, 2))
@@ -75,7 +75,7 @@ class Layout:
         for part in flat:
             starts[1:] |= (part[1:] != part[:-1]).any(axis=1)
         runs = np.flatnonzero(starts)
-        if len(runs) * ALIKE > n_blocks:
+        if len(runs) * MIN_RUN_LENGTH > n_blocks:
             self.gather[...] += base[:, None, None]
             self.scatter[...] += scatter_base[:, None, None]
             return self
@@ -90,36 +90,36 @@ class Layout:
         )
 
 
-def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLike) -> Layout:
+def pack(kind: ElementKind, indices: ArrayLike, scatter: ArrayLike, base: ArrayLike) -> Layout:
     """Arrange elements of one kind in blocks.
 
     Parameters
     ----------
     kind : ElementKind
-        What the elements are; gives lanes, parameters and how to derive them.
-    places : (n_elements, n) int
-        Place of every coordinate in the vector of the system.
+        Element type, with its lanes and parameters.
+    indices : (n_elements, n) int
+        Index of every coordinate in the vector of the system.
     scatter : (n_elements, n_out) int
-        Place in the output of every number the kernel adds.
+        Index in the output of every result of the kernel.
     base : (n_elements, n_base) float
         Base parameters in the order of ``kind.parameters``.
 
     Returns
     -------
     Layout
-        The last block is filled up with copies of the last element whose parameters, except the
-        length, a shape free of strain and constants inside strains, are zero.
+        The last block is padded with copies of the last element, with zero parameters except the
+        length, a stress-free shape and constants inside strains.
 
     Raises
     ------
     InputError
-        If the tables disagree about the number of elements, a place cannot be one, or a length is
-        not positive.
+        If the tables differ in the number of elements, an index is invalid, or a length is not
+        positive.
     """
     lanes, length = kind.lanes, kind.parameters.index("length")
-    places, scatter = _places(places, "places"), _places(scatter, "scatter")
+    indices, scatter = _check_indices(indices, "indices"), _check_indices(scatter, "scatter")
     base = np.asarray(base, dtype=np.float64)
-    n = len(places)
+    n = len(indices)
     if base.shape != (n, len(kind.parameters)) or len(scatter) != n:
         raise InputError(
             f"{n} elements of kind {kind.name} need as many rows of scatter, not {len(scatter)}, "
@@ -130,7 +130,7 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
         raise InputError(
             f"Element {worst} has length {base[worst, length]:g}; it must be positive."
         )
-    block_base = filled(kind, base)
+    block_base = pad(kind, base)
     n_blocks = len(block_base) // lanes
     flat = block_base.reshape(n_blocks, lanes * base.shape[1])
     first, set_of = _distinct(flat)
@@ -143,20 +143,20 @@ def pack(kind: ElementKind, places: ArrayLike, scatter: ArrayLike, base: ArrayLi
             "positions, section and material"
         )
     sets = derived.reshape(len(first), lanes, derived.shape[1])
-    gather, out = _blocks(places, lanes), _blocks(scatter, lanes)
-    chained = _chained(gather)
+    gather, out = _blocks(indices, lanes), _blocks(scatter, lanes)
+    is_chain = _are_chains(gather)
     if out.shape == gather.shape:
-        chained &= _chained(out)
+        is_chain &= _are_chains(out)
     return Layout(
         gather=gather,
         scatter=out,
-        set_of=np.where(chained, ~set_of, set_of),
+        set_of=np.where(is_chain, ~set_of, set_of),
         parameters=np.ascontiguousarray(sets.transpose(0, 2, 1)),
     )
 
 
-def filled(kind: ElementKind, base: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return base parameters of whole blocks, the last one filled up as `pack` does."""
+def pad(kind: ElementKind, base: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return base parameters of complete blocks, the last one padded as by `pack`."""
     fill = np.repeat(base[len(base) - 1 :], -len(base) % kind.lanes, axis=0)
     weights = [
         not name.startswith(("length", REFERENCE)) and kind.own.get(name) != "ratios"
@@ -166,7 +166,7 @@ def filled(kind: ElementKind, base: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate([base, fill])
 
 
-def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:
+def _check_indices(values: ArrayLike, name: str) -> NDArray[np.int32]:
     array = np.asarray(values)
     if array.ndim != 2 or not np.issubdtype(array.dtype, np.integer):
         raise InputError(f"{name} must be a table of whole numbers with one row per element.")
@@ -176,7 +176,7 @@ def _places(values: ArrayLike, name: str) -> NDArray[np.int32]:
 
 
 def _blocks(rows: NDArray[np.int32], lanes: int) -> NDArray[np.int32]:
-    """Deal rows out to lanes, the last one again where there are not enough of them."""
+    """Distribute rows over lanes; the last row is repeated in an incomplete block."""
     n_full, rest = divmod(len(rows), lanes)
     blocks = np.empty((n_full + (rest > 0), rows.shape[1], lanes), dtype=np.int32)
     full = rows[: n_full * lanes].reshape(n_full, lanes, rows.shape[1])
@@ -187,15 +187,15 @@ def _blocks(rows: NDArray[np.int32], lanes: int) -> NDArray[np.int32]:
     return blocks
 
 
-def _chained(blocks: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Whether in a block the second node of every lane is the first node of the next."""
+def _are_chains(blocks: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return True for blocks in which the second node of every lane is the first of the next."""
     half = blocks.shape[1] // 2
     same: NDArray[np.bool_] = (blocks[:, half:, :-1] == blocks[:, :half, 1:]).all(axis=(1, 2))
     return same
 
 
 def _distinct(rows: NDArray[Any]) -> tuple[NDArray[np.intp], NDArray[np.int32]]:
-    """First row of every kind, and the kind of every row."""
+    """Return the first row of every kind, and the kind of every row."""
     starts = np.ones(len(rows), dtype=bool)
     starts[1:] = (rows[1:] != rows[:-1]).any(axis=1)
     runs = np.flatnonzero(starts)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.dispatch import available_instruction_sets, compiled_module, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.building import MARCH, compile_c, translated
+from ancfsparse.kernels.building import ARCHITECTURE_FLAGS, compile_c, translate
 from ancfsparse.kernels.catalog import REFERENCES, ElementKind, from_module, module_names
 from ancfsparse.kernels.layout import pack
 
@@ -118,7 +118,12 @@ def one_lane(name: str, folder: Path) -> ElementKind:
         )
     module_name = f"ancfsparse.compiled.{name}"
     source.write_bytes((GENERATED / source.name).read_bytes())
-    compile_c(translated(source, module_name), library, MARCH[instruction_set()], "-DANCF_LANES=1")
+    compile_c(
+        translate(source, module_name),
+        library,
+        ARCHITECTURE_FLAGS[instruction_set()],
+        "-DANCF_LANES=1",
+    )
     loader = ExtensionFileLoader(module_name, str(library))
     spec = spec_from_loader(module_name, loader)
     if spec is None:

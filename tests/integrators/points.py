@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.integrate import solve_ivp
 
-from ancfsparse.integrators.implicit.time_integration import make_march
+from ancfsparse.integrators.implicit.time_integration import make_time_loop
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.nonlinear.loop_protocols import Tolerance
@@ -218,7 +218,7 @@ class Point:
             begin = type(begin)(self.q0, self.v0, begin.a, begin.a, begin.lam, np.zeros(0))
         if start is not None:
             begin = start(begin)
-        march = make_march(self, dt, integrator, begin, largest_gain, 0.0)
+        march = make_time_loop(self, dt, integrator, begin, largest_gain, 0.0)
         scale = integrator.scale * dt**2
         tolerance = Tolerance(False, scale * 1e-9 * (1 + self.stiffness * 1e-4), 1e-14, 0.0, 1e-16)
         march.prepare(np.zeros((1, 0)))

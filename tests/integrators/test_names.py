@@ -55,7 +55,7 @@ def test_damped_newmark_is_of_first_order():
         (CompiledAssembly, "assembly", "Assembly"),
         (protocols.CompleteFactor, "ldl", "Ldl"),
         (IncompleteFactor, "ic", "Ic"),
-        (protocols.Solver, "blocks", "Blocks"),
+        (protocols.CompiledSeed, "blocks", "Blocks"),
         (protocols.PythonSeed, "callback", "Callback"),
     ],
 )

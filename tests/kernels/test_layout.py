@@ -167,7 +167,7 @@ def test_blocks_of_a_chain_share_tables():
     scatter = 26 * np.arange(n)[:, None] + np.arange(36)
     scatter[0, 5] = 26 * n + 36  # the bin
     layout = pack(kind, places, scatter, np.full((n, 4), 2.0))
-    packed = layout.compressed()
+    packed = layout.compress()
     assert len(packed.gather) == len(packed.scatter) == 3  # the first, the last and the others
     assert packed.nbytes < 0.1 * layout.nbytes
     whole = pack(kind, places, scatter, np.full((n, 4), 2.0))
@@ -180,7 +180,7 @@ def test_blocks_that_differ_keep_their_tables(rng):
     n = 300 * kind.lanes
     places, scatter = rng.integers(0, 10**6, (n, 8)), rng.integers(0, 10**6, (n, 36))
     whole = pack(kind, places, scatter, np.full((n, 4), 2.0))
-    same = pack(kind, places, scatter, np.full((n, 4), 2.0)).compressed()
+    same = pack(kind, places, scatter, np.full((n, 4), 2.0)).compress()
     assert len(same.table_of) == 0
     np.testing.assert_array_equal(same.gather, whole.gather)
     np.testing.assert_array_equal(same.scatter, whole.scatter)

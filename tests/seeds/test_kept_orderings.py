@@ -14,9 +14,9 @@ def pattern(n, extra=()):
     return np.append(0, np.cumsum(np.bincount(columns, minlength=n))).astype(np.int64), rows
 
 
-@pytest.fixture(params=[0, elimination_order.SMALL], ids=["by digest", "whole"])
+@pytest.fixture(params=[0, elimination_order.MAX_KEY_BYTES], ids=["by digest", "whole"])
 def orders(request, monkeypatch):
-    monkeypatch.setattr(elimination_order, "SMALL", request.param)
+    monkeypatch.setattr(elimination_order, "MAX_KEY_BYTES", request.param)
     made = []
     find = elimination_order._cheapest
     monkeypatch.setattr(elimination_order, "_KNOWN", {})
@@ -47,12 +47,12 @@ def test_other_patterns_and_other_multipliers_are_ordered_again(orders):
 
 
 def test_few_are_kept_and_no_large_ones(orders, monkeypatch):
-    monkeypatch.setattr(elimination_order, "LARGEST", 20)
-    for n in range(5, 5 + 2 * elimination_order.MOST):
+    monkeypatch.setattr(elimination_order, "MAX_CACHED_UNKNOWNS", 20)
+    for n in range(5, 5 + 2 * elimination_order.CACHE_SIZE):
         elimination_order.cheapest(*pattern(n), n)
         elimination_order.cheapest(*pattern(5), 5)  # in use, so kept
-    assert len(elimination_order._KNOWN) == elimination_order.MOST
-    assert len(orders) == 2 * elimination_order.MOST
+    assert len(elimination_order._KNOWN) == elimination_order.CACHE_SIZE
+    assert len(orders) == 2 * elimination_order.CACHE_SIZE
     elimination_order.cheapest(*pattern(30), 30)
     elimination_order.cheapest(*pattern(30), 30)
-    assert len(orders) == 2 * elimination_order.MOST + 2
+    assert len(orders) == 2 * elimination_order.CACHE_SIZE + 2

@@ -64,7 +64,7 @@ def test_cables_that_are_not_held_slide():
     ("make", "n", "most"), [(lattice, 5, 0.01), (octet, 3, 0.1)], ids=["lattice", "octet truss"]
 )
 def test_the_coarse_matrix_is_that_of_the_modes(make, n, most, monkeypatch):
-    monkeypatch.setattr(incomplete_seed, "MOST_COARSE", 1.0)
+    monkeypatch.setattr(incomplete_seed, "MAX_COARSE_RATIO", 1.0)
     system, values, whole, slides = steel(n, LONG, make)
     seed = seed_of(system, slides)
     assert seed.factor(values) == 0
@@ -129,7 +129,7 @@ def test_short_steps_do_not_call_for_modes():
 def test_cables_that_fill_the_coarse_matrix_in_do_without(monkeypatch):
     system, _, _, slides = steel(5, LONG)
     assert seed_of(system, slides)._coarse is not None
-    monkeypatch.setattr(incomplete_seed, "MOST_COARSE", 1e-3)
+    monkeypatch.setattr(incomplete_seed, "MAX_COARSE_RATIO", 1e-3)
     assert seed_of(system, slides)._coarse is None
 
 

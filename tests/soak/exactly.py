@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.integrators.implicit.time_integration import Start, make_march
+from ancfsparse.integrators.implicit.time_integration import Start, make_time_loop
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
@@ -52,7 +52,7 @@ class Steps:
         if rng is not None:
             q = q * (1.0 + ROUNDING * rng.normal(size=q.shape))
         start = Start(q, v, a, self.b[k], lam, self.loads[k])
-        march = make_march(system, self.dt, self.integrator, start, np.inf, 0.0)
+        march = make_time_loop(system, self.dt, self.integrator, start, np.inf, 0.0)
         march.weigh(self.criterion.mass, self.criterion.total)
         inverse = make_inverse(NEWTON, self.seed, None, self.criterion.norm, 0.0)
         tolerance = self.criterion.at(self.dt)

@@ -1,4 +1,4 @@
-"""Explicit integrators: no equations to solve, steps bounded by the fastest vibration."""
+"""Explicit integrators, with steps limited by the fastest vibration."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Vector = NDArray[np.float64]
 
 
 class Explicit(Integrator, ABC):
-    """A method that solves no equations but for accelerations."""
+    """Explicit integrator, which only solves for accelerations."""
 
     loop = "explicit"
 
@@ -40,22 +40,22 @@ class Explicit(Integrator, ABC):
 
     @property
     def order(self) -> int:
-        """Power of the step in the error."""
+        """Order of accuracy."""
         return self.tableau.order
 
     @property
     def stages(self) -> Vector:
-        """Times in a step at which loads are evaluated, over the step, after its start."""
+        """Times of load evaluation after the start of a step, in steps."""
         return self.tableau.c[1:]
 
     @property
     def takes_velocities(self) -> bool:
-        """Whether forces may depend on velocities, so that there may be damping."""
+        """True if forces may depend on velocities, as by damping."""
         return self.tableau.B is not None
 
     @property
     def holds(self) -> bool:
-        """Whether there may be multipliers: with velocities of the stages, or without stages."""
+        """True if constraints may have multipliers: velocities at the stages, or no stages."""
         return self.takes_velocities or self.tableau.forces == 1
 
 
@@ -63,10 +63,10 @@ class Explicit(Integrator, ABC):
 class CentralDifference(Explicit):
     """Central differences in velocity Verlet form: explicit, second order, symplectic, reversible.
 
-    One evaluation of the forces per step, no iteration.  The step must stay below ``2 / omega``
-    with the fastest vibration omega of the mesh, or the run is refused.  With constraints by
-    multipliers and rigid bodies it is RATTLE, which keeps positions and velocities on them to
-    rounding for one sparse factor per step.
+    One evaluation of the forces per step, no iteration.  The step must be below ``2 / omega``, with
+    the highest frequency omega of the mesh, or the run is refused.  With multipliers and rigid
+    bodies it is RATTLE, which satisfies the constraints on positions and velocities to rounding
+    with one sparse factorization per step.
     """
 
     @property
@@ -77,14 +77,14 @@ class CentralDifference(Explicit):
 
 @dataclass(frozen=True)
 class RungeKuttaNystrom(Explicit):
-    """Explicit methods of high order: for tight accuracy where nothing is stiff.
+    """Explicit Runge-Kutta-Nystrom methods of high order, for accurate runs of soft scenes.
 
     Parameters
     ----------
     order : int, optional
-        4 takes three evaluations of the forces per step, 8 takes eight.  At their longest steps the
-        tip of the paper's pendulum is off by 1e-5 m with central differences, by 5e-8 m with order
-        4 for 1.6 times the forces, and by rounding with order 8 for five times the forces.
+        4 takes three evaluations of the forces per step, 8 takes eight.  At the longest steps the
+        error of the tip of the paper's pendulum is 1e-5 m with central differences, 5e-8 m with
+        order 4 for 1.6 times the evaluations, and rounding with order 8 for five times as many.
     """
 
     order: int = 4
@@ -105,13 +105,13 @@ class RungeKuttaNystrom(Explicit):
 
 @dataclass(frozen=True)
 class DormandPrince(Explicit):
-    """The explicit Runge-Kutta method of order 8 by Dormand and Prince, twelve forces per step.
+    """Explicit Runge-Kutta method of order 8 by Dormand and Prince, twelve forces per step.
 
-    It takes damping, rigid bodies and constraints by multipliers.  Of a few constraints between
-    beams it holds the accelerations: positions and velocities leave them by what the steps are off.
-    Otherwise each step is projected on them, for twelve sparse factors per step.  Its step must
-    stay below ``5.96 / omega`` with the fastest vibration or decay omega of the mesh, or the run is
-    refused.
+    It admits damping, rigid bodies and multipliers.  A few constraints between beams are satisfied
+    by accelerations, and by positions and velocities up to the error of the steps.  In all other
+    cases each step is projected on the constraints, with twelve sparse factorizations per step.
+    The step must be below ``5.96 / omega``, with the highest frequency or decay rate omega of the
+    mesh, or the run is refused.
     """
 
     @property
@@ -137,21 +137,21 @@ def make_explicit(
     Parameters
     ----------
     system : System
-        What moves.
+        The system.
     dt : float
         Time step [s].
     integrator : Explicit
         Coefficients.
     q, v : (n_all,) float
-        The first state [m, 1] and its velocities; its accelerations are those of its forces.
+        Initial coordinates [m, 1] and velocities; accelerations follow from the forces.
     inputs : (n_inputs,) float
-        What changes with time there: loads [N, N m], and what is prescribed, see `System.inputs`.
+        Initial loads [N, N m] and prescribed motions, see `System.inputs`.
     mass : seed
         Inverse of the mass matrix, or of the matrix with all constraints.
     largest_gain : float
-        Share of the energy exchanged so far by which the energy may exceed what was given.
+        Largest energy increase, relative to the energy exchanged so far [-].
     noise : float
-        Energy that rounding makes [J].
+        Energy increase by rounding [J].
     sizes : (m,) float, optional
         Magnitude of the terms of each constraint [m], if the seed includes the constraints.
     """

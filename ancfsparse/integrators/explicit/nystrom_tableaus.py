@@ -154,10 +154,10 @@ EIGHTH = tableau(
 def dormand_prince() -> Tableau:
     """Return the eighth-order formula of DOP853, a Runge-Kutta method for ``M a = f(t, q, v)``.
 
-    SciPy's coefficients.  What a Runge-Kutta method makes of ``q' = v``, ``v' = a`` needs the rates
-    of velocities alone: the weights in positions are the square of those in velocities.
+    SciPy's coefficients.  For ``q' = v``, ``v' = a`` a Runge-Kutta method needs only the rates of
+    velocities: the weights in positions are the square of the weights in velocities.
     """
-    from scipy.integrate import DOP853  # seldom needed, and slow to import
+    from scipy.integrate import DOP853  # rarely needed, and slow to import
 
     s = DOP853.n_stages
     B = np.zeros((s + 1, s + 1))

@@ -23,12 +23,12 @@ from ancfsparse.integrators.interface.integrator import Integrator
 
 
 class Implicit(Integrator):
-    """The weights of the family; see the module for what they do.
+    """Implicit integrator of the family; see the module for the meaning of the weights.
 
     Attributes
     ----------
     residual_kernels, matrix_kernels : mapping of str to int
-        Kernels that a residual and a matrix of a step call, and how often.
+        Numbers of calls of each kernel for a residual and a matrix of a step.
     """
 
     loop = "march"
@@ -40,7 +40,7 @@ class Implicit(Integrator):
 
     @property
     def shift(self) -> float:
-        """By how many steps ``b`` looks ahead of the true acceleration: b ~ a(t + shift dt)."""
+        """Time by which ``b`` precedes the true acceleration, in steps: b ~ a(t + shift dt)."""
         return self.alpha_m - self.alpha_f
 
     @property
@@ -55,7 +55,7 @@ class Implicit(Integrator):
 
     @property
     def mass_ratio(self) -> float:
-        """Factor of the mass matrix in the matrix of a step, beside 1 / (beta dt^2)."""
+        """Factor of the mass matrix in the iteration matrix, in addition to 1 / (beta dt^2)."""
         return (1.0 - self.alpha_m) / (1.0 - self.alpha_f)
 
     @property
@@ -70,21 +70,21 @@ class Implicit(Integrator):
 
     @property
     def velocity_constant(self) -> float:
-        """Constant c of the velocity ``q' + c dt^2 q'''`` that a smooth motion has in this scheme.
+        """Constant c of the velocity ``q' + c dt^2 q'''`` of a smooth motion in this scheme.
 
-        Where a constraint prescribes the position, Newmark's formulas hold to third order only for
+        If a constraint prescribes the position, Newmark's formulas hold to third order only for
         this velocity: c = 1/6 - beta + (gamma - 1/2) / 2, which is -(1/12 + shift^2 / 4).
         """
         return 1.0 / 6.0 - self.beta + 0.5 * (self.gamma - 0.5)
 
     @property
     def jump_share(self) -> float:
-        """Share of jump times motion by which the energy may be off after a jump of a load.
+        """Uncertainty of the energy after a jump of a load, over the jump times the displacement.
 
-        In a slow vibration the energy differs from the work of the trapezoidal rule by the motion
-        in a step times ``(1/2 - alpha_f) (a - b)``, and ``a - b`` is ``(alpha_f - alpha_m) /
-        (1 - alpha_m)`` of the jump at first; with Newmark's alpha by alpha of the jump.  Where
-        dt omega is not small it is up to four times as much.
+        In a slow vibration the energy differs from the work of the trapezoidal rule by the
+        displacement in a step times ``(1/2 - alpha_f) (a - b)``, where ``a - b`` is initially
+        ``(alpha_f - alpha_m) / (1 - alpha_m)`` of the jump; with Newmark's alpha by alpha of the
+        jump.  For larger dt omega it is up to four times as large.
         """
         lag = (self.alpha_f - self.alpha_m) / (1.0 - self.alpha_m)
         first_order = self.gamma - 0.5 + self.shift
@@ -134,7 +134,8 @@ class HHT(Implicit):
     Parameters
     ----------
     alpha : float, optional
-        Share of the old forces in the balance, 0 (the trapezoidal rule) to 1/3 (most damping).
+        Weight of the old forces in the equations of motion, 0 (trapezoidal rule) to 1/3 (most
+        damping).
     """
 
     alpha: float = 0.05
@@ -158,13 +159,13 @@ class HHT(Implicit):
 
 @dataclass(frozen=True)
 class GeneralizedAlpha(Implicit):
-    """The method of Chung and Hulbert (1993): second order, damping where it is wanted.
+    """The method of Chung and Hulbert (1993): second order, with damping of high frequencies.
 
     Parameters
     ----------
     rho_inf : float, optional
-        What a step leaves of the highest frequencies, 0 to 1: 1 keeps all of them, 0 kills them in
-        one step; low frequencies are damped as little as that allows.
+        Spectral radius at infinite frequency, 0 to 1: 1 preserves high frequencies, 0 removes them
+        in one step, with the least damping of low frequencies.
     """
 
     rho_inf: float = 0.9

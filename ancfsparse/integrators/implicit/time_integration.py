@@ -1,4 +1,4 @@
-"""Configure the compiled time loop."""
+"""Configuration of the compiled implicit time loop."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Vector = NDArray[np.float64]
 
 
 class Mechanics(Protocol):
-    """What the time loop needs of a system; see ``ancf_system`` in abi/solver_abi.h."""
+    """System as the time loop uses it; see ``ancf_system`` in abi/solver_abi.h."""
 
     capsule: object
     parts: Any
@@ -38,12 +38,12 @@ class Start:
     Attributes
     ----------
     q, v, a, b : (n_all,) float
-        Coordinates [m, 1], velocities, accelerations (of an implicit integrator what its step can
-        follow of them), the integrator's own accelerations.
+        Coordinates [m, 1], velocities, accelerations (for an implicit integrator the part that its
+        step resolves), pseudo-accelerations.
     lam : (m,) float
         Multipliers [N].
     amplitudes : (n_amplitudes,) float
-        Changing loads [N, N m].
+        Time-dependent loads [N, N m].
     """
 
     q: Vector
@@ -54,7 +54,7 @@ class Start:
     amplitudes: Vector
 
 
-def make_march(
+def make_time_loop(
     system: Mechanics,
     dt: float,
     integrator: Implicit,
@@ -62,12 +62,12 @@ def make_march(
     largest_gain: float,
     noise: float,
 ) -> ControlledLoop:
-    """Build the compiled march; only those of Newmark's family can be controlled.
+    """Build the compiled time loop; only Newmark's family admits step size control.
 
     Parameters
     ----------
     system : System
-        What moves.
+        The system.
     dt : float
         Time step [s].
     integrator : Implicit
@@ -75,11 +75,11 @@ def make_march(
     start : Start
         The first state.
     largest_gain : float
-        Share of the energy exchanged so far by which the energy may exceed what was given.
+        Largest energy increase, relative to the energy exchanged so far [-].
     noise : float
-        Energy that rounding makes [J].
+        Energy increase by rounding [J].
     """
-    march: ControlledLoop = compiled_module(integrator.loop).March(
+    loop: ControlledLoop = compiled_module(integrator.loop).March(
         system,
         dt,
         integrator,
@@ -93,4 +93,4 @@ def make_march(
         largest_gain,
         noise,
     )
-    return march
+    return loop

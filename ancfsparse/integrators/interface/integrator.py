@@ -1,4 +1,4 @@
-"""Properties that every integrator declares, so that no other package depends on its class."""
+"""Properties that every integrator declares, so that other packages do not depend on its class."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 
 class Integrator:
-    """A method that advances a system by steps.
+    """Method of time integration.
 
     Attributes
     ----------
     loop : str
         Compiled module of its time loop.
     keeps_energy : bool
-        Whether it keeps the energy whatever the step is.
+        Whether it conserves the energy for any step.
     matrices : int
-        Matrices of a step that it keeps at the same time.
+        Number of matrices of a step in memory at the same time.
     """
 
     loop: ClassVar[str]
@@ -27,10 +27,10 @@ class Integrator:
 
     @property
     def order(self) -> int:
-        """Power of the step in the error."""
+        """Order of accuracy."""
         return 2
 
     @property
     def stages(self) -> NDArray[np.float64]:
-        """Times in a step at which loads are evaluated, over the step, after its start."""
+        """Times of load evaluation after the start of a step, in steps."""
         return np.ones(1)

@@ -1,4 +1,4 @@
-"""Times in round numbers: whole steps, and advice that still divides when it is typed."""
+"""Time grids of equal steps, and suggested step sizes with few digits."""
 
 from __future__ import annotations
 
@@ -11,26 +11,22 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_finite, check_positive
 from ancfsparse.errors import InputError, Parameter
 
-# Rounding that whole steps may differ by from the end, over the end.
-WHOLE = 1e-9
-
-# Past this a double cannot count the steps exactly.
-MOST_STEPS = 2.0**53
-
-# Shorter times, and steps longer than the inverse, have no square among the doubles [s].
-SHORTEST = 1e-150
+ROUNDING = 1e-9  # of a number of steps, relative to the time at the end
+MAX_STEPS = 2.0**53  # that a double counts exactly
+MIN_TIME = 1e-150  # s; the squares of shorter times, and of longer ones than its inverse, overflow
 SQUARES = "whose square is in the range of floating-point numbers"
 
 
 class TimeGrid:
     """Times of equal steps.
 
-    Where the begin is a whole number of steps they are, bit for bit, those of a run from t = 0.
+    If the start is an integer multiple of the step, they equal those of a run from t = 0 bit for
+    bit.
 
     Parameters
     ----------
     begin, dt : float
-        Time of the start, and the step [s].
+        Start time, and time step [s].
     """
 
     def __init__(self, begin: float, dt: float) -> None:
@@ -39,12 +35,12 @@ class TimeGrid:
         self._first = float(first) if dt * first == begin else None
 
     def at(
-        self, steps: float | NDArray[np.float64], share: float | NDArray[np.float64] = 0.0
+        self, steps: float | NDArray[np.float64], fraction: float | NDArray[np.float64] = 0.0
     ) -> Any:
-        """Return the time after so many steps and a share of the next [s], or times for arrays."""
+        """Return the time after a number of steps and a fraction of the next [s], or an array."""
         if self._first is None:
-            return self.begin + self.dt * (steps + share)
-        return self.dt * ((self._first + steps) + share)  # rounded alike whatever step is the first
+            return self.begin + self.dt * (steps + fraction)
+        return self.dt * ((self._first + steps) + fraction)  # rounding is that of a run from t = 0
 
 
 def count_steps_from(t_start: float, t_end: float, dt: float) -> int:
@@ -64,15 +60,15 @@ def count_steps_from(t_start: float, t_end: float, dt: float) -> int:
             "s: t_end is the time at the end, not the length of the run"
         )
     dt = as_double("dt", dt)
-    if max(abs(t_start), abs(end)) / dt > MOST_STEPS:
+    if max(abs(t_start), abs(end)) / dt > MAX_STEPS:
         raise InputError(
             f"dt = {dt:g} s is lost in the rounding of times from {t_start:g} s to {end:g} s: take "
             "a larger dt"
         )
     length = end - t_start
     n = max(1, round(length / dt))
-    # The difference of two times is rounded as they are.
-    if abs(n * dt - length) > WHOLE * max(abs(t_start), abs(end)):
+    # The rounding of a difference is relative to the times.
+    if abs(n * dt - length) > ROUNDING * max(abs(t_start), abs(end)):
         raise InputError(
             f"dt = {dt:g} s does not divide the {length:.6g} s from start, t = {t_start:.10g} s, "
             f"to t_end = {end:.10g} s into whole steps ({length / dt:.6g} of them): try t_end = "
@@ -82,7 +78,7 @@ def count_steps_from(t_start: float, t_end: float, dt: float) -> int:
 
 
 def count_steps(t_end: float, dt: float) -> int:
-    """Return the number of steps of length ``dt`` that make ``t_end``.
+    """Return the number of steps of length ``dt`` up to ``t_end``.
 
     Raises
     ------
@@ -91,7 +87,7 @@ def count_steps(t_end: float, dt: float) -> int:
     """
     t_end, dt = as_double("t_end", t_end), as_double("dt", dt)
     step, end = Parameter("dt", f"{dt:g} s"), Parameter("t_end", f"{t_end:g} s")
-    if t_end / dt > MOST_STEPS:
+    if t_end / dt > MAX_STEPS:
         raise InputError(
             "{step} makes {steps:.3g} steps of {end}: take a larger {dt}",
             step=step,
@@ -99,15 +95,15 @@ def count_steps(t_end: float, dt: float) -> int:
             steps=t_end / dt,
             dt=Parameter("dt"),
         )
-    if dt > 1.0 / SHORTEST:
+    if dt > 1.0 / MIN_TIME:
         raise InputError(
             "{dt} must be at most {most:g} s, {why}, got {given:g} s",
             dt=Parameter("dt"),
-            most=1.0 / SHORTEST,
+            most=1.0 / MIN_TIME,
             why=SQUARES,
             given=dt,
         )
-    if dt > t_end * (1.0 + WHOLE):
+    if dt > t_end * (1.0 + ROUNDING):
         shorter = plain(0.1 * t_end, lambda x: divides(t_end, x))
         raise InputError(
             "{step} is longer than the run, {end}: try {shorter}",
@@ -132,19 +128,19 @@ def count_steps(t_end: float, dt: float) -> int:
 
 
 def divides(t_end: float, dt: float) -> bool:
-    """Whether whole steps make the time, but for rounding."""
-    return abs(round(t_end / dt) * dt - t_end) <= WHOLE * t_end
+    """Return True if the time is an integer multiple of the step, up to rounding."""
+    return abs(round(t_end / dt) * dt - t_end) <= ROUNDING * t_end
 
 
 def plain(number: float, serves: Callable[[float], bool]) -> str:
-    """Write a number with as few digits as serve."""
+    """Return a number as text with the fewest digits for which `serves` is true."""
     texts = (f"{number:.{digits}g}" for digits in range(3, 17))
     return next((text for text in texts if serves(float(text))), repr(number))
 
 
 def as_double(what: str, value: object) -> float:
-    """Return a positive time [s] in double precision, one that can be squared."""
+    """Return a positive time [s] in double precision whose square does not overflow."""
     seconds = check_positive(what, value, "s")
-    if seconds < SHORTEST:
-        raise InputError(f"{what} must be at least {SHORTEST:g} s, {SQUARES}, got {seconds:g} s")
+    if seconds < MIN_TIME:
+        raise InputError(f"{what} must be at least {MIN_TIME:g} s, {SQUARES}, got {seconds:g} s")
     return seconds

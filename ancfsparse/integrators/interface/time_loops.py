@@ -13,11 +13,11 @@ Table = NDArray[np.float64]
 
 
 class Loop(Protocol):
-    """A motion that a compiled loop advances."""
+    """Compiled time loop of a motion."""
 
     @property
     def steps(self) -> int:
-        """Steps accepted so far."""
+        """Number of accepted steps."""
 
     @property
     def state(self) -> tuple[Vector, Vector, Vector, Vector]:
@@ -25,11 +25,11 @@ class Loop(Protocol):
 
     @property
     def memory(self) -> dict[str, Any]:
-        """What the next steps depend on in addition to the state; valid after the last step."""
+        """Memory for the next steps in addition to the state; valid after the last step."""
 
     @property
     def energy_gain(self) -> tuple[float, float]:
-        """Energy gain, and the largest energy exchanged, at the last check [J]."""
+        """Energy increase, and the largest energy exchanged, at the last check [J]."""
 
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Continue with the memory of a loop that reached the present state."""
@@ -47,15 +47,15 @@ class Loop(Protocol):
         lam_out: Table,
         /,
     ) -> tuple[int, int]:
-        """Take steps; return how many were taken, and the outcome."""
+        """Take steps; return their number and the outcome."""
 
 
 class ImplicitLoop(Loop, Protocol):
-    """Steps whose equations a nonlinear loop solves (loop.pxi)."""
+    """Time loop with a nonlinear loop for the equations of a step (time_loop.pxi)."""
 
     @property
     def capsule(self) -> object:
-        """The equations of a step, "ancf_equations"."""
+        """Equations of a step, structure "ancf_equations"."""
 
     @property
     def unbalanced(self) -> tuple[Vector, Vector]:
@@ -63,14 +63,14 @@ class ImplicitLoop(Loop, Protocol):
 
     @property
     def unsure_work(self) -> float:
-        """Work that jumps of loads may have done, beyond what was counted [J]."""
+        """Uncertainty of the work of loads that jump [J]."""
 
     @property
     def largest_gain(self) -> tuple[float, float, int]:
-        """Largest energy gain, what it is compared with [J], and after which step."""
+        """Largest energy increase, its reference energy [J], and its step."""
 
     def gained_energy(self) -> bool:
-        """Whether the energy gain was ever too large."""
+        """Return True if the energy increase was too large at any check."""
 
     def change_step(
         self, dt: float, integrator: object, change_b: Vector, change_v: Vector
@@ -78,21 +78,21 @@ class ImplicitLoop(Loop, Protocol):
         """Continue with another step size."""
 
     def drive(self, n: int, n_equations: int, start: Vector, force: Vector) -> None:
-        """Let the last coordinates and the last equations follow functions of time."""
+        """Prescribe the last coordinates and equations as functions of time."""
 
     def withdraw(self) -> int:
-        """Return how many of the last steps a failed run must not keep."""
+        """Return the number of last steps that a failed run must discard."""
 
     def may_shorten(self) -> None:
-        """Reject steps that would gain energy."""
+        """Reject steps that would increase the energy."""
 
     def soften(self, softness: float) -> None:
-        """Let multipliers violate their equations by a share of themselves."""
+        """Give constraints a compliance [m/N]."""
 
     def weigh(
         self, mass: Vector, total: float, measures: bool = True, extrapolates: bool = False, /
     ) -> None:
-        """Measure motions, where asked, and corrections by mass; extrapolate accelerations."""
+        """Measure corrections (and motions) in the mass norm; extrapolate accelerations."""
 
     def set_threads(self, threads: int) -> None:
         """Set the number of threads for passes over vectors."""
@@ -110,15 +110,15 @@ class ImplicitLoop(Loop, Protocol):
         """Return the values of the scaled iteration matrix."""
 
     def material(self) -> Vector:
-        """Return those of its definite part."""
+        """Return the values of its definite part."""
 
 
 class ControlledLoop(ImplicitLoop, Protocol):
-    """Newmark's family, whose steps may be controlled by their error (_march.pyx)."""
+    """Time loop of Newmark's family, with step size control by the error (_newmark_family.pyx)."""
 
     @property
     def step_error(self) -> float:
-        """Estimated error of the last step that was checked [m]."""
+        """Estimated error of the last checked step [m]."""
 
     @property
     def jerk(self) -> Vector:
@@ -126,7 +126,7 @@ class ControlledLoop(ImplicitLoop, Protocol):
 
     @property
     def refused_gain(self) -> tuple[float, float]:
-        """As `energy_gain`, of the last solution that was rejected for it [J]."""
+        """As `energy_gain`, for the last solution rejected by it [J]."""
 
     def control(
         self,
@@ -144,16 +144,16 @@ class ControlledLoop(ImplicitLoop, Protocol):
 
 
 class ExplicitLoop(Loop, Protocol):
-    """Steps that solve no equations but for accelerations (_explicit.pyx)."""
+    """Explicit time loop, which only solves for accelerations (_explicit.pyx)."""
 
     @property
     def finite(self) -> bool:
-        """Whether there is an acceleration at the start."""
+        """True if the acceleration at the start is finite."""
 
     def refresh(self) -> None:
-        """Set the acceleration of the present state again."""
+        """Recompute the acceleration of the present state."""
 
     def accelerations_of(
         self, q: Vector, v: Vector, inputs: Vector, a_out: Vector, lam_out: Vector
     ) -> None:
-        """Set accelerations and multipliers of states between steps, by the forces there."""
+        """Compute accelerations and multipliers of states between steps from their forces."""

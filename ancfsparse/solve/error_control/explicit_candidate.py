@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import AccuracyError, InputError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
-from ancfsparse.integrators.interface.time_grid import MOST_STEPS
+from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.results import RunStats
 from ancfsparse.solve.error_control.explicit_error_estimate import ExplicitErrors
 from ancfsparse.solve.error_control.explicit_integration import ExplicitIntegration
@@ -117,13 +117,13 @@ class ExplicitCandidate:
         if self.failure is not None:
             return math.inf
         cost = self._plan()[2]
-        if cost > MOST_STEPS * self.force_cost:
+        if cost > MAX_STEPS * self.force_cost:
             self.failure = InputError(
                 "a run to {end} by {name} would take more than {most:.0e} evaluations of the "
                 "forces: use a shorter time",
                 end=Parameter("t_end", f"{self._t_end:g} s"),
                 name=self.name,
-                most=MOST_STEPS,
+                most=MAX_STEPS,
             )
             return math.inf
         if not self._integration.is_set_up and (

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators import Implicit
-from ancfsparse.integrators.interface.time_grid import MOST_STEPS
+from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Event, RunStats
 from ancfsparse.seeds import Seed
@@ -189,12 +189,12 @@ class StepSizeController:
         """Take steps with the allowed error over an interval of smooth loads."""
         regular = self.dt
         while now < t_next:
-            if (t_next - now) / self.dt > MOST_STEPS:
+            if (t_next - now) / self.dt > MAX_STEPS:
                 raise InputError(
                     "a run to {end} would take more than {most:.0e} steps of {dt:.2g} s: use a "
                     "shorter time",
                     end=Parameter("t_end", f"{self.states.t[-1]:g} s"),
-                    most=MOST_STEPS,
+                    most=MAX_STEPS,
                     dt=self.dt,
                 )
             n = math.ceil((t_next - now) / self.dt * (1.0 - STEP_ROUNDING))

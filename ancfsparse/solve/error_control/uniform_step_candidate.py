@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.errors import EnergyIncreaseError, InputError, Parameter, StepError
-from ancfsparse.integrators.interface.time_grid import MOST_STEPS
+from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.error_control.implicit_candidate import MAX_ATTEMPTS, ImplicitCandidate
 from ancfsparse.solve.error_control.step_size_controller import Pattern, divide_steps
@@ -92,11 +92,11 @@ class UniformStepCandidate(ImplicitCandidate):
         """
         n, t_end = self._planned()[0], float(self._t[-1])
         t_start = float(self._t[0])
-        if n > MOST_STEPS:
+        if n > MAX_STEPS:
             raise InputError(
                 "a run to {end} would take more than {most:.0e} steps: use a shorter time",
                 end=Parameter("t_end", f"{t_end:g} s"),
-                most=MOST_STEPS,
+                most=MAX_STEPS,
             )
         if self._runs and len(self._pattern) > 1:
             last = round(self._runs[-1][0] / self._first_steps)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.integrators.interface.time_grid import MOST_STEPS
+from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
 
@@ -137,7 +137,7 @@ class StepPlan:
     def _min_steps(self, is_enough: Callable[[float], bool], minimum: float) -> float:
         """Return the smallest number of steps that is enough, to a few percent."""
         low = high = minimum
-        while not is_enough(high) and high < MOST_STEPS:
+        while not is_enough(high) and high < MAX_STEPS:
             low, high = high, 2.0 * high
         while high > STEP_RESOLUTION * low:
             middle = math.sqrt(low * high)

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 from ancfsparse.errors import InputError, MessageTemplate, Parameter
-from ancfsparse.kernels.layout import MANY_BLOCKS
+from ancfsparse.kernels.layout import MIN_SHARED_BLOCKS
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
@@ -114,7 +114,7 @@ def estimate_memory(
         kind = body.kind
         n, n_out, n_c = kind.n_coordinates, kind.n_out("tangent"), len(kind.node_coordinates)
         # The blocks of a long beam share their tables, see `Layout.compressed`.
-        shared = isinstance(body, Beam) and body.n_elements >= MANY_BLOCKS * kind.lanes
+        shared = isinstance(body, Beam) and body.n_elements >= MIN_SHARED_BLOCKS * kind.lanes
         kernels += 16.0 * body.n_elements / kind.lanes
         kernels += 0.0 if shared else 4.0 * body.n_elements * (n + n_out)
         entries += len(body.row_nodes) * n_c * (n_c + 1) / 2 + body.n_elements * n_c**2

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators import Implicit
-from ancfsparse.integrators.implicit.time_integration import make_march
+from ancfsparse.integrators.implicit.time_integration import make_time_loop
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration, rotate_with_frame
 from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
@@ -100,7 +100,7 @@ def prepare_implicit(
         system.reset_memory()
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = ConvergenceCriterion(system, integrator, tolerance)
-    time_loop = make_march(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
+    time_loop = make_time_loop(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
     restore_contributions(state, system)  # the time loop has reset them
     measures = criterion.at(dt).by_correction
     extrapolates = measures and _extrapolates(system, integrator, method, criterion, dt)

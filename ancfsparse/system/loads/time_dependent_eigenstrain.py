@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
 from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.kernels.layout import filled
+from ancfsparse.kernels.layout import pad
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.strained_reference import strained_ends
 
@@ -44,7 +44,7 @@ class TimeDependentEigenstrain:
     def __init__(self, body: Beam, kind: ElementKind, ends: Vector, base: Vector) -> None:
         assert body.eigen is not None
         self._body, self._kind = body, kind
-        still = filled(kind, base)
+        still = pad(kind, base)
         # The last element, without stiffness, pads its block.
         element = np.minimum(np.arange(len(still)), body.n_elements - 1)
         vectors = np.concatenate(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.integrators.implicit.time_integration import make_march
+from ancfsparse.integrators.implicit.time_integration import make_time_loop
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.nonlinear.loop_protocols import Tolerance
@@ -25,7 +25,7 @@ def multipliers(integrator, dt, delta, seed_of_noise=0):
     seed = point.seed()
     start, _ = starting_state(point, seed, integrator, dt)
     point.residual = residual
-    march = make_march(point, dt, integrator, start, np.inf, 0.0)
+    march = make_time_loop(point, dt, integrator, start, np.inf, 0.0)
     march.prepare(np.zeros((1, 0)))
     scale = integrator.scale * dt**2
     loop = make_iteration(

@@ -7,13 +7,13 @@ import pytest
 
 import ancfsparse
 from ancfsparse.nonlinear import Attempt, Outcome
-from ancfsparse.nonlinear.outcome import declared
+from ancfsparse.nonlinear.outcome import read_codes
 
 
 @pytest.mark.parametrize(("kind", "name"), [(Outcome, "ancf_outcome"), (Attempt, "ancf_rung")])
 def test_python_has_the_names_and_codes_of_the_header(kind, name):
     codes = {each.name: each.value for each in kind}
-    assert codes == declared(name)
+    assert codes == read_codes(name)
     assert list(codes.values()) == list(range(len(codes)))
 
 

@@ -67,7 +67,7 @@ class ElementContribution(Contribution):
             del slots
             groups.append(
                 {
-                    "layout": layout.compressed(),
+                    "layout": layout.compress(),
                     "kernels": kind.kernels,
                     "tuned": self._tuned(k, layout, kind.lanes),
                     **_damping_arrays(body, kind, self._system.elements(body)),
