@@ -32,7 +32,7 @@ def format_value(value: object) -> str:
     if isinstance(value, int) and abs(value) > MAX_INTEGER:
         return "an integer beyond 1.8e308"
     try:
-        return " ".join(_SHORT.repr(value).split())
+        return " ".join(_SHORT_REPR.repr(value).split())
     except Exception:  # a repr of the caller's may raise anything
         return f"an object of type {type(value).__name__}"
 
@@ -67,7 +67,7 @@ class _Short(reprlib.Repr):
         return format_value(x) if abs(x) > MAX_INTEGER else super().repr_int(x, level)
 
 
-_SHORT = _Short()
+_SHORT_REPR = _Short()
 
 
 def suggest_names(name: object, valid: Iterable[str]) -> str:

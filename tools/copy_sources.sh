@@ -5,7 +5,7 @@ mkdir -p "$1"
 folder=$(cd "$1" && pwd)
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 git ls-files -z --cached --others --exclude-standard | while IFS= read -r -d '' file; do
-  if [ -e "$file" ]; then printf '%s\0' "$file"; fi # not what is deleted and still in the index
+  if [ -e "$file" ]; then printf '%s\0' "$file"; fi # not files deleted and still in the index
 done | xargs -0 cp --parents -t "$folder"
 git -C "$folder" init --quiet --initial-branch=main
 git -C "$folder" add . # some tests ask git for the files

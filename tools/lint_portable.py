@@ -103,7 +103,7 @@ def newer_options(source: str) -> Iterator[tuple[int, str]]:
     Yields
     ------
     line, reason : int, str
-        Number of the line, from 1, on which the command begins; what is wrong.
+        Number of the line, from 1, on which the command begins; the fault.
     """
     source = re.sub(r"(^|\s)#.*", r"\1", source)
     number = 1
@@ -126,7 +126,7 @@ def _tracked(*patterns: str) -> list[Path]:
 
 
 def main() -> int:
-    """Print what is found; return 1 if there is anything, else 0."""
+    """Print the findings; return 1 if there is anything, else 0."""
     found = []
     for file in _tracked("*.pyx", "*.pxi"):
         for number in negative_indices(file.read_text(encoding="utf-8"), file.suffix == ".pxi"):

@@ -34,7 +34,7 @@ class Mutant:
     Attributes
     ----------
     file : str
-        What is changed, from the root of the repository.
+        Changed file, from the root of the repository.
     old, new : str
         The text, which is there once, and what takes its place.
     tests : list of str

@@ -4,7 +4,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 ninja=$root/.venv/bin/ninja
 
-# meson-python sends the output of what it runs into a log: a person sees what its parent writes.
+# meson-python sends the output of its commands into a log: a user sees what its parent writes.
 say() { printf 'ancfsparse: %s\n' "$*" >"/proc/$PPID/fd/2" || true; }
 
 if [ -z "${ANCFSPARSE_HAS_LOCK:-}" ]; then # not started by tools/setup.sh, which has it
@@ -15,7 +15,7 @@ if [ -z "${ANCFSPARSE_HAS_LOCK:-}" ]; then # not started by tools/setup.sh, whic
   fi
   case $("$ninja" -n "$@") in
     *'no work to do'*) ;;
-    *) say "compiling what has changed in $root" ;;
+    *) say "compiling changed files in $root" ;;
   esac
 fi
 exec "$ninja" "$@"

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Install what is missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
+# Install everything missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
 # Usage: tools/setup.sh           PYTHON=python3.12 tools/setup.sh chooses another interpreter
 #        tools/setup.sh peers     the other codes of the benchmarks too
 #        tools/setup.sh all-sets  compiled for every instruction set; otherwise for this machine's widest alone
-#        tools/setup.sh develop   so that importing the package compiles what has changed
+#        tools/setup.sh develop   so that importing the package compiles changed files
 #        tools/setup.sh plain     no longer so
 #        tools/setup.sh check     install nothing; fail if compiled modules are older than their sources
-# What was asked for once stays. Where nothing has changed, nothing is done. One process sets up, others wait.
+# An option given once stays in force. Where nothing has changed, nothing is done. One process sets up, others wait.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -18,7 +18,7 @@ linked=ancfsparse/compiled # see `link_compiled`
 say() { printf 'setup: %s\n' "$*" >&2; }
 stop() { say "$*"; exit 1; }
 
-# ---- what is asked for, and what is there -------------------------------------------------------
+# ---- options, and the present state -----------------------------------------------------------
 
 # Print a digest of the sources, or of those alone that are compiled.
 digest() {
@@ -75,7 +75,7 @@ find_python() {
       python=$candidate
       return
     fi
-    if [ -n "${PYTHON:-}" ]; then return; fi # asked for by name: take no other
+    if [ -n "${PYTHON:-}" ]; then return; fi # named by the user: take no other
   done
 }
 
@@ -156,7 +156,7 @@ export PATH="$PWD/$venv/bin:$PATH"
 pip() {
   "$venv/bin/python" -m pip --disable-pip-version-check --no-input "$@" >>"$log" 2>&1 && return
   grep -v '^WARNING: Location .* is ignored' "$log" | tail -n 30 >&2 || true
-  stop "could not $step. The end of $PWD/$log stands above: mend what it names, then run the same make command again."
+  stop "could not $step. The end of $PWD/$log stands above: mend its cause, then run the same make command again."
 }
 begin() {
   step=$1
@@ -189,9 +189,9 @@ options=(--no-build-isolation "--config-settings=setup-args=-Dinstruction_sets=$
 if is_there requirements "$requirements"; then options+=(--no-deps --force-reinstall); fi
 rm -f "$venv/.package"
 if [ $sets = all ]; then
-  begin "build ancfsparse for all instruction sets" "up to six minutes the first time, then what has changed"
+  begin "build ancfsparse for all instruction sets" "up to six minutes the first time, then changed files only"
 else
-  begin "build ancfsparse for this machine" "two or three minutes the first time, then what has changed"
+  begin "build ancfsparse for this machine" "two or three minutes the first time, then changed files only"
 fi
 find ancfsparse codegen -name __pycache__ -prune -exec rm -rf {} + || true # another process may write there
 if [ $mode = develop ]; then

@@ -40,7 +40,7 @@ mmdebstrap --quiet --variant=apt --include=make,git,ca-certificates bookworm "$r
 cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
 
 # What pip is configured for here. Files and folders that it names are copied or mounted; an index
-# refers to files beside its folder.
+# refers to files next to its folder.
 mounts=$root.mounts
 trap 'rm -rf --one-file-system "$root" "$mounts"' EXIT
 { python3 -m pip config list 2>/dev/null || true; } | python3 -c '

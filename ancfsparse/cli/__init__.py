@@ -1,4 +1,4 @@
-"""The command ``ancfsparse``; what a command computes is loaded when it runs."""
+"""The command ``ancfsparse``; its computations are loaded when it runs."""
 
 from typing import TYPE_CHECKING
 

@@ -1,6 +1,6 @@
 """The errors and warnings of the package.
 
-A message says what is wrong, where, by how much, and what to try.  Its arguments are data
+A message states the fault, the place, the amount, and a remedy.  Its arguments are data
 (`Parameter`), so that a command line can write its options in their place.
 """
 

@@ -19,7 +19,7 @@ from benchmarks.accuracy.failure_notes import MODEL_COLOURS
 from benchmarks.accuracy.models import MODELS, Tips, distance, meets_outputs, step_up_to
 from benchmarks.accuracy.references import Reference, converged, extrapolate, trapezoidal_tip
 from benchmarks.common import paper
-from benchmarks.common.charts import SMALL, new_figure, set_axes, set_legend
+from benchmarks.common.charts import LETTER_SIZE, new_figure, set_axes, set_legend
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
@@ -261,7 +261,7 @@ def _models(ax: Axes, budget: Budget) -> None:
         )  # fmt: skip
     ax.set_xticks(
         range(len(pairs)), [f"{p.model} – {p.value}" for p in pairs], rotation=35, ha="right",
-        fontsize=SMALL,
+        fontsize=LETTER_SIZE,
     )  # fmt: skip
     what = "two models, both converged in mesh and time"
     set_axes(ax, what, "distance of the tips [m]", "y", "Model")

@@ -15,7 +15,7 @@ from matplotlib.transforms import blended_transform_factory
 from benchmarks.accuracy.comparison import failure, grouped_failures
 from benchmarks.accuracy.models import MODELS
 from benchmarks.accuracy.timed_runs import Point
-from benchmarks.common.charts import NOTE_SIZE, SMALL
+from benchmarks.common.charts import LETTER_SIZE, NOTE_SIZE
 
 NOTE_LETTERS = 71  # letters of a line in a column of notes
 
@@ -43,7 +43,12 @@ def mark_failures(
             markeredgecolor=colour(members[0]), clip_on=False,
         )  # fmt: skip
         ax.annotate(
-            str(len(notes)), (x, 0.91), xycoords=place, ha="center", va="center", fontsize=SMALL
+            str(len(notes)),
+            (x, 0.91),
+            xycoords=place,
+            ha="center",
+            va="center",
+            fontsize=LETTER_SIZE,
         )
     if groups:
         low, high = ax.get_ylim()

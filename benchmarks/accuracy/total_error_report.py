@@ -14,7 +14,7 @@ from benchmarks.accuracy.failure_notes import MODEL_COLOURS, mark_failures, writ
 from benchmarks.accuracy.timed_runs import Point, front
 from benchmarks.accuracy.total_error import MESHES, TotalError, element_forces, total_error
 from benchmarks.common import paper
-from benchmarks.common.charts import SMALL, new_figure, set_axes, set_legend
+from benchmarks.common.charts import LETTER_SIZE, new_figure, set_axes, set_legend
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
 from benchmarks.common.timing import OURS
@@ -112,7 +112,7 @@ def _cloud(
         least = p.error
         label = f"{p.task.elements}, {p.task.value:.2g} s{'*' * explicit(p)}"
         ax.annotate(
-            label, (p.error, size(p)), fontsize=SMALL,
+            label, (p.error, size(p)), fontsize=LETTER_SIZE,
             xytext=(-6, -4), textcoords="offset points", ha="right", va="top",
         )  # fmt: skip
     for p in result.paper_choices():

@@ -11,7 +11,7 @@ from matplotlib.ticker import NullFormatter
 
 # A page shows a picture 800 pixels wide, so letters of 8 points have ten pixels there.
 WIDTH = 9.0  # of all charts [in]
-SMALL = 8.0  # letters [points]
+LETTER_SIZE = 8.0  # letters [points]
 NOTE_SIZE = 7.0  # letters of notes, which no finding needs [points]
 
 Row = TypeVar("Row")
@@ -28,8 +28,8 @@ def new_figure(height: float, title: str) -> Figure:
 def set_legend(figure: Figure, keys: Mapping[str, Any], columns: int, title: str = "") -> None:
     """Set the key of all panels below them."""
     figure.legend(
-        keys.values(), keys, loc="outside lower center", ncols=columns, fontsize=SMALL,
-        title_fontsize=SMALL, frameon=False, title=title or None,
+        keys.values(), keys, loc="outside lower center", ncols=columns, fontsize=LETTER_SIZE,
+        title_fontsize=LETTER_SIZE, frameon=False, title=title or None,
     )  # fmt: skip
 
 
@@ -46,10 +46,10 @@ def set_axes(ax: Axes, x: str, y: str = "", log: str = "xy", title: str = "") ->
             ax.xaxis.set_minor_formatter(NullFormatter())
     if "y" in log:
         ax.set_yscale("log")
-    ax.set_xlabel(x, fontsize=SMALL)
-    ax.set_ylabel(y, fontsize=SMALL)
+    ax.set_xlabel(x, fontsize=LETTER_SIZE)
+    ax.set_ylabel(y, fontsize=LETTER_SIZE)
     if title:
-        ax.set_title(title, fontsize=SMALL)
+        ax.set_title(title, fontsize=LETTER_SIZE)
     ax.grid(alpha=0.3, which="major")
 
 
@@ -89,4 +89,4 @@ def draw_lines(
 def set_empty(ax: Axes, why: str) -> None:
     """Leave a panel without data blank but for why: a logarithmic axis needs data."""
     ax.set_axis_off()
-    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", fontsize=SMALL)
+    ax.text(0.5, 0.5, why, transform=ax.transAxes, ha="center", fontsize=LETTER_SIZE)

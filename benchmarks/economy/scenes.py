@@ -13,7 +13,7 @@ from ancfsparse.scene import Circle, Material, Pulse, Ramp, Rectangle, Scene
 
 SHEARED = {"curvature": "section", "section_strain": "nodal"}
 RICHEST = "thick", SHEARED
-SOFT = Rectangle(0.01, 0.01), Material(1e8, 4000.0, 0.3)
+SOFT_ROD = Rectangle(0.01, 0.01), Material(1e8, 4000.0, 0.3)
 STEEL = Rectangle(0.01, 0.01), Material(2.1e11, 7850.0, 0.3)
 ROD = Circle(0.01), Material(1e8, 4000.0, 0.3)
 FLEXIBLE = Rectangle(0.01, 0.01), Material(2e9, 1000.0, 0.3)
@@ -91,7 +91,7 @@ def _cantilever(profile: Any, load: Any, length: float = 1.0,
     return build
 
 
-def _chain(links: int, profile: Any = SOFT, dim: int = 2) -> Callable[[Discretization], Built]:
+def _chain(links: int, profile: Any = SOFT_ROD, dim: int = 2) -> Callable[[Discretization], Built]:
     def build(of: Discretization) -> Built:
         scene = Scene(DOWN if dim == 2 else DOWN_IN_SPACE)
         axis = (0.0,) * (dim - 1)
@@ -123,7 +123,7 @@ def _line(profile: Any, load: Any = None, **more: Any) -> Callable[[Discretizati
 
 def _shaken(of: Discretization) -> Built:
     scene = Scene(DOWN)
-    rod = of.beam(scene, (0.0, 0.0), (0.0, -1.0), SOFT)
+    rod = of.beam(scene, (0.0, 0.0), (0.0, -1.0), SOFT_ROD)
     scene.drive(rod.start, lambda t: (0.1 * (1.0 - math.cos(6.0 * t)), 0.0))
     return scene, plans.position(rod.end)
 
@@ -228,7 +228,7 @@ def _wave(t: float) -> tuple[float, float]:
 
 
 CASES: dict[str, Case] = {
-    "pendulum": Case(_pendulum(SOFT), 2.0),
+    "pendulum": Case(_pendulum(SOFT_ROD), 2.0),
     "pendulum, 10 s": Case(_pendulum(FLEXIBLE), 10.0),
     "steel pendulum": Case(_pendulum(STEEL), 2.0),
     "pendulum in space": Case(_pendulum(ROD, 3), 2.0, THIN),

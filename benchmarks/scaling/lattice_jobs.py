@@ -14,7 +14,7 @@ from ancfsparse.scene import Material, Rectangle, Scene
 LATTICES = (10, 16, 22, 30, 46, 64)  # nodes along a side
 NETS = (5, 10, 30, 60, 100, 200)  # nodes along a side
 # Further sizes for the first two of RUNS, around the change from exact to incomplete seeds.
-SMALL = ((3, 4, 5, 6, 8), (5, 6, 8))
+SMALL_SIZES = ((3, 4, 5, 6, 8), (5, 6, 8))
 OCTETS = {4: 10, 8: 16, 11: 22, 15: 30, 23: 46, 32: 64}
 """Cells along a side of octet trusses, and of the lattice with about as many elements."""
 
@@ -129,7 +129,7 @@ def jobs_of(
 ) -> list[Job]:
     """Return the jobs of `lattices.lattices`, which explains the arguments."""
     sizes, entries = _sizes(LATTICES, largest), list[Job]()
-    small = dict(zip(RUNS, SMALL, strict=False))
+    small = dict(zip(RUNS, SMALL_SIZES, strict=False))
 
     def add(case: str, size: int, run: tuple[str, str, float, float, int], exact: bool) -> None:
         stiff, motion, dt, jitter, rods = run

@@ -23,7 +23,7 @@ from ancfsparse.solve.preparation.choose_factorization import make_seed
 from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY
 from ancfsparse.solve.stepping.implicit_setup import iteration_costs
 from ancfsparse.system import System
-from benchmarks.common.charts import SMALL, draw_lines, new_figure, panels, set_legend
+from benchmarks.common.charts import LETTER_SIZE, draw_lines, new_figure, panels, set_legend
 from benchmarks.common.progress import bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
@@ -216,13 +216,13 @@ def chart(rows: Sequence[PairRow]) -> Figure:
         ax.set_xticks(steps, ["" if each in UNLABELLED else f"{each:g}" for each in steps])
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.set_ylim(0.4, 3.0)
-        ax.set_title(scene, fontsize=SMALL)
-        ax.tick_params(labelsize=SMALL)
+        ax.set_title(scene, fontsize=LETTER_SIZE)
+        ax.tick_params(labelsize=LETTER_SIZE)
         ax.grid(alpha=0.3)
         if k % columns == 0:
-            ax.set_ylabel("work over that of the chord", fontsize=SMALL)
+            ax.set_ylabel("work over that of the chord", fontsize=LETTER_SIZE)
         if k >= len(scenes) - columns:
-            ax.set_xlabel("step times highest frequency of an element", fontsize=SMALL)
+            ax.set_xlabel("step times highest frequency of an element", fontsize=LETTER_SIZE)
     set_legend(figure, keys, 3, "two pairs; the black line is auto, gaps are runs that fail")
     return figure
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from benchmarks.common.charts import (
-    SMALL,
+    LETTER_SIZE,
     draw_lines,
     new_figure,
     panels,
@@ -90,7 +90,7 @@ def _draw(
             lambda row: row.job.elements, value, style_of,
         )  # fmt: skip
         set_axes(ax, "elements", what, "x", name)
-        ax.tick_params(labelsize=SMALL)
+        ax.tick_params(labelsize=LETTER_SIZE)
     left.set_yscale("log")
     right.set_ylim(bottom=0.0)
     return keys

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from ancfsparse.dispatch import instruction_set
 from benchmarks.common.charts import (
-    SMALL,
+    LETTER_SIZE,
     draw_lines,
     new_figure,
     panels,
@@ -69,7 +69,7 @@ def chart(result: Scaling) -> Figure:
         )  # fmt: skip
         title = "Memory of auto above an idle process"
         set_axes(memory, "elements", "bytes per element", title=title)
-        memory.legend(fontsize=SMALL)
+        memory.legend(fontsize=LETTER_SIZE)
     else:
         set_empty(memory, "memory of auto: above that of an idle process at no size")
     _draw_parts(split, [row for row in autos if len(row.record.get("split", {})) > 1])
@@ -133,12 +133,14 @@ def _draw_parts(ax: Axes, rows: list[Row]) -> None:
         floor += height
     names = [f"{TITLES[row.scene].split()[0]} {_short(row)}, {row.job.motion}" for row in rows]
     ax.set_xticks(range(len(rows)), names, rotation=60, ha="right", rotation_mode="anchor",
-                  fontsize=SMALL)  # fmt: skip
+                  fontsize=LETTER_SIZE)  # fmt: skip
     ax.set_ylim(0.0, 118.0)
     ax.set_yticks(range(0, 101, 20))
     ax.set_ylabel("share of the time loop [%]")
-    ax.legend(fontsize=SMALL, ncols=5, loc="upper center", columnspacing=0.8, handlelength=0.9)
-    ax.set_title("Time of auto by part", fontsize=SMALL)
+    ax.legend(
+        fontsize=LETTER_SIZE, ncols=5, loc="upper center", columnspacing=0.8, handlelength=0.9
+    )
+    ax.set_title("Time of auto by part", fontsize=LETTER_SIZE)
 
 
 def _fraction(split: dict[str, float], part: str) -> float:

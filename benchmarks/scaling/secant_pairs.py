@@ -22,7 +22,7 @@ from ancfsparse.scene import Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
-from benchmarks.common.charts import SMALL, draw_lines, new_figure, panels, set_legend
+from benchmarks.common.charts import LETTER_SIZE, draw_lines, new_figure, panels, set_legend
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
@@ -250,17 +250,17 @@ def chart(result: SecantPairs) -> Figure:
             ax.set_xscale("symlog", linthresh=1.0)
             ax.set_xticks([0, 1, 2, 5, 10, 20], ["0", "1", "2", "5", "10", "20"])
             ax.minorticks_off()
-            ax.tick_params(labelsize=SMALL)
+            ax.tick_params(labelsize=LETTER_SIZE)
             ax.grid(alpha=0.3)
             if column == 0:
                 over = "\nrelative to the chord" if row > 1 else ""
-                ax.set_ylabel(name.replace(" per", "\nper") + over, fontsize=SMALL)
+                ax.set_ylabel(name.replace(" per", "\nper") + over, fontsize=LETTER_SIZE)
             if row == 0:
-                ax.set_title(scene, fontsize=SMALL)
+                ax.set_title(scene, fontsize=LETTER_SIZE)
             if row > 1:
                 ax.axhline(1.0, color="black", linewidth=0.8)
             if row == len(COLUMNS) - 1:
-                ax.set_xlabel("pairs", fontsize=SMALL)
+                ax.set_xlabel("pairs", fontsize=LETTER_SIZE)
     set_legend(figure, keys, 4)
     return figure
 

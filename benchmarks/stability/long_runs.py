@@ -36,7 +36,7 @@ Vector = NDArray[np.float64]
 SAVED = 5000  # states of a run
 MAX_RISE = 1e-3  # energy above its start, over the largest kinetic energy
 MIN_GROWTH = 4e6  # memory beyond that of a tenth of the steps that counts as growth [bytes]
-SOFT = 1e8  # Young's modulus of the paper's pendulum [Pa]
+SOFT_MODULUS = 1e8  # Young's modulus of the paper's pendulum [Pa]
 STEEL = 2.1e11  # Young's modulus [Pa]
 
 
@@ -46,7 +46,7 @@ class Candidate:
 
     name: str  # of the integrator
     step_ratio: float  # its step over the paper's
-    youngs_modulus: float = SOFT  # of the pendulum [Pa]
+    youngs_modulus: float = SOFT_MODULUS  # of the pendulum [Pa]
     max_halvings: int = 0  # of a step that cannot be solved
 
     @property
@@ -87,7 +87,7 @@ class LongRun:
     reason: str  # why, empty if it was not
     seconds: float  # of the time loop [s]
     growth: float  # memory beyond that of a tenth of the run [bytes]
-    youngs_modulus: float = SOFT  # of the pendulum [Pa]
+    youngs_modulus: float = SOFT_MODULUS  # of the pendulum [Pa]
     iterations: float = math.nan  # per step [-]
     halved: int = 0  # steps that were crossed in shorter ones
 

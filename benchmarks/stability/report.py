@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from benchmarks.common.charts import SMALL, new_figure
+from benchmarks.common.charts import LETTER_SIZE, new_figure
 from benchmarks.common.study import Study
 from benchmarks.stability.cells import INTEGRATORS, OUTCOMES, SOLVERS, Run
 from benchmarks.stability.findings import completed, findings, integrator_table, solver_table
@@ -105,16 +105,16 @@ def _chart(
     for i, line in enumerate(panels):
         for j, panel in enumerate(line):
             _draw(axes[i, j], panel)
-        axes[i, 0].set_ylabel(rows[i] + "\n[Pa]", fontsize=SMALL)
+        axes[i, 0].set_ylabel(rows[i] + "\n[Pa]", fontsize=LETTER_SIZE)
     for j, name in enumerate(columns):
-        axes[0, j].set_title(name, fontsize=SMALL)
-        axes[-1, j].set_xlabel("dt [s]", fontsize=SMALL)
+        axes[0, j].set_title(name, fontsize=LETTER_SIZE)
+        axes[-1, j].set_xlabel("dt [s]", fontsize=LETTER_SIZE)
     return figure
 
 
 def _legend(figure: Figure, keys: Sequence[Artist]) -> None:
     figure.legend(
-        handles=list(keys), loc="outside lower center", ncols=4, fontsize=SMALL, frameon=False
+        handles=list(keys), loc="outside lower center", ncols=4, fontsize=LETTER_SIZE, frameon=False
     )
 
 
@@ -134,11 +134,11 @@ def _draw(ax: Axes, panel: Panel) -> None:
         cells, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(OUTCOMES) - 0.5, origin="lower",
         aspect="auto",
     )  # fmt: skip
-    ax.set_xticks(range(len(steps)), _some(steps), fontsize=SMALL)
-    ax.set_yticks(range(len(stiff)), _some(stiff), fontsize=SMALL)
+    ax.set_xticks(range(len(steps)), _some(steps), fontsize=LETTER_SIZE)
+    ax.set_yticks(range(len(stiff)), _some(stiff), fontsize=LETTER_SIZE)
     ax.tick_params(length=2)
     fraction = f"{completed(panel.runs):.0f} %"
-    ax.text(0.03, 0.96, fraction, transform=ax.transAxes, fontsize=SMALL, va="top")
+    ax.text(0.03, 0.96, fraction, transform=ax.transAxes, fontsize=LETTER_SIZE, va="top")
 
 
 def _some(values: Sequence[float]) -> list[str]:
@@ -158,7 +158,7 @@ def _mark(ax: Axes, x: int, y: int, runs: Sequence[Run], alone: bool) -> None:
     dead = sum(not run.is_complete for run in runs)
     if dead and len(runs) > 1:
         dark = max(OUTCOMES.index(run.outcome) for run in runs) == len(OUTCOMES) - 1
-        ax.text(x, y, str(dead), fontsize=SMALL, ha="center", va="center_baseline",
+        ax.text(x, y, str(dead), fontsize=LETTER_SIZE, ha="center", va="center_baseline",
                 color="white" if dark else "black")  # fmt: skip
     elif any(run.is_complete and run.gain > MAX_GAIN for run in runs):
         ax.plot(x, y, "x", color="black", markersize=4)

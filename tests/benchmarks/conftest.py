@@ -6,7 +6,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from benchmarks.common.charts import NOTE_SIZE, SMALL, WIDTH
+from benchmarks.common.charts import LETTER_SIZE, NOTE_SIZE, WIDTH
 
 
 def _check(figure):
@@ -18,7 +18,7 @@ def _check(figure):
     page = figure.bbox.padded(1.0)
     for text in figure.findobj(Text):
         if text.get_text().strip() and text.get_visible():
-            least = NOTE_SIZE if text.get_fontfamily() == ["monospace"] else SMALL
+            least = NOTE_SIZE if text.get_fontfamily() == ["monospace"] else LETTER_SIZE
             assert text.get_fontsize() >= least, text
     texts = [*figure.texts, *figure.legends, figure._suptitle]
     for ax in figure.axes:

@@ -13,7 +13,7 @@ from ancfsparse.integrators.implicit.time_integration import Start, make_time_lo
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
-from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
+from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from ancfsparse.system import System
 
 NEWTON = ancf.Newton()

@@ -3,7 +3,7 @@
 import pytest
 
 import ancfsparse as ancf
-from tests.soak import accuracy
+from tests.soak.trials import accuracy
 
 
 @pytest.mark.parametrize(

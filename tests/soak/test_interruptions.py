@@ -6,7 +6,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.results.export.hdf5_writer import Writer
-from tests.soak.interruptions import DT, EVERY, judged, pendulum
+from tests.soak.trials.interruptions import DT, EVERY, judged, pendulum
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from tests.soak import spoiled_calls
-from tests.soak.odd_values import NUMBERS, OBJECTS, labelled
-from tests.soak.spoiled_calls import call, find_calls, parameters_of
+from tests.soak.trials import spoiled_calls
+from tests.soak.trials.odd_values import NUMBERS, OBJECTS, labelled
+from tests.soak.trials.spoiled_calls import call, find_calls, parameters_of
 
 
 @pytest.fixture(autouse=True)

@@ -7,12 +7,13 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
-from tests.soak import accuracy, bodies, motions, units, worker
+from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
+from tests.soak import worker
 from tests.soak.__main__ import soak
 from tests.soak.exactly import Steps
 from tests.soak.report import Find, Report, Tally, as_json, table
 from tests.soak.scenes import Drawn, Units, draw, draw_integrator, draw_solver
+from tests.soak.trials import accuracy, bodies, motions, units
 
 
 def raise_error(*_):

@@ -11,7 +11,8 @@ import traceback
 import warnings
 from pathlib import Path
 
-from tests.soak import (
+from tests.soak.report import Report
+from tests.soak.trials import (
     accuracy,
     bodies,
     files,
@@ -22,7 +23,6 @@ from tests.soak import (
     statics,
     units,
 )
-from tests.soak.report import Report
 
 KINDS = {
     "motions": motions.run,

@@ -263,7 +263,7 @@ class ExplicitCandidate:
         self._completed.append((integrator, ratio))
 
     def _does_low_order_suffice(self, states: SampledStates) -> bool:
-        """Whether the method of lowest order would do, judged by the motion as a whole."""
+        """Return True if the method of lowest order would do, judged by the motion as a whole."""
         if len(self._integrators) == 1:
             return False
         start = np.broadcast_to(states.q[:1], states.q.shape)

@@ -93,7 +93,7 @@ class ExplicitErrors:
 
     @property
     def may_predict(self) -> bool:
-        """Whether errors of further runs can be predicted."""
+        """Return True if errors of further runs can be predicted."""
         return bool(self._spectrum) or self.dominant is not None
 
     def shorten(self, by: float) -> None:

@@ -114,7 +114,7 @@ class ExplicitIntegration:
 
     @property
     def is_set_up(self) -> bool:
-        """Whether the highest frequency is known."""
+        """True if the highest frequency is known."""
         return self._mass is not None
 
     def set_up(self) -> None:

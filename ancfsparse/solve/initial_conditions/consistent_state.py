@@ -304,7 +304,7 @@ def low_frequency_part(
         Accelerations or their rates.
     factors : (float, float), optional
         Factors of stiffness [s2] and damping [s] in that matrix, if coordinates are prescribed:
-        these keep their rates, and what is stiffly connected follows.
+        these keep their rates, and stiffly connected coordinates follow.
     """
     n, driven = system.n_free, system.n_all - system.prescribed.n
     free = rate

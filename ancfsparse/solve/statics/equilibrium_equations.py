@@ -221,7 +221,7 @@ class EquilibriumEquations(Norms):
 
     @property
     def is_driven(self) -> bool:
-        """Whether any motion is prescribed."""
+        """True if any motion is prescribed."""
         return bool(self._q_change.any() or self._s_change.any())
 
     @property

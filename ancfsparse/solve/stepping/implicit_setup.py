@@ -21,10 +21,10 @@ from ancfsparse.solve.initial_conditions.restart import (
 )
 from ancfsparse.solve.preparation.choose_factorization import make_seed, max_fill
 from ancfsparse.solve.preparation.choose_solver import choose_solver
+from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY, MemoryEstimate
 from ancfsparse.solve.preparation.switch_to_direct import SwitchToDirect
 from ancfsparse.solve.preparation.threads import divide_among_threads
-from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.rigid_motion.corotated_frames import make_corotated_frame

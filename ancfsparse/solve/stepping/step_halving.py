@@ -12,7 +12,7 @@ from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.stepping.convergence_criterion import ConvergenceCriterion
+from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES, RECOVERABLE_OUTCOMES
 from ancfsparse.system import System
 

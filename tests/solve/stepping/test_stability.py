@@ -8,7 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.problems import net, pendulum
 from ancfsparse.solve.linearization.matrices import highest_frequency, mass_seed
 from ancfsparse.system import System
-from tests.soak.accuracy import trial
+from tests.soak.trials.accuracy import trial
 
 CENTRAL, FOURTH = ancf.CentralDifference(), ancf.RungeKuttaNystrom(4)
 

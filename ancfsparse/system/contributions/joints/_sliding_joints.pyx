@@ -83,7 +83,7 @@ cdef class Tracks:
 
     @property
     def error(self):
-        """What went wrong: the point has left the axis; None if it has not."""
+        """The failure: the point has left the axis; None if it has not."""
         return None if self.data.off != self.data.off else self.failure(self.data.off)
 
 

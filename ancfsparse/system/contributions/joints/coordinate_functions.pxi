@@ -71,7 +71,7 @@ cdef inline void slopes_of(int kind, double x, double y, double *h) noexcept nog
 
 cdef inline double change_of(int kind, const Vectors *a, const Vectors *b,
                              double *h) noexcept nogil:
-    """How h changes from one state to another; its derivatives, of which that is the product."""
+    """Change of h from one state to another; its derivatives, of which that is the product."""
     cdef double dx = b.x - a.x, dy = b.y - a.y, x = 0.5 * (a.x + b.x), y = 0.5 * (a.y + b.y)
     cdef double across = x * dy - y * dx, turn, ratio
     if kind == ANGLE:

@@ -17,8 +17,8 @@ from hypothesis import seed as seeded
 from hypothesis import strategies as st
 
 import ancfsparse as ancf
-from tests.soak.odd_values import ODD_VALUES
 from tests.soak.report import Report
+from tests.soak.trials.odd_values import ODD_VALUES
 from tests.soak.world import GIVEN, World
 
 AT_ONCE = 40  # calls in a trial

@@ -3,8 +3,8 @@
 import numpy as np
 
 import ancfsparse as ancf
-from tests.soak import motions
 from tests.soak.scenes import SI, draw, draw_integrator, draw_solver
+from tests.soak.trials import motions
 
 # Supports of a beam with a free end.
 FREE_ENDS = ("pin", "clamp", "free", "pin by multipliers")

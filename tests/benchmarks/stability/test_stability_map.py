@@ -6,7 +6,6 @@ import json
 import math
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,8 +44,9 @@ from benchmarks.stability.stability_map import (
     map_points,
     read,
 )
+from tests.paths import ROOT
 
-SHIPPED = Path(__file__).parents[2] / "docs" / "data" / "stability.csv"
+SHIPPED = ROOT / "docs" / "data" / "stability.csv"
 
 # Where steps are so long that elements change by this much of their length within one, which of two
 # motions a step finds is open, and the watch may look beside a peak.
