@@ -7,8 +7,8 @@ import sys
 import pytest
 
 HEAVY = {"h5py", "hashlib", "matplotlib", "numpy.ma", "scipy", "sksparse", "sympy", "tqdm", "typer"}
-# Parts of the standard library that some versions of NumPy load, and an editable install: not counted,
-# so that the count is the same with all of them.
+# Not counted, since some versions of NumPy or an editable install load them: parts of the
+# standard library.
 STANDARD = "dataclasses, importlib.util, pathlib, threading"
 # Our own modules that only other kinds of runs need.
 OTHERS = {

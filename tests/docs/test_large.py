@@ -86,7 +86,7 @@ def test_an_element_of_a_chain_takes_less_than_1570_bytes():
 
 
 def test_the_end_of_a_run_copies_the_state_alone(monkeypatch):
-    n, last = 20_000, fixed_step_run.remember
+    n, last = 20_000, fixed_step_run.save_state
 
     def measured(system, *args):
         before, _ = tracemalloc.get_traced_memory()
@@ -96,7 +96,7 @@ def test_the_end_of_a_run_copies_the_state_alone(monkeypatch):
         assert taken < 1.1 * 3 * 8 * system.n_all  # q, v, a; not what else the next steps need
         return state
 
-    monkeypatch.setattr(fixed_step_run, "remember", measured)
+    monkeypatch.setattr(fixed_step_run, "save_state", measured)
     tracemalloc.start()
     run = ancf.simulate(chain(n)[0], 2e-3, 1e-3, integrator=ancf.HHT(0.05))
     tracemalloc.stop()

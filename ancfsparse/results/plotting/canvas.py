@@ -317,4 +317,4 @@ def _fill_figure(ax: Any, figure: Any, limits: Array) -> None:
         extent = np.ptp(there, axis=0)
         zoom *= float(np.min(room / extent))
     shift = low + 0.5 * room - 0.5 * (there.min(axis=0) + there.max(axis=0))
-    ax.set_position(ax.get_position().translate(*(shift / figure_size)))
+    ax.set_position(ax.get_position().translated(*(shift / figure_size)))

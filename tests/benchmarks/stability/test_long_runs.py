@@ -10,7 +10,7 @@ from benchmarks.commands import main
 from benchmarks.stability.long_runs import (
     CANDIDATES,
     MIN_GROWTH,
-    SOFT,
+    SOFT_MODULUS,
     LongRun,
     LongRuns,
     chart,
@@ -43,7 +43,7 @@ def test_energy_momentum_keeps_what_damping_takes():
 
 def test_the_trapezoidal_rule_dies_sooner_with_longer_steps():
     wanted = [each for each in CANDIDATES if each.name == "Newmark(0)" and each.step_ratio >= 4.0]
-    wanted = [each for each in wanted if each.youngs_modulus == SOFT]
+    wanted = [each for each in wanted if each.youngs_modulus == SOFT_MODULUS]
     runs = long_runs(20_000, wanted).runs
     ends = [run.stopped for run in runs]
     assert len(ends) == 3

@@ -31,7 +31,7 @@ def scene_of(dim=2, element="thin"):
         (lambda s, b: s.spring(b.end, (1e200, 0), stiffness=1.0), r"lies beyond 1e\+150 m"),
         (lambda s, b: s.spring(b.start, b.end), "does nothing: give it a stiffness"),
         (lambda s, b: s.spring(b.end, b.end, stiffness=1.0), "both ends at one point"),
-        (lambda s, b: s.spring(b.end, (1, 0), stiffness=1.0), "give length="),
+        (lambda s, b: s.spring(b.end, (1, 0), stiffness=1.0), "pass length="),
         (lambda s, b: s.spring(b.end, (1, 0, 0), stiffness=1.0), "the scene is planar"),
         (
             lambda s, b: s.spring(b.end, (2, 0), stiffness=-1.0),

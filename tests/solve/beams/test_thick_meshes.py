@@ -121,7 +121,7 @@ def test_a_joint_at_a_crossing_that_needs_a_direction_is_refused():
 def test_sections_that_would_twist_at_a_steep_bend_are_refused():
     scene = ancf.Scene((0.0, 0.0, 0.0))
     upright = [(0, 0, 0), (0, 0, 1), (0, 0.02, 2)]
-    with pytest.raises(ancf.InputError, match="so steep at edge 0 that sections"):
+    with pytest.raises(ancf.InputError, match="too steep at edge 0: its sections"):
         scene.add_mesh(upright, [(0, 1), (1, 2)], "thick", SECTION, SOFT)
     scene.add_mesh(upright, [(0, 1), (1, 2)], "thick", SECTION, SOFT, smooth=0.5)
     flat = scene.add_mesh([(0, 0, 0), (1, 0, 0), (2, 0.02, 0.05)], [(0, 1), (1, 2)], "thick",

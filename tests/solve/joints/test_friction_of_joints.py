@@ -138,7 +138,7 @@ def test_bad_friction_is_refused():
     other = ancf.Scene((0.0, -G))
     wheel = other.add_body(mass=2.0, inertia=0.02, position=(0, 0))
     pin = other.pin(wheel.origin)
-    with pytest.raises(ancf.InputError, match=r"radius .* give that of the bearing"):
+    with pytest.raises(ancf.InputError, match=r"radius .* give the radius of the bearing"):
         other.joint_friction(pin, coefficient=0.1, slip=0.1)
     other.joint_friction(pin, coefficient=0.1, radius=0.1, slip=0.1)
     with pytest.raises(ancf.InputError, match="joints by numbering do not provide"):

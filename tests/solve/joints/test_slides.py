@@ -121,14 +121,14 @@ def test_a_cable_car_keeps_to_its_rope_and_its_energy():
     scene, _rope, carriage, _, slide = cable_car()
     run = ancf.simulate(scene, 1.5, 2e-3, integrator=DAMPED)
     offset = next(each for *_, each in run.system.constraints.measures)
-    s = np.array([offset.track.nearest(q) for q in run.q[::50]])
+    s = np.array([offset.curve.nearest(q) for q in run.q[::50]])
     assert s[-1] - s[0] > 0.5  # it has passed a node
-    off = [run.position(carriage.origin)[50 * k] - offset.track.at(run.q[50 * k], x)[1]
+    off = [run.position(carriage.origin)[50 * k] - offset.curve.at(run.q[50 * k], x)[1]
            for k, x in enumerate(s)]  # fmt: skip
     np.testing.assert_allclose(off, 0.0, atol=1e-8)
     assert run.energy.drift < 2e-3
     pull = run.joint_force(slide).force
-    tangent = [offset.track.at(run.q[50 * k], x)[2] for k, x in enumerate(s)]
+    tangent = [offset.curve.at(run.q[50 * k], x)[2] for k, x in enumerate(s)]
     along = np.einsum("ki,ki->k", pull[::50], tangent)
     np.testing.assert_allclose(along, 0.0, atol=1e-6 * np.abs(pull).max())
 
@@ -154,7 +154,7 @@ def test_equations_of_slides_have_their_derivatives(dim):
     n, none = system.n_free, np.zeros(system.n_all)
     q = system.q_ref + 0.0
     q[:n] += 0.1 * rng.standard_normal(n)
-    track = next(e.track for *_, e in system.constraints.measures if isinstance(e, CurveOffset))
+    track = next(e.curve for *_, e in system.constraints.measures if isinstance(e, CurveOffset))
     q[track.point[:, 0]] = track.at(q, 0.6)[1]
     system.assembly.memory = np.array([0.6])
     lam = rng.standard_normal(system.n_multipliers)

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Points that slide along the axes of beams, see `scene.kinematics.track`: terms of equations.
+"""Points that slide along the axes of beams, see `scene.kinematics.sliding_curve`: terms of equations.
 
 The nearest point of the axis is sought from that of the last accepted step.
 """
