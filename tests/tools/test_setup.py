@@ -184,6 +184,6 @@ def test_of_two_imports_one_compiles_and_the_other_waits(tmp_path):
 
     build = tmp_path / "build"
     first, second = finish_in_turn(build / "hold", build / "log", start)
-    assert first.startswith("ancfsparse: compiling what has changed in ")
+    assert first.startswith("ancfsparse: compiling changed files in ")
     assert second.startswith("ancfsparse: waiting for another process that builds in ")
     assert (build / "log").read_text().split() == ["begin", "end"]
