@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"`\.venv/bin/(ancfsparse [^`]*)`")
-OPTIONAL = {"with the extra `view`": "pyvista"}  # as a comment says, and its package
+OPTIONAL = {"needs the extra `view`": "pyvista"}  # comment of a line, and its package
 
 
 def without_missing_extras(block: str) -> str:

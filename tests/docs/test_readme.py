@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from tests.paths import ROOT
+from tools.run_readme import OPTIONAL
 
 README = ROOT / "README.md"
 BLOCKS = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), re.DOTALL)
@@ -88,3 +89,7 @@ def test_loads_run_as_they_stand_and_deflect_the_beam_by_the_static_amount():
         -deflection / (material.youngs_modulus * section.inertia_z),
         rtol=0.1,
     )
+
+
+def test_comments_name_optional_packages_as_the_script_reads_them():
+    assert all(comment in README.read_text(encoding="utf-8") for comment in OPTIONAL)
