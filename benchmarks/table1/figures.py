@@ -36,9 +36,8 @@ def figure1(table: Results) -> Figure:
     figure = Figure(figsize=(7.2, 3.9), layout="constrained")
     ax = figure.add_subplot()
     rows = np.linspace(0, len(run.t) - 1, SNAPSHOTS).round().astype(int)
-    lines = trace_elements(run.q[rows], make_part(run.system, rod), PIECES).reshape(
-        SNAPSHOTS, -1, 2
-    )
+    elements = trace_elements(run.q[rows], make_part(run.system, rod), PIECES)
+    lines = elements.reshape(SNAPSHOTS, -1, elements.shape[-1])[..., :2]  # x and y, also in space
     nodes = [*range(0, lines.shape[1], PIECES + 1), lines.shape[1] - 1]
     colours = mpl.colormaps["viridis_r"](np.linspace(0.2, 0.95, SNAPSHOTS))
     for row, line, colour in zip(rows, lines, colours, strict=True):

@@ -201,3 +201,11 @@ def test_numbers_of_the_paper_are_those_of_its_table():
         row, *numbers = line.split()
         expected[row] = dict(zip(columns, map(float, numbers), strict=True))
     assert expected == paper.SECONDS
+
+
+def test_shapes_of_figure_1_end_at_the_tip(table):
+    run, rod = table.motion, table.problem.rod
+    drawn = figures.figure1(table).axes[0].lines[: figures.SNAPSHOTS]
+    rows = np.linspace(0, len(run.t) - 1, figures.SNAPSHOTS).round().astype(int)
+    tips = run.position(rod.end)[rows, :2]
+    np.testing.assert_allclose([line.get_xydata()[-1] for line in drawn], tips, rtol=0, atol=1e-12)
