@@ -164,40 +164,19 @@ __all__ = [
 ]
 
 
-_ON_DEMAND = {
-    "Arc": "scene.geometry.curves",
-    "Box": "scene.bodies.rigid_shapes",
-    "Cylinder": "scene.bodies.rigid_shapes",
-    "Helix": "scene.geometry.curves",
-    "Plan": "plans",
-    "Rod": "scene.bodies.rigid_shapes",
-    "Sphere": "scene.bodies.rigid_shapes",
-    "assemble": "solve",
-    "buckling": "solve",
-    "complex_modes": "solve",
-    "energy": "plans",
-    "frequency": "plans",
-    "grid": "sweeps",
-    "latin_hypercube": "sweeps",
-    "load": "results.hdf5_reader",
-    "load_path": "solve",
-    "modal_response": "solve",
-    "modes": "solve",
-    "plan": "plans",
-    "position": "plans",
-    "quasi_static": "solve",
-    "reaction": "plans",
-    "section_force": "plans",
-    "slope_angle": "plans",
-    "solve_static": "solve",
-    "stable_step": "solve",
-    "static_deflection": "plans",
-    "strain": "plans",
-    "sweep": "sweeps",
-    "velocity": "plans",
-}
-
-_load = on_demand(__name__, _ON_DEMAND)
+_load = on_demand(
+    __name__,
+    {
+        "plans": "Plan energy frequency plan position reaction section_force slope_angle "
+        "static_deflection strain velocity",
+        "results.hdf5_reader": "load",
+        "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
+        "scene.geometry.curves": "Arc Helix",
+        "solve": "assemble buckling complex_modes load_path modal_response modes quasi_static "
+        "solve_static stable_step",
+        "sweeps": "grid latin_hypercube sweep",
+    },
+)
 
 
 def __getattr__(name: str) -> object:

@@ -22,12 +22,8 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "ELEMENTS": "planned",
-        "ERROR": "planned",
-        "compare_with_paper": "planned",
-        "list_problems": "problem",
-        "main": "app",
-        "plan_scene": "planned",
-        "run_problem": "problem",
+        "app": "main",
+        "planned": "ELEMENTS ERROR compare_with_paper plan_scene",
+        "problem": "list_problems run_problem",
     },
 )

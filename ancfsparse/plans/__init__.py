@@ -32,8 +32,11 @@ __all__ = [
     "velocity",
 ]
 
-_ON_DEMAND = dict.fromkeys(__all__, "quantities.functions") | dict.fromkeys(
-    ("Plan", "plan"), "planning"
+__getattr__ = on_demand(
+    __name__,
+    {
+        "planning": "Plan plan",
+        "quantities.functions": "energy frequency position reaction section_force slope_angle "
+        "static_deflection strain velocity",
+    },
 )
-
-__getattr__ = on_demand(__name__, _ON_DEMAND)

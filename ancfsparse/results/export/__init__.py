@@ -12,5 +12,10 @@ if TYPE_CHECKING:
 __all__ = ["Writer", "write_csv", "write_vtk"]
 
 __getattr__ = on_demand(
-    __name__, {"Writer": "hdf5_writer", "write_csv": "csv_table", "write_vtk": "vtkhdf"}
+    __name__,
+    {
+        "csv_table": "write_csv",
+        "hdf5_writer": "Writer",
+        "vtkhdf": "write_vtk",
+    },
 )

@@ -29,13 +29,9 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "axial_forces": "section_forces",
-        "curvature": "section_forces",
-        "evaluate_energy": "energy_balance",
-        "joint_force": "joint_forces",
-        "evaluate_motion": "rigid_body_motion",
-        "section_force": "section_forces",
-        "strain": "section_forces",
-        "tension": "joint_forces",
+        "energy_balance": "evaluate_energy",
+        "joint_forces": "joint_force tension",
+        "rigid_body_motion": "evaluate_motion",
+        "section_forces": "axial_forces curvature section_force strain",
     },
 )

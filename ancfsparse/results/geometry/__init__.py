@@ -9,4 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["make_outline"]
 
-__getattr__ = on_demand(__name__, {"make_outline": "scene_outline"})
+__getattr__ = on_demand(__name__, {"scene_outline": "make_outline"})

@@ -32,14 +32,9 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "animate": "animation",
-        "draw_shapes": "plot",
-        "nearest_rows": "plot",
-        "outline_for": "plot",
-        "plot_equilibrium": "plot",
-        "plot_load_path": "plot",
-        "plot_mode": "plot",
-        "plot_motion": "plot",
-        "render": "rendering",
+        "animation": "animate",
+        "plot": "draw_shapes nearest_rows outline_for plot_equilibrium plot_load_path plot_mode "
+        "plot_motion",
+        "rendering": "render",
     },
 )

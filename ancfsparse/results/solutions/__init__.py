@@ -16,10 +16,10 @@ __all__ = ["Assembly", "Buckling", "ComplexModes", "LoadPath", "Modes"]
 __getattr__ = on_demand(
     __name__,
     {
-        "Assembly": "assembly",
-        "Buckling": "buckling",
-        "ComplexModes": "complex_modes",
-        "LoadPath": "load_path",
-        "Modes": "modes",
+        "assembly": "Assembly",
+        "buckling": "Buckling",
+        "complex_modes": "ComplexModes",
+        "load_path": "LoadPath",
+        "modes": "Modes",
     },
 )

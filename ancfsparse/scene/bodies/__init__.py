@@ -11,10 +11,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Frame", "RigidBody", "RigidShape"]
 
-_MODULES = {
-    "Frame": "frame",
-    "RigidBody": "rigid_body",
-    "RigidShape": "rigid_shapes",
-}
-
-__getattr__ = on_demand(__name__, _MODULES)
+__getattr__ = on_demand(
+    __name__,
+    {
+        "frame": "Frame",
+        "rigid_body": "RigidBody",
+        "rigid_shapes": "RigidShape",
+    },
+)

@@ -30,17 +30,14 @@ __all__ = [
     "elements_under",
 ]
 
-_MODULES = {
-    "Cylindrical": "two_body_joint",
-    "PrescribedJoint": "prescribed_joint",
-    "Gear": "gear",
-    "Prismatic": "two_body_joint",
-    "Revolute": "two_body_joint",
-    "Slide": "sliding_joint",
-    "Universal": "two_body_joint",
-    "Weld": "weld",
-    "Winch": "winch",
-    "elements_under": "sliding_joint",
-}
-
-__getattr__ = on_demand(__name__, _MODULES)
+__getattr__ = on_demand(
+    __name__,
+    {
+        "gear": "Gear",
+        "prescribed_joint": "PrescribedJoint",
+        "sliding_joint": "Slide elements_under",
+        "two_body_joint": "Cylindrical Prismatic Revolute Universal",
+        "weld": "Weld",
+        "winch": "Winch",
+    },
+)

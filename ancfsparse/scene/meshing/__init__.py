@@ -19,12 +19,13 @@ __all__ = [
     "with_eigenstrain",
 ]
 
-_MODULES = {
-    "build_curved_beam": "curved_beam",
-    "build_mesh": "mesh_lines",
-    "check_graph": "node_edge_checks",
-    "offset_from_line": "offset_beam",
-    "with_eigenstrain": "eigenstrain",
-}
-
-__getattr__ = on_demand(__name__, _MODULES)
+__getattr__ = on_demand(
+    __name__,
+    {
+        "curved_beam": "build_curved_beam",
+        "eigenstrain": "with_eigenstrain",
+        "mesh_lines": "build_mesh",
+        "node_edge_checks": "check_graph",
+        "offset_beam": "offset_from_line",
+    },
+)

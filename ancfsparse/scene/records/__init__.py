@@ -9,8 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["define_motion"]
 
-_MODULES = {
-    "define_motion": "prescribed_motion",
-}
-
-__getattr__ = on_demand(__name__, _MODULES)
+__getattr__ = on_demand(__name__, {"prescribed_motion": "define_motion"})

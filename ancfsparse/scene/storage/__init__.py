@@ -11,13 +11,11 @@ if TYPE_CHECKING:
 
 __all__ = ["counterpart", "format_record", "load", "refined", "replaced", "save"]
 
-_MODULES = {
-    "counterpart": "copies",
-    "format_record": "printing",
-    "load": "json_file",
-    "refined": "copies",
-    "replaced": "copies",
-    "save": "json_file",
-}
-
-__getattr__ = on_demand(__name__, _MODULES)
+__getattr__ = on_demand(
+    __name__,
+    {
+        "copies": "counterpart refined replaced",
+        "json_file": "load save",
+        "printing": "format_record",
+    },
+)

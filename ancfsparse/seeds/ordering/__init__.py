@@ -9,4 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["Supernodal", "order"]
 
-__getattr__ = on_demand(__name__, {"Supernodal": "cholmod", "order": "cholmod"})
+__getattr__ = on_demand(__name__, {"cholmod": "Supernodal order"})

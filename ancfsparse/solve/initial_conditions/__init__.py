@@ -28,11 +28,9 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "check_smoothness": "prescribed_smoothness",
-        "describe_contradiction": "redundant_constraints",
-        "prescribe_motions_of_loop": "prescribed_start",
-        "find_redundant_constraints": "redundant_constraints",
-        "start_prescribed_motions": "prescribed_start",
-        "warn_of_redundant_constraints": "redundant_constraints",
+        "prescribed_smoothness": "check_smoothness",
+        "prescribed_start": "prescribe_motions_of_loop start_prescribed_motions",
+        "redundant_constraints": "describe_contradiction find_redundant_constraints "
+        "warn_of_redundant_constraints",
     },
 )

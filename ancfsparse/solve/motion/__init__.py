@@ -14,8 +14,8 @@ __all__ = ["ErrorControlledRun", "ExplicitRun", "ImplicitRun"]
 __getattr__ = on_demand(
     __name__,
     {
-        "ErrorControlledRun": "error_controlled_run",
-        "ExplicitRun": "explicit_run",
-        "ImplicitRun": "implicit_run",
+        "error_controlled_run": "ErrorControlledRun",
+        "explicit_run": "ExplicitRun",
+        "implicit_run": "ImplicitRun",
     },
 )

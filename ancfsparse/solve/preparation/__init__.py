@@ -9,6 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["DeflationModes", "sliding_points"]
 
-__getattr__ = on_demand(
-    __name__, {"DeflationModes": "deflation_space", "sliding_points": "deflation_space"}
-)
+__getattr__ = on_demand(__name__, {"deflation_space": "DeflationModes sliding_points"})

@@ -9,4 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["solve_static"]
 
-__getattr__ = on_demand(__name__, {"solve_static": "static_equilibrium"})
+__getattr__ = on_demand(__name__, {"static_equilibrium": "solve_static"})

@@ -22,11 +22,9 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "StepHalving": "step_halving",
-        "CompliantConstraints": "compliant_constraints",
-        "check_file": "file_recording",
-        "hint_for_fixed_steps": "remedies",
-        "read_recorded": "file_recording",
-        "record_to_file": "file_recording",
+        "compliant_constraints": "CompliantConstraints",
+        "file_recording": "check_file read_recorded record_to_file",
+        "remedies": "hint_for_fixed_steps",
+        "step_halving": "StepHalving",
     },
 )

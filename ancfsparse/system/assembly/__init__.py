@@ -9,4 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["partition_elements"]
 
-__getattr__ = on_demand(__name__, {"partition_elements": "thread_partition"})
+__getattr__ = on_demand(__name__, {"thread_partition": "partition_elements"})

@@ -9,4 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["TimeDependentEigenstrain"]
 
-__getattr__ = on_demand(__name__, {"TimeDependentEigenstrain": "time_dependent_eigenstrain"})
+__getattr__ = on_demand(__name__, {"time_dependent_eigenstrain": "TimeDependentEigenstrain"})

@@ -9,4 +9,4 @@ if TYPE_CHECKING:
 
 __all__ = ["reaction"]
 
-__getattr__ = on_demand(__name__, {"reaction": "reactions"})
+__getattr__ = on_demand(__name__, {"reactions": "reaction"})
