@@ -24,15 +24,7 @@ from ancfsparse.errors import (
     StepError,
     UnstableEquilibriumWarning,
 )
-from ancfsparse.integrators import (
-    HHT,
-    CentralDifference,
-    DormandPrince,
-    EnergyMomentum,
-    GeneralizedAlpha,
-    Newmark,
-    RungeKuttaNystrom,
-)
+from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
 from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.on_demand import on_demand
 from ancfsparse.plans.goal_oriented_run import simulate
@@ -42,19 +34,16 @@ from ancfsparse.scene import (
     IBeam,
     Material,
     Polygon,
-    Pulse,
-    Ramp,
     Rectangle,
     Scene,
     Section,
-    Sine,
-    Table,
     Taper,
     Tube,
 )
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.integrators import CentralDifference, DormandPrince, RungeKuttaNystrom
     from ancfsparse.plans import (
         Plan,
         energy,
@@ -69,6 +58,7 @@ if TYPE_CHECKING:
         velocity,
     )
     from ancfsparse.results.hdf5_reader import load
+    from ancfsparse.scene import Pulse, Ramp, Sine, Table
     from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.scene.geometry.curves import Arc, Helix
     from ancfsparse.solve import (
@@ -82,7 +72,8 @@ if TYPE_CHECKING:
         solve_static,
         stable_step,
     )
-    from ancfsparse.sweeps import grid, latin_hypercube, sweep
+    from ancfsparse.sweeps import grid, latin_hypercube
+    from ancfsparse.sweeps.sweep import sweep
 
     __version__: str
 
@@ -167,9 +158,11 @@ __all__ = [
 _load = on_demand(
     __name__,
     {
+        "integrators": "CentralDifference DormandPrince RungeKuttaNystrom",
         "plans": "Plan energy frequency plan position reaction section_force slope_angle "
         "static_deflection strain velocity",
         "results.hdf5_reader": "load",
+        "scene": "Pulse Ramp Sine Table",
         "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
         "scene.geometry.curves": "Arc Helix",
         "solve": "assemble buckling complex_modes load_path modal_response modes quasi_static "

@@ -14,11 +14,11 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.nonlinear.methods import Method, ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.seeds import Fill, Seed
 
 if TYPE_CHECKING:
     from ancfsparse.abi.nodal_frames import Frame
     from ancfsparse.nonlinear.loop_protocols import DenseInverse, Inverse, NonlinearLoop, OwnInverse
+    from ancfsparse.seeds import Fill, Seed
 
 EPSILON = float(np.finfo(float).eps)
 MAX_DENSE_UNKNOWNS = 4000

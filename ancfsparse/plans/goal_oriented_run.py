@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ancfsparse import plans, solve
 from ancfsparse.errors import InputError
-from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.integrators import Implicit
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
 from ancfsparse.system import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators import Explicit
 
 
 def simulate(

@@ -20,11 +20,11 @@ from ancfsparse.results.data.hdf5_format import (
 )
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
+from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.data.stored_tables import (
     LAST_STATE,
     REFERENCE,
     SCENE_RECORDS,
-    SelectedColumns,
     StoredState,
     StoredTable,
     check_values,

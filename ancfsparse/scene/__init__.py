@@ -4,6 +4,9 @@ A `Scene` is a list of declarations, which `ancfsparse.system` flattens into arr
 validated here; no motion is computed.
 """
 
+from typing import TYPE_CHECKING
+
+from ancfsparse.on_demand import on_demand
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
@@ -21,12 +24,14 @@ from ancfsparse.scene.loads.loads import (
     PointMoment,
 )
 from ancfsparse.scene.records.signal import Signal
-from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 from ancfsparse.scene.scene import Scene, check_scene
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.polygon import Polygon
 from ancfsparse.scene.sections.standard_sections import Circle, IBeam, Rectangle, Section, Tube
 from ancfsparse.scene.sections.taper import AnySection, Taper
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 
 __all__ = [
     "AnySection",
@@ -63,3 +68,5 @@ __all__ = [
     "check_point",
     "check_scene",
 ]
+
+__getattr__ = on_demand(__name__, {"records.signals": "Pulse Ramp Sine Table"})

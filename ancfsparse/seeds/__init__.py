@@ -1,12 +1,17 @@
 """Seeds: complete and incomplete factorizations of symmetric matrices on a fixed pattern."""
 
+from typing import TYPE_CHECKING, TypeAlias
+
+from ancfsparse.on_demand import on_demand
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed, fill_of
-from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed
-from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
-from ancfsparse.seeds.incomplete.sliding_modes import Slides
 from ancfsparse.seeds.ordering.unknown_groups import Fill, Groups
 
-Seed = SparseSeed | IncompleteSeed
+if TYPE_CHECKING:
+    from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed
+    from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
+    from ancfsparse.seeds.incomplete.sliding_modes import Slides
+
+    Seed: TypeAlias = SparseSeed | IncompleteSeed
 
 __all__ = [
     "DeflatedSeed",
@@ -18,3 +23,12 @@ __all__ = [
     "SparseSeed",
     "fill_of",
 ]
+
+__getattr__ = on_demand(
+    __name__,
+    {
+        "incomplete.deflated_gradients": "DeflatedSeed",
+        "incomplete.incomplete_seed": "IncompleteSeed",
+        "incomplete.sliding_modes": "Slides",
+    },
+)

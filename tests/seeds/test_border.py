@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from ancfsparse.seeds import Groups, IncompleteSeed
-from ancfsparse.seeds.incomplete.constraint_border import Border, leading
+from ancfsparse.seeds.incomplete.constraint_border import Border
+from ancfsparse.seeds.interface.index_arrays import leading
 from ancfsparse.seeds.ordering import unknown_groups as groups_module
 from tests.seeds.matrices import lower_csc, net
 

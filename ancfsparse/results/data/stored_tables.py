@@ -1,16 +1,12 @@
-"""Tables of states in a file, or with selected columns, that are read like arrays.
-
-They support ``shape``, rows ``[i]`` and ``[i:j]``, and columns ``[..., places]``.
-"""
+"""Tables and the last state of a run in a file, read on demand."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import describe_damage, open_file, read_text
@@ -24,19 +20,6 @@ LAST_MULTIPLIERS = "last_lam"  # its multipliers
 MEMORY = "memory"  # its other data, as text
 REFERENCE = "reference"  # stress-free shape of a run that started elsewhere
 SCENE_RECORDS = "records"  # the scene, as the text of a scene file
-
-
-class Readable(Protocol):
-    """The common interface of an array and a stored table."""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Numbers of rows and columns."""
-        ...
-
-    def __getitem__(self, key: Any, /) -> Any:
-        """Read rows or columns."""
-        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,14 +82,14 @@ def _cover(key: Any, n: int) -> tuple[Any, Any]:
         key = slice(None)
     if isinstance(key, slice) and (key.step is None or key.step > 0):
         return slice(*key.indices(n)), slice(None)
-    places = np.arange(n)[key]
-    unique, inverse = np.unique(places, return_inverse=True)
+    selected = np.arange(n)[key]
+    unique, inverse = np.unique(selected, return_inverse=True)
     if not len(unique):
-        return slice(0, 0), places
+        return slice(0, 0), selected
     first, last = int(unique[0]), int(unique[-1])
     if last - first < 4 * len(unique):  # faster than a list
-        return slice(first, last + 1), places - first
-    return unique, inverse.reshape(places.shape)
+        return slice(first, last + 1), selected - first
+    return unique, inverse.reshape(selected.shape)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,53 +143,3 @@ def encode_state(state: State) -> tuple[Array, Array, str]:
     rest = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in memory.items()}
     text = json.dumps({"t": state.t, "vectors": list(vectors), "memory": rest})
     return rows, state.lam, text
-
-
-@dataclass(frozen=True, eq=False)
-class SelectedColumns:
-    """Selected columns of a table of states.
-
-    Parameters
-    ----------
-    values : table, shape (k, c)
-        The stored columns.
-    places : ndarray, shape (c,)
-        Their indices in the full table, ascending.
-    n : int
-        Number of columns of the full table.
-    """
-
-    values: Readable
-    places: NDArray[np.integer[Any]]
-    n: int
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Numbers of rows and columns of the full table."""
-        return self.values.shape[0], self.n
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-        return self.shape[0]
-
-    def __getitem__(self, key: Any) -> Array:
-        """Read columns ``[..., places]``.
-
-        Raises
-        ------
-        InputError
-            If they are not stored, or complete rows are requested.
-        """
-        if not (isinstance(key, tuple) and len(key) == 2 and key[0] is Ellipsis):
-            raise InputError(
-                "this needs all coordinates, but the run kept only those of save_nodes: run "
-                "without save_nodes, or with output='run.h5' to keep them in a file"
-            )
-        where = np.asarray(key[1])
-        column = np.minimum(np.searchsorted(self.places, where), max(len(self.places) - 1, 0))
-        if len(self.places) == 0 or (self.places[column] != where).any():
-            raise InputError(
-                "the run did not keep this: save_nodes keeps position, velocity and acceleration "
-                "of the points in it and nothing else; add the point, or run without save_nodes"
-            )
-        return np.asarray(self.values[..., column])

@@ -9,7 +9,7 @@ import numpy as np
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.data.stored_tables import Readable
+from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.system import System
 

@@ -15,7 +15,7 @@ from ancfsparse.kernels.fields import Points, axes, spread
 from ancfsparse.kernels.fields import curvature as element_curvature
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.data.stored_tables import Readable
+from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.scene import ElasticBody, Mesh, Point
 from ancfsparse.scene.bodies.beam import NODE_TOLERANCE

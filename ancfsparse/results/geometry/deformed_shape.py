@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.data.stored_tables import Readable, SelectedColumns
+from ancfsparse.results.data.selected_columns import Readable, SelectedColumns
 from ancfsparse.results.geometry.scene_outline import BodyAxis
 from ancfsparse.system_memory import check_memory
 

@@ -14,7 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
 from ancfsparse.results.data.interpolation import Array
-from ancfsparse.results.data.stored_tables import Readable
+from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.results.fields.section_forces import curvature, section_force, strain
 from ancfsparse.results.geometry.deformed_shape import read_rows

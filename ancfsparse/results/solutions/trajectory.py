@@ -14,7 +14,7 @@ from ancfsparse.integrators import EnergyMomentum
 from ancfsparse.results import fields
 from ancfsparse.results.data.interpolation import Array, interpolate
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.data.stored_tables import SelectedColumns, StoredState
+from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.solutions.solution import Values
 from ancfsparse.results.solutions.trajectory_output import TrajectoryOutput
 from ancfsparse.scene import Point
@@ -22,6 +22,7 @@ from ancfsparse.system.coordinates.state import State, StateHistory
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
+    from ancfsparse.results.data.stored_tables import StoredState
     from ancfsparse.results.fields.energy_balance import Energy
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
     from ancfsparse.scene.bodies.rigid_body import RigidBody

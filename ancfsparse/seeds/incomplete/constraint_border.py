@@ -11,20 +11,6 @@ from numpy.typing import NDArray
 Numbers = NDArray[np.int32]
 LongIndices = NDArray[np.int64]
 
-# Each equation takes a sweep, up to a seventh of a factorization, and their dense matrix takes at
-# most 2 MB.
-MAX_EQUATIONS = 500
-
-
-def leading(indptr: LongIndices, indices: Numbers, n: int) -> tuple[LongIndices, Numbers]:
-    """Return the pattern of the first n unknowns: a lower triangle by columns."""
-    if n == len(indptr) - 1:
-        return indptr, indices
-    is_inside = indices[: indptr[n]] < n
-    before = np.zeros(len(is_inside) + 1, dtype=np.int64)
-    np.cumsum(is_inside, out=before[1:])
-    return before[indptr[: n + 1]], indices[: indptr[n]][is_inside]
-
 
 @dataclass(frozen=True)
 class Border:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,6 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Event, RunStats
-from ancfsparse.seeds import Seed
 from ancfsparse.solve.error_models.cost_model import CostModel
 from ancfsparse.solve.error_models.cost_per_step import StepCostMonitor
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
@@ -33,6 +33,9 @@ from ancfsparse.solve.stepping.remedies import hint_for_accuracy
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.solve.stepping.step_size_change import StepSizeChange
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 Vector = NDArray[np.float64]
 # Equal steps in a row, (step [s], number), for each interval of smooth loads.

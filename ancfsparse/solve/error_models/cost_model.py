@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ancfsparse.integrators import Implicit
 from ancfsparse.results import RunStats
-from ancfsparse.seeds import Seed
 from ancfsparse.solve.stepping.implicit_setup import iteration_costs
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.seeds import Seed
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 Vector = NDArray[np.float64]
 

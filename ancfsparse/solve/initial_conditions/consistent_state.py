@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
-from ancfsparse.seeds import Seed
 from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     constraint_gradients,
     forces_of_prescribed_rates,
@@ -24,6 +25,9 @@ from ancfsparse.solve.initial_conditions.restart import continues_run
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.numbering import velocity_scales
 from ancfsparse.system.coordinates.state import ROUNDING, State
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 Vector = NDArray[np.float64]
 

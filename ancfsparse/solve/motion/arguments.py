@@ -6,16 +6,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse import integrators
 from ancfsparse.checks import check_choice, check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.integrators import EnergyMomentum, Explicit, GeneralizedAlpha, Implicit
+from ancfsparse.integrators import EnergyMomentum, GeneralizedAlpha, Implicit
 from ancfsparse.integrators.interface.time_grid import TimeGrid, as_double, count_steps_from
-from ancfsparse.integrators.names import EXAMPLES
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
@@ -33,6 +33,9 @@ from ancfsparse.solve.preparation.threads import check_threads
 from ancfsparse.solve.stepping.state_recorder import check_nodes, check_output
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators import Explicit
 
 # Second order, and unresolved vibrations are damped (docs/accuracy.md, docs/stability.md): as
 # accurate as the trapezoidal rule, and stable where that is not.
@@ -238,11 +241,13 @@ def select_integrator(request: Request, system: System) -> Request:
 
 def check_integrator(integrator: object) -> Implicit | Explicit | None:
     """Return an integrator after checking it, None for "auto"."""
-    if isinstance(integrator, Implicit | Explicit):
-        return integrator
     if isinstance(integrator, str) and integrator == "auto":
         return None
-    *others, last = EXAMPLES
+    if isinstance(integrator, Implicit):
+        return integrator
+    if isinstance(integrator, integrators.Explicit):
+        return integrator
+    *others, last = integrators.EXAMPLES
     raise InputError(
         f"integrator must be {', '.join(others)} or {last}, got {format_value(integrator)}"
     )

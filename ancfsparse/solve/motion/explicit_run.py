@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
-from ancfsparse.seeds import Seed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
@@ -17,6 +18,9 @@ from ancfsparse.solve.stepping.explicit_setup import (
     prepare_explicit,
 )
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 
 class ExplicitRun(FixedStepRun):

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
-from ancfsparse.seeds import Seed
-from ancfsparse.solve import initial_conditions, stepping
+from ancfsparse.solve import initial_conditions, preparation, stepping
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
-from ancfsparse.solve.preparation.switch_to_direct import FIRST_COMPARISON, SwitchToDirect
 from ancfsparse.solve.preparation.threads import usable_threads
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.solve.stepping.outcome_reporting import (
@@ -24,6 +24,9 @@ from ancfsparse.solve.stepping.outcome_reporting import (
     step_error,
 )
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 
 class ImplicitRun(FixedStepRun):
@@ -52,7 +55,8 @@ class ImplicitRun(FixedStepRun):
         self._solved_with: list[Seed] = [ready.seed]
         self._back, self._switches = ready.back, list[Event]()
         if self._back is not None:
-            self._full_chunk, self._chunk = self._chunk, min(self._chunk, FIRST_COMPARISON)
+            self._full_chunk = self._chunk
+            self._chunk = min(self._chunk, preparation.FIRST_COMPARISON)
         self._compliant: stepping.CompliantConstraints | None = None
         if system.n_multipliers and any(body.masses is not None for body in system.scene.bodies):
             self._compliant = stepping.CompliantConstraints(
@@ -86,7 +90,7 @@ class ImplicitRun(FixedStepRun):
                 outcome = self._recover_step(recovery, outcome)
         return outcome
 
-    def _consider(self, back: SwitchToDirect, outcome: Outcome) -> Outcome:
+    def _consider(self, back: preparation.SwitchToDirect, outcome: Outcome) -> Outcome:
         """Switch to the complete seed, if it fits, where the incomplete one fails or costs more."""
         failed, steps = outcome in RECOVERABLE_OUTCOMES, self._stats.steps
         if not failed and not back.is_cheaper(self._iteration.counts, self._solved_with[0].inner):

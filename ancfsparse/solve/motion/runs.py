@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ancfsparse.errors import AncfError
-from ancfsparse.integrators import Explicit
+from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import motion
@@ -44,6 +44,6 @@ def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
     """
     if request.accuracy is not None:
         return motion.ErrorControlledRun(request, system, request.accuracy)
-    if isinstance(request.integrator, Explicit):
-        return motion.ExplicitRun(request, system, request.integrator)
-    return motion.ImplicitRun(request, system, request.integrator, needed)
+    if isinstance(request.integrator, Implicit):
+        return motion.ImplicitRun(request, system, request.integrator, needed)
+    return motion.ExplicitRun(request, system, request.integrator)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.integrators import Explicit, Implicit
+from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
@@ -20,6 +21,9 @@ from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.solve.stepping.state_recorder import RunStorage
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators import Explicit
 
 
 def simulate(

@@ -1,4 +1,4 @@
-"""Choice of solver, factorization, memory and threads; deflation spaces are loaded on first use."""
+"""Choice of solver, factorization, memory and threads; what few runs need loads on first use."""
 
 from typing import TYPE_CHECKING
 
@@ -6,7 +6,14 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.solve.preparation.deflation_space import DeflationModes, sliding_points
+    from ancfsparse.solve.preparation.switch_to_direct import FIRST_COMPARISON, SwitchToDirect
 
-__all__ = ["DeflationModes", "sliding_points"]
+__all__ = ["FIRST_COMPARISON", "DeflationModes", "SwitchToDirect", "sliding_points"]
 
-__getattr__ = on_demand(__name__, {"deflation_space": "DeflationModes sliding_points"})
+__getattr__ = on_demand(
+    __name__,
+    {
+        "deflation_space": "DeflationModes sliding_points",
+        "switch_to_direct": "FIRST_COMPARISON SwitchToDirect",
+    },
+)

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+from ancfsparse import seeds
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Mesh
-from ancfsparse.seeds import DeflatedSeed, Groups, IncompleteSeed, Seed, SparseSeed
+from ancfsparse.seeds import Groups, SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import LDL_ENTRY_BYTES
-from ancfsparse.seeds.incomplete.constraint_border import MAX_EQUATIONS, leading
-from ancfsparse.seeds.interface.index_arrays import Indices
+from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS, Indices, leading
 from ancfsparse.solve import preparation
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate, check_factor_fits
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 from ancfsparse.system_memory import available_memory
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import DeflatedSeed, Seed
 
 FACTORIZATIONS = ("auto", "complete", "incomplete")
 MAX_SMALL_COORDINATES = 300  # free coordinates up to which a complete factor costs next to nothing
@@ -101,7 +106,7 @@ def make_seed(
     if kind == "incomplete" or (kind == "auto" and _may_fill_in(system, solver)):
         groups = unknown_groups(system)
         if kind == "incomplete" or _fills_in(groups, solver, needed, max_fill(system)):
-            incomplete = IncompleteSeed(
+            incomplete = seeds.IncompleteSeed(
                 indptr, indices, groups, threads, preparation.sliding_points(system, dt)
             )
             check_factor_fits(needed, incomplete)
@@ -134,7 +139,7 @@ def make_static_seed(
         if not fills:
             fills = groups.cycles > 0 and groups.exact_fill(MAX_STATIC_FILL) is None
         if fills:
-            return DeflatedSeed(indptr, indices, groups), preparation.DeflationModes(system)
+            return seeds.DeflatedSeed(indptr, indices, groups), preparation.DeflationModes(system)
     return SparseSeed(indptr, indices, system.n_free), None
 
 

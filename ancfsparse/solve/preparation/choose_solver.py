@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
-from ancfsparse.seeds import IncompleteSeed, Seed
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.solver_settings import check_solver
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 # A thick beam of 5 elements has a ratio of 1.0, and a dense inverse saves a fifth of the time; one
 # of 10 and a cable of 10 have 1.8, and it costs time.
@@ -52,7 +56,7 @@ def choose_solver(
         Returns whether the scene consists of rigid bodies that can move.
     """
     check_solver(requested)
-    incomplete = isinstance(seed, IncompleteSeed)
+    incomplete = not isinstance(seed, SparseSeed)
     factor = f"with {'an incomplete' if incomplete else 'a sparse'} factorization"
     if isinstance(requested, Newton | ModifiedNewton | QuasiNewton):
         return requested, f"{describe(requested)}{f' {factor}' * incomplete}: requested"

@@ -8,17 +8,21 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.layout import MIN_SHARED_BLOCKS
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Beam, Mesh, Scene
-from ancfsparse.seeds import DeflatedSeed, Seed, SparseSeed
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
-from ancfsparse.seeds.incomplete.constraint_border import MAX_EQUATIONS
+from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS
 from ancfsparse.solve.preparation.choose_solver import LOW_MEMORY_PAIRS
 from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
 from ancfsparse.system_memory import GIGABYTE, MIN_CHECKED, available_memory
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import DeflatedSeed, Seed
 
 # Loads, last and present state, residuals, one saved state, two changes in single precision, the
 # numbering and the pivots of the factor.

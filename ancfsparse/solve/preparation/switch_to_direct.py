@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 from ancfsparse.nonlinear.iteration import Costs
-from ancfsparse.seeds import Fill, Groups, IncompleteSeed, Seed
+from ancfsparse.seeds import Groups
 from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
 from ancfsparse.system_memory import available_memory
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Fill, IncompleteSeed, Seed
 
 FIRST_COMPARISON = 5  # steps before the first comparison of costs; doubled for each further one
 # Complete seeds are renewed a fifth to two thirds as often as incomplete ones, at equally many

@@ -20,7 +20,6 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event
-from ancfsparse.seeds import Seed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.initial_conditions.redundant_constraints import count_near_dependent
@@ -30,6 +29,7 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ImplicitLoop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
+    from ancfsparse.seeds import Seed
 
 Table = NDArray[np.float64]
 

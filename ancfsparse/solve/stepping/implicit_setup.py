@@ -11,8 +11,8 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import make_time_loop
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration, rotate_with_frame
-from ancfsparse.seeds import Fill, IncompleteSeed, Seed, SparseSeed
-from ancfsparse.solve import initial_conditions
+from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve import initial_conditions, preparation
 from ancfsparse.solve.initial_conditions.consistent_state import regularize, starting_state
 from ancfsparse.solve.initial_conditions.restart import (
     continues_run,
@@ -23,7 +23,6 @@ from ancfsparse.solve.preparation.choose_factorization import make_seed, max_fil
 from ancfsparse.solve.preparation.choose_solver import choose_solver
 from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY, MemoryEstimate
-from ancfsparse.solve.preparation.switch_to_direct import SwitchToDirect
 from ancfsparse.solve.preparation.threads import divide_among_threads
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from ancfsparse.abi.nodal_frames import Frame
     from ancfsparse.integrators.interface.time_loops import ControlledLoop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
+    from ancfsparse.seeds import Fill, Seed
 
 Vector = NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class ImplicitSetup(NamedTuple):
     criterion: ConvergenceCriterion
     why: str
     a: Vector
-    back: SwitchToDirect | None
+    back: preparation.SwitchToDirect | None
 
 
 def prepare_implicit(
@@ -93,7 +93,7 @@ def prepare_implicit(
     method, why = choose_solver(
         solver, seed, system.constraints.linear, lambda: _is_linkage(system)
     )
-    is_low_memory = isinstance(seed, IncompleteSeed) and isinstance(solver, str)
+    is_low_memory = not isinstance(seed, SparseSeed) and isinstance(solver, str)
     scale = integrator.scale * dt**2
     regularize(system, scale)
     if not restore_contributions(state, system):
@@ -147,8 +147,8 @@ def prepare_implicit(
         iteration.take_seed(complete, rotated, True, cost.iteration, cost.seed)
         return complete
 
-    assert isinstance(seed, IncompleteSeed)
-    back = SwitchToDirect(
+    assert not isinstance(seed, SparseSeed)
+    back = preparation.SwitchToDirect(
         groups, lambda other: iteration_costs(system, integrator, other, None), seed, take_complete
     )
     return ImplicitSetup(time_loop, iteration, seed, criterion, why, a, back)

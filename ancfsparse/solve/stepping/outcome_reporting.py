@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,8 +18,10 @@ from ancfsparse.integrators.interface.time_loops import ControlledLoop
 from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 from ancfsparse.results import Event, RunStats, Trajectory
-from ancfsparse.seeds import Seed
 from ancfsparse.system import System
+
+if TYPE_CHECKING:
+    from ancfsparse.seeds import Seed
 
 # Names of the causes of recoveries.
 CAUSE_NAMES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
-from ancfsparse.results.data.stored_tables import SelectedColumns
+from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.scene import Point
 from ancfsparse.solve import stepping
 from ancfsparse.system import System

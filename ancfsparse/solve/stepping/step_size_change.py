@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.integrators import Implicit
-from ancfsparse.seeds import Seed
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ControlledLoop
+    from ancfsparse.seeds import Seed
 
 Vector = NDArray[np.float64]
 
