@@ -8,27 +8,18 @@ position.  An element connects two rows.  A rigid body is one row without elemen
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.kinematics.linear_forms import Coordinates
-
-if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
-    from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
-    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
-
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
-
-from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.record import BodyRef, PointRef
 

@@ -49,6 +49,7 @@ class RigidBody(Body):
     mass: float
     spread: Vector
     shape: RigidShape | None = None
+    speed = None  # it has no elastic waves
 
     def __repr__(self) -> str:
         """Return the name, the mass and the dimension."""
@@ -79,11 +80,6 @@ class RigidBody(Body):
     def shortest(self) -> float:
         """Its `size` [m]."""
         return self.size
-
-    @property
-    def speed(self) -> float | None:
-        """None: it has no elastic waves."""
-        return None
 
     @property
     def corners(self) -> Vector:

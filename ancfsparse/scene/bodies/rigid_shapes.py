@@ -194,11 +194,7 @@ class Rod(RigidShape):
     noun = "rod"
     lengths = ("length",)
     is_line = True
-
-    @property
-    def volume(self) -> float:
-        """Volume, which a thin rod does not have [m3]."""
-        return 0.0
+    volume = 0.0  # which a thin rod does not have
 
     @property
     def centre(self) -> Vector:

@@ -9,15 +9,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MAX_MAGNITUDE, check_finite, check_reals, check_vector
-from ancfsparse.errors import InputError, format_quantity
+from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative, check_reals, check_vector
+from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
-from ancfsparse.scene.kinematics.rigid_motion import second_moments
+from ancfsparse.scene.kinematics.rigid_motion import second_moments, spin_matrix
 from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.methods.scene_base import SceneBase
-from ancfsparse.scene.records.record import At, PointRef, Record
+from ancfsparse.scene.records.record import At, PointRef, Record, as_data
 
 Matrix = NDArray[np.float64]
 
@@ -95,11 +95,7 @@ class RotatingFrame(Attachment):
     spin: Matrix
     point: Matrix
     contribution = "bodies.rotating_frame"
-
-    @property
-    def what(self) -> str:
-        """Name in messages."""
-        return "the rotating frame"
+    what = "the rotating frame"
 
 
 class Masses(SceneBase):
@@ -135,14 +131,17 @@ class Masses(SceneBase):
         point = check_point("a mass", node)
         self._own("a mass", point.beam)
         what = f"the mass at {point!r}"
-        value = check_finite(what, mass, "kg")
-        if value < 0.0:
-            raise InputError(f"{what} must not be negative, got {format_quantity(value, 'kg')}")
+        value = check_not_negative(what, mass, "kg")
         if inertia is None:
             matrix = np.zeros((1, 1) if self.dim == 2 else (3, 3))
         else:
             self._check_frame(check_node("a rotary inertia", point))
-            matrix = _planar(point, inertia) if self.dim == 2 else _spatial(point, inertia)
+            about = f"the rotary inertia at {point!r}"
+            matrix = (
+                np.array([[check_not_negative(about, inertia, "kg m2")]])
+                if self.dim == 2
+                else _tensor(about, inertia)
+            )
         if value == 0.0 and not matrix.any():
             raise InputError(f"{what} is zero: give a mass or an inertia")
         matrix.flags.writeable = False
@@ -187,14 +186,7 @@ class Masses(SceneBase):
                 "the scene is described in a rotating frame already: add up both angular velocities"
             )
         what = "angular velocity of the rotating frame"
-        given: float | tuple[float, ...]
-        if self.dim == 2:
-            given = check_finite(what, angular_velocity, "rad/s")
-            spin = given * np.array([[0.0, -1.0], [1.0, 0.0]])
-        else:
-            x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
-            given = (x, y, z)
-            spin = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        spin = spin_matrix(what, angular_velocity, self.dim)
         largest, limit = float(np.abs(spin).max()), math.sqrt(MAX_MAGNITUDE)
         if largest > limit:
             raise InputError(
@@ -204,9 +196,9 @@ class Masses(SceneBase):
         position = np.zeros(self.dim)
         if point is not None:
             position = check_vector("point of the rotating frame", point, self.dim, "m")
-        for array in (spin, position):
-            array.flags.writeable = False
-        record = RotatingFrameSpec(given, None if point is None else tuple(position.tolist()))
+        spin.flags.writeable = False
+        given = float(spin[1, 0]) if self.dim == 2 else as_data(angular_velocity)
+        record = RotatingFrameSpec(given, None if point is None else as_data(position))
         return self._attach(RotatingFrame(spin, position), record)
 
     @property
@@ -230,18 +222,8 @@ class Masses(SceneBase):
             )
 
 
-def _planar(node: Point, inertia: ArrayLike) -> Matrix:
-    moment = check_finite(f"the rotary inertia at {node!r}", inertia, "kg m2")
-    if moment < 0.0:
-        raise InputError(
-            f"the rotary inertia at {node!r} must not be negative, got "
-            f"{format_quantity(moment, 'kg m2')}"
-        )
-    return np.array([[moment]])
-
-
-def _spatial(node: Point, inertia: ArrayLike) -> Matrix:
-    what, needed = f"the rotary inertia at {node!r}", "3 principal moments or a 3 x 3 matrix"
+def _tensor(what: str, inertia: ArrayLike) -> Matrix:
+    needed = "3 principal moments or a 3 x 3 matrix"
     given = check_reals(what, inertia, needed)
     if given.shape not in ((3,), (3, 3)):
         raise InputError(f"{what} must be {needed}, got {format_value(inertia)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,9 +24,6 @@ from ancfsparse.scene.records.compiled_callbacks import (
     picklable_callback,
 )
 from ancfsparse.scene.records.record import At, PointRef, Record, as_data
-
-if TYPE_CHECKING:
-    pass
 
 Stiffness = float | Callable[[float], float]
 

@@ -78,11 +78,6 @@ class Clamp(Joint):
             builder.equation(f"clamp at {self.node!r}, direction {k + 1}", 0.0, *terms)
 
     @property
-    def nodes(self) -> tuple[Point, ...]:
-        """The node."""
-        return (self.node,)
-
-    @property
     def mark(self) -> Mark:
         """Symbol in pictures."""
         return Mark("clamp", self.node.beam.interior_direction(self.node))

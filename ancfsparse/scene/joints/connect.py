@@ -40,6 +40,7 @@ class Connect(Joint):
     b: Point
     apart: bool = False
     name = "connection"
+    joins = True
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Identify the positions, or add equations for points that are not nodes."""
@@ -66,13 +67,3 @@ class Connect(Joint):
     def coordinate_names(self) -> tuple[str, ...]:
         """Its angle in the plane."""
         return planar_coordinates(self)
-
-    @property
-    def nodes(self) -> tuple[Point, ...]:
-        """Both points."""
-        return self.a, self.b
-
-    @property
-    def joins(self) -> bool:
-        """True: it makes its points coincide."""
-        return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -58,23 +59,11 @@ class DistanceSpec(Record):
         return f"distance ({at(self.a)}; {at(self.b)}){length}"
 
 
-@dataclass(frozen=True)
-class HalfSquaredLength:
-    """``l^2 / (2 l_0)`` and its rates from those of a length l.
-
-    Parameters
-    ----------
-    initial : float
-        Initial length l_0 [m].
-    """
-
-    initial: float
-
-    def __call__(self, motion: Vector) -> Vector:
-        """Return value and rates (k, 3) [m, m/s, m/s2] from l, l' and l''."""
-        length, rate, second_rate = motion.T
-        columns = [0.5 * length**2, length * rate, rate**2 + length * second_rate]
-        return np.stack(columns, axis=1) / self.initial
+def half_squared_length(initial: float, motion: Vector) -> Vector:
+    """Return ``l^2 / (2 l_0)`` and its rates (k, 3) [m, m/s, m/s2] from l, l' and l''."""
+    length, rate, second_rate = motion.T
+    columns = [0.5 * length**2, length * rate, rate**2 + length * second_rate]
+    return np.stack(columns, axis=1) / initial
 
 
 class DistanceConstraint(Joint):
@@ -92,11 +81,7 @@ class DistanceConstraint(Joint):
 
     length: float
     motion: PrescribedMotion | None
-
-    @property
-    def has_multipliers(self) -> bool:
-        """True: it is made by an equation."""
-        return True
+    has_multipliers = True
 
     def _add_equation(
         self, builder: ConstraintBuilder, label: str, terms: list[Term], about: list[float]
@@ -104,7 +89,8 @@ class DistanceConstraint(Joint):
         """Add the equation of the squared distance."""
         rheonomic, offset = None, -0.5 * self.length
         if self.motion is not None:
-            rheonomic, offset = RheonomicTerm(self.motion, 0, HalfSquaredLength(self.length)), 0.0
+            scale = partial(half_squared_length, self.length)
+            rheonomic, offset = RheonomicTerm(self.motion, 0, scale), 0.0
         builder.equation(label, offset, *terms, about=about, rheonomic=rheonomic)
 
 
@@ -135,11 +121,6 @@ class RigidRod(DistanceConstraint):
             *builder.point(self.node), positions, self.anchor, 0.5 / self.length
         )
         self._add_equation(builder, f"rod at {self.node!r}", terms, about)
-
-    @property
-    def nodes(self) -> tuple[Point, ...]:
-        """The node."""
-        return (self.node,)
 
     @property
     def mark(self) -> Mark:
@@ -187,11 +168,6 @@ class Distance(DistanceConstraint):
                     # The weights of positions add up to zero, so any origin may be subtracted.
                     about.append(float(origin) if {k, j} <= positions else 0.0)
         self._add_equation(builder, f"distance of {self.a!r} and {self.b!r}", terms, about)
-
-    @property
-    def nodes(self) -> tuple[Point, ...]:
-        """Both points."""
-        return self.a, self.b
 
     @property
     def links(self) -> tuple[tuple[Point, Point], ...]:

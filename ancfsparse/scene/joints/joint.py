@@ -44,9 +44,9 @@ class Joint(ABC):
         """Fix or identify coordinates, or add constraint equations."""
 
     @property
-    @abstractmethod
     def nodes(self) -> tuple[Point, ...]:
-        """Points that it constrains."""
+        """Points that it constrains: by default its attributes that are points."""
+        return tuple(value for value in vars(self).values() if isinstance(value, Point))
 
     @property
     def joins(self) -> bool:

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from ancfsparse.checks import (
-    check_choice,
-)
+from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.scene.joints.joint import Joint
 
 # Units of joint coordinates, and of the forces along them.
 COORDINATE_UNITS = {"angle": "rad", "displacement": "m"}
-
-
 FORCE_UNITS = {"angle": "N m", "displacement": "N"}
 
 

@@ -38,6 +38,7 @@ class Pin(Joint):
     node: Point
     as_constraint: bool = False
     name = "pin"
+    mark = Mark("pin")
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Fix the position, or add an equation for each component."""
@@ -54,16 +55,6 @@ class Pin(Joint):
     def coordinate_names(self) -> tuple[str, ...]:
         """Its angle in the plane."""
         return planar_coordinates(self)
-
-    @property
-    def nodes(self) -> tuple[Point, ...]:
-        """The node."""
-        return (self.node,)
-
-    @property
-    def mark(self) -> Mark:
-        """Symbol in pictures."""
-        return Mark("pin")
 
     @property
     def has_multipliers(self) -> bool:

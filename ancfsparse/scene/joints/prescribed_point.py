@@ -52,6 +52,7 @@ class PrescribedPoint(Joint):
     motion: PrescribedMotion
     as_constraint: bool = False
     name = "drive"
+    mark = Mark("pin")
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Prescribe the position, or add an equation for each component."""
@@ -63,16 +64,6 @@ class PrescribedPoint(Joint):
             label = f"drive at {self.node!r}, component {d + 1}"
             terms = ((w, k, LINEAR) for w, k in zip(weights, row, strict=True))
             builder.equation(label, 0.0, *terms, rheonomic=RheonomicTerm(self.motion, d))
-
-    @property
-    def nodes(self) -> tuple[Point, ...]:
-        """The node."""
-        return (self.node,)
-
-    @property
-    def mark(self) -> Mark:
-        """Symbol in pictures."""
-        return Mark("pin")
 
     @property
     def has_multipliers(self) -> bool:

@@ -5,26 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from ancfsparse.checks import check_finite, check_vector
 
 Vector = NDArray[np.float64]
-
-
-@dataclass(frozen=True, eq=False)
-class UniformVelocity:
-    """A uniform velocity field.
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (dim,)
-        The velocity [m/s].
-    """
-
-    velocity: Vector
-
-    def __call__(self, positions: Vector) -> Vector:
-        """Return the velocity at positions (k, dim), (k, dim)."""
-        return np.broadcast_to(self.velocity, np.shape(positions)).copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +37,14 @@ class RigidMotion:
     def rates(self, vectors: Vector) -> Vector:
         """Return the rates of vectors (..., dim) that rotate with it."""
         return np.asarray(vectors @ self.spin.T)
+
+
+def spin_matrix(what: str, angular_velocity: ArrayLike, dim: int) -> Vector:
+    """Return the skew matrix of a checked angular velocity, (dim, dim) [rad/s]."""
+    if dim == 2:
+        return check_finite(what, angular_velocity, "rad/s") * np.array([[0.0, -1.0], [1.0, 0.0]])
+    x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def second_moments(inertia: Vector) -> Vector:

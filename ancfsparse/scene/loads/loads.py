@@ -215,11 +215,7 @@ class ChangingGravity(TimeDependentValue):
     dim: int
     value: Value
     unit = "m/s2"
-
-    @property
-    def what(self) -> str:
-        """Name in messages."""
-        return "the changing gravity"
+    what = "the changing gravity"
 
     @property
     def shape(self) -> tuple[int, ...]:

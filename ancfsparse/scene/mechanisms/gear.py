@@ -28,6 +28,7 @@ class Gear(Joint):
     of: tuple[str, str]
     ratio: float
     name = "gear"
+    has_multipliers = True
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Add the equation ``factor (h_one - ratio h_other - c) = 0``, in metres."""
@@ -62,8 +63,3 @@ class Gear(Joint):
     def label(self) -> str:
         """Name in messages."""
         return f"gear of the {self.one.label} and the {self.other.label}"
-
-    @property
-    def has_multipliers(self) -> bool:
-        """True: it adds an equation."""
-        return True

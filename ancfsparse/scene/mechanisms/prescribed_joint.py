@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,23 +15,6 @@ from ancfsparse.scene.kinematics.linear_forms import Vector
 from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion, PrescribedValue
 from ancfsparse.scene.records.signal import is_vectorized
-
-
-@dataclass(frozen=True)
-class ScaledMotion:
-    """A motion times a factor.
-
-    Parameters
-    ----------
-    factor : float
-        The factor [m] of an angle, [1] of a displacement.
-    """
-
-    factor: float
-
-    def __call__(self, motion: Vector) -> Vector:
-        """Return values and rates (k, 3) [m, m/s, m/s2]."""
-        return self.factor * motion
 
 
 @dataclass(frozen=True)
@@ -124,7 +108,7 @@ class PrescribedJoint(Joint):
             self.label,
             0.0,
             measures=[(factor, joint_coordinate(builder, self.joint, self.of))],
-            rheonomic=RheonomicTerm(self.motion, 0, ScaledMotion(factor)),
+            rheonomic=RheonomicTerm(self.motion, 0, partial(np.multiply, factor)),
         )
 
     @property

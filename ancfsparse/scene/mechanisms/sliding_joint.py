@@ -36,6 +36,7 @@ class Slide(Joint):
     elements: NDArray[np.intp]
     lateral: Vector
     name = "slide"
+    has_multipliers = True
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Add the equation ``n . (p - r(s*)) = 0`` for each normal."""
@@ -62,19 +63,9 @@ class Slide(Joint):
         return np.asarray(builder.rows(self.along.node(node))[row - first])
 
     @property
-    def nodes(self) -> tuple[Point, ...]:
-        """The point."""
-        return (self.point,)
-
-    @property
     def label(self) -> str:
         """Name in messages."""
         return f"slide of {self.point!r} along {self.along.name}"
-
-    @property
-    def has_multipliers(self) -> bool:
-        """True: it adds equations."""
-        return True
 
 
 def elements_under(point: Point, along: ElasticBody) -> NDArray[np.intp]:

@@ -36,11 +36,7 @@ class TwoBodyJoint(Joint):
     b: Point | None
     axes: tuple[Vector, ...] = ()
     is_point: ClassVar[bool] = True
-
-    @property
-    def nodes(self) -> tuple[Point, ...]:
-        """The points that it joins."""
-        return (self.a,) if self.b is None else (self.a, self.b)
+    has_multipliers = True  # joints without equations are rare
 
     @property
     def joins(self) -> bool:
@@ -51,11 +47,6 @@ class TwoBodyJoint(Joint):
     def mark(self) -> Mark | None:
         """Symbol in pictures: a pin if it fixes a point to the ground."""
         return Mark("pin") if self.b is None and self.is_point else None
-
-    @property
-    def has_multipliers(self) -> bool:
-        """True: joints without equations are rare."""
-        return True
 
     @property
     def label(self) -> str:
@@ -130,11 +121,7 @@ class Revolute(TwoBodyJoint):
     """Two points coincide, and an axis of both."""
 
     name = "revolute"
-
-    @property
-    def coordinate_names(self) -> tuple[str, ...]:
-        """Its angle."""
-        return ("angle",)
+    coordinate_names = ("angle",)
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Share the point and the axis."""
@@ -161,11 +148,7 @@ class Cylindrical(TwoBodyJoint):
 
     name = "cylindrical"
     is_point = False
-
-    @property
-    def coordinate_names(self) -> tuple[str, ...]:
-        """Its angle and its displacement."""
-        return "angle", "displacement"
+    coordinate_names = ("angle", "displacement")
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Share the axis, and keep the point on it."""
@@ -179,11 +162,7 @@ class Prismatic(TwoBodyJoint):
 
     name = "prismatic"
     is_point = False
-
-    @property
-    def coordinate_names(self) -> tuple[str, ...]:
-        """Its displacement."""
-        return ("displacement",)
+    coordinate_names = ("displacement",)
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Share the frame, and keep the point on the axis."""

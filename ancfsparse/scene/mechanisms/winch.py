@@ -38,6 +38,7 @@ class Winch(Joint):
     drum: Joint | None = None
     radius: float = 0.0
     name = "winch"
+    has_multipliers = True
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Add ``sum of d_i + radius angle - l = 0``, whose multiplier is the tension."""
@@ -65,8 +66,3 @@ class Winch(Joint):
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """The lines from point to point."""
         return tuple(pairwise(self.points))
-
-    @property
-    def has_multipliers(self) -> bool:
-        """True: it adds an equation."""
-        return True

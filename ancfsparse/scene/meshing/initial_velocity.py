@@ -9,7 +9,7 @@ from ancfsparse.checks import check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import VelocityField
 from ancfsparse.scene.geometry.positions import place
-from ancfsparse.scene.kinematics.rigid_motion import UniformVelocity
+from ancfsparse.scene.kinematics.rigid_motion import RigidMotion
 
 Vector = NDArray[np.float64]
 
@@ -30,8 +30,9 @@ def velocity_field(
     """
     what = f"velocity of {label}"
     if not callable(velocity):
-        constant = check_vector(what, velocity, positions.shape[1], "m/s")
-        return UniformVelocity(constant)
+        dim = positions.shape[1]
+        constant = check_vector(what, velocity, dim, "m/s")
+        return RigidMotion(np.zeros(dim), constant, np.zeros((dim, dim)))
     values = check_reals(f"the result of {what}", velocity(positions.copy()), "an array of numbers")
     if values.shape != positions.shape:
         raise InputError(

@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import (
-    check_finite,
-    check_flag,
-    check_moderate,
-    check_vector,
-)
+from ancfsparse.checks import check_finite, check_flag, check_moderate, check_vector
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import mechanisms, records
@@ -28,8 +23,6 @@ from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Record, as_data, text
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.beam import Beam
-    from ancfsparse.scene.bodies.mesh import Mesh
     from ancfsparse.scene.mechanisms.gear import Gear
     from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint
     from ancfsparse.scene.mechanisms.sliding_joint import Slide

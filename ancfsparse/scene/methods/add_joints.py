@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,9 +21,6 @@ from ancfsparse.scene.joints.pin import Pin, PinSpec
 from ancfsparse.scene.joints.prescribed_point import DriveSpec, PrescribedPoint
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import as_data
-
-if TYPE_CHECKING:
-    from ancfsparse.scene.joints.distance import Distance, DistanceSpec, RigidRod, RodSpec
 
 
 class Joints(SceneBase):

@@ -22,7 +22,7 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.body import Vector
 from ancfsparse.scene.geometry.positions import check_position
-from ancfsparse.scene.kinematics.rigid_motion import RigidMotion, second_moments
+from ancfsparse.scene.kinematics.rigid_motion import RigidMotion, second_moments, spin_matrix
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import Record, as_data
 
@@ -291,10 +291,7 @@ def _spin(label: str, dim: int, angular_velocity: ArrayLike | None) -> Vector:
     what = f"angular velocity of {label}"
     if angular_velocity is None:
         return np.zeros((dim, dim))
-    if dim == 2:
-        return check_finite(what, angular_velocity, "rad/s") * np.array([[0.0, -1.0], [1.0, 0.0]])
-    x, y, z = check_vector(what, angular_velocity, 3, "rad/s")
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return spin_matrix(what, angular_velocity, dim)
 
 
 def _across(spin: Vector, axis: Vector) -> Vector:

@@ -225,6 +225,7 @@ class Sine(ScaledSignal):
     amplitude: Value
     frequency: float
     phase: float = 0.0
+    smoothness = math.inf
 
     def __post_init__(self) -> None:
         """Check the numbers and store them in double precision."""
@@ -239,11 +240,6 @@ class Sine(ScaledSignal):
     def largest(self) -> Value:
         """The amplitude."""
         return self.amplitude
-
-    @property
-    def smoothness(self) -> float:
-        """Number of continuous derivatives: infinite."""
-        return math.inf
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the sine, or a derivative of it [1/s, 1/s2]."""
