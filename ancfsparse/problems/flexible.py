@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,11 +38,7 @@ class SpinUp(Signal):
 
     speed: float = 6.0
     rise: float = 15.0
-
-    @property
-    def smoothness(self) -> float:
-        """Number of continuous derivatives."""
-        return 3.0
+    smoothness = 3.0
 
     def __call__(self, t: ArrayLike) -> Array:
         """Return the angle at a time, or at all of an array of times [rad]."""
@@ -74,9 +71,7 @@ def spin_up(n_elements: int = 16) -> Mechanism:
     across it [m].
     """
     scene = Scene((0.0, 0.0))
-    n = check_count("n_elements", n_elements, 1)
-    section, material = cable(2.8e7, 1.4e4, 1.2)
-    rod = scene.add_beam("thin", (0, 0), (10, 0), n, section, material, strain="biot", name="rod")
+    rod = add_cable(scene, "rod", (0, 0), (10, 0), n_elements, cable(2.8e7, 1.4e4, 1.2))
     turn = SpinUp()
     scene.drive_joint(scene.pin(rod.start), turn)
 
@@ -90,7 +85,7 @@ def spin_up(n_elements: int = 16) -> Mechanism:
         "u1": lambda run: in_rotating_frame(run)[:, 0],
         "u2": lambda run: in_rotating_frame(run)[:, 1],
     }
-    return Mechanism(scene, {"rod": rod}, watched)
+    return Mechanism(scene, watched)
 
 
 def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
@@ -111,16 +106,13 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     """
     crank, length, speed = 0.15, 0.3, 150.0
     scene = Scene((0.0, 0.0))
-    section, material = Circle(0.006), Material(2e11, 7870.0)
+    section, material = make = Circle(0.006), Material(2e11, 7870.0)
     start, end = np.array([crank, 0.0]), np.array([crank + length, 0.0])
 
     def velocity(x: Array) -> Array:
         return np.stack([0.0 * x[:, 0], speed * crank * (end[0] - x[:, 0]) / length], axis=1)
 
-    n = check_count("n_elements", n_elements, 2)
-    rod = scene.add_beam(
-        "thin", start, end, n, section, material, strain="biot", velocity=velocity, name="rod"
-    )
+    rod = add_cable(scene, "rod", start, end, n_elements, make, fewest=2, velocity=velocity)
     turns = speed / (2.0 * math.pi)
     scene.drive(rod.start, Sine((crank, 0.0), turns, 0.5 * math.pi) + Sine((0.0, crank), turns))
     mass = 0.5 * section.area * material.density * length
@@ -134,7 +126,7 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
         "deflection": lambda run: _deflection(run, rod) / length,
         "crank_angle": lambda run: np.degrees(speed * run.t),
     }
-    return Mechanism(scene, {"rod": rod, "slider": slider}, watched)
+    return Mechanism(scene, watched)
 
 
 def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
@@ -153,9 +145,8 @@ def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
     Quantities: ``hinge`` between the cables and centre of the ``bob`` [m]; ``bob_angle`` [rad].
     """
     scene = Scene((0.0, -GRAVITY))
-    n = check_count("n_elements", n_elements, 1)
-    upper = scene.add_beam("thin", (0, 0), (1, 0), n, *CABLE, strain="biot", name="upper")
-    lower = scene.add_beam("thin", (1, 0), (2, 0), n, *CABLE, strain="biot", name="lower")
+    upper = add_cable(scene, "upper", (0, 0), (1, 0), n_elements)
+    lower = add_cable(scene, "lower", (1, 0), (2, 0), n_elements)
     bob = scene.add_body(mass=0.5, inertia=6.25e-4, centre=(0.05, 0), position=(2, 0), name="bob")
     scene.pin(upper.start)
     scene.connect(upper.end, lower.start)
@@ -165,7 +156,7 @@ def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
         "bob": lambda run: run.body(bob).centre,
         "bob_angle": lambda run: run.body(bob).angles,
     }
-    return Mechanism(scene, {"upper": upper, "lower": lower, "bob": bob}, watched)
+    return Mechanism(scene, watched)
 
 
 @dataclass(frozen=True)
@@ -179,11 +170,7 @@ class CrankEnd(Signal):
     """
 
     turn: SpinUp = SpinUp(-2.0 * math.pi, 0.5)
-
-    @property
-    def smoothness(self) -> float:
-        """Number of continuous derivatives."""
-        return self.turn.smoothness
+    smoothness = SpinUp.smoothness
 
     def __call__(self, t: ArrayLike) -> Array:
         """Return the position at a time, or one in each row for an array of times [m]."""
@@ -217,10 +204,7 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
     scene = Scene((0.0, -GRAVITY))
     a, d = np.array([0.0, 1.0]), np.array([3.0, 0.0])
     b = upper_intersection(a, 2.0, d, 2.5)
-    n = check_count("n_elements", n_elements, 1)
-    coupler = scene.add_beam(
-        "thin", a, b, n, *cable(1e5, 200.0, 1.0), strain="biot", name="coupler"
-    )
+    coupler = add_cable(scene, "coupler", a, b, n_elements, cable(1e5, 200.0, 1.0))
     rocker = bar(scene, "rocker", d, b)
     scene.drive(coupler.start, CrankEnd())
     scene.pin(rocker.origin)
@@ -229,7 +213,7 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
         "middle": lambda run: run.position(coupler.at(0.5 * coupler.length)),
         "B": lambda run: run.position(coupler.end),
     }
-    return Mechanism(scene, {"coupler": coupler, "rocker": rocker}, watched)
+    return Mechanism(scene, watched)
 
 
 def spaghetti(n_elements: int = 32) -> Mechanism:
@@ -248,10 +232,7 @@ def spaghetti(n_elements: int = 32) -> Mechanism:
     Quantities: ``a``, ``middle`` and ``b`` of the cable [m].
     """
     scene = Scene((0.0, 0.0))
-    n = check_count("n_elements", n_elements, 1)
-    rod = scene.add_beam(
-        "thin", (6, 0), (0, 8), n, *cable(1e4, 500.0, 1.0), strain="biot", name="rod"
-    )
+    rod = add_cable(scene, "rod", (6, 0), (0, 8), n_elements, cable(1e4, 500.0, 1.0))
     force, moment = (8.0, 0.0), -80.0
     ends = 2.25, 2.75
     scene.point_force(
@@ -266,7 +247,7 @@ def spaghetti(n_elements: int = 32) -> Mechanism:
         "middle": lambda run: run.position(rod.at(0.5 * rod.length)),
         "b": lambda run: run.position(rod.end),
     }
-    return Mechanism(scene, {"rod": rod}, watched)
+    return Mechanism(scene, watched)
 
 
 def moving_supports(n_elements: int = 16) -> Mechanism:
@@ -284,8 +265,7 @@ def moving_supports(n_elements: int = 16) -> Mechanism:
     Quantities: ``middle`` of the cable [m]; ``pull``, the reaction at its right end [N].
     """
     scene = Scene((0.0, -GRAVITY))
-    n = check_count("n_elements", n_elements, 1)
-    rope = scene.add_beam("thin", (0, 0), (2.2, 0), n, *CABLE, strain="biot", name="rope")
+    rope = add_cable(scene, "rope", (0, 0), (2.2, 0), n_elements)
     scene.pin(rope.start)
     begin = 2.0, 0.0
     scene.drive(rope.end, Ramp((0.15, -0.15), 0.5, smooth=True) + begin)
@@ -293,7 +273,23 @@ def moving_supports(n_elements: int = 16) -> Mechanism:
         "middle": lambda run: run.position(rope.at(0.5 * rope.length)),
         "pull": lambda run: run.reaction(rope.end),
     }
-    return Mechanism(scene, {"rope": rope}, watched, settles=True)
+    return Mechanism(scene, watched, settles=True)
+
+
+def add_cable(
+    scene: Scene,
+    name: str,
+    start: ArrayLike,
+    end: ArrayLike,
+    n_elements: int,
+    make: tuple[AnySection, Material] = CABLE,
+    *,
+    fewest: int = 1,
+    **more: Any,
+) -> Beam:
+    """Add a planar cable of at least `fewest` elements, as Exudyn's; `more` as in `add_beam`."""
+    count = check_count("n_elements", n_elements, fewest)
+    return scene.add_beam("thin", start, end, count, *make, strain="biot", name=name, **more)
 
 
 def cable(

@@ -34,7 +34,7 @@ def four_bar() -> Mechanism:
         "A": lambda run: run.position(coupler.origin),
         "B": lambda run: run.position(coupler.end),
     }
-    return Mechanism(scene, {"crank": crank, "coupler": coupler, "rocker": rocker}, ends)
+    return Mechanism(scene, ends)
 
 
 def slider_crank() -> Mechanism:
@@ -59,7 +59,7 @@ def slider_crank() -> Mechanism:
         "pin": lambda run: run.position(rod.origin),
         "slider": lambda run: run.position(slider.origin)[:, 0],
     }
-    return Mechanism(scene, {"crank": crank, "rod": rod, "slider": slider}, watched)
+    return Mechanism(scene, watched)
 
 
 def n_four_bar(n: int = 2) -> Mechanism:
@@ -106,7 +106,7 @@ def n_four_bar(n: int = 2) -> Mechanism:
         "b0": lambda run: run.position(couplers[0].origin),
         "energy": lambda run: run.energy.total,
     }
-    return Mechanism(scene, {body.name: body for body in uprights + couplers}, watched)
+    return Mechanism(scene, watched)
 
 
 def andrews() -> Mechanism:
@@ -154,7 +154,6 @@ def andrews() -> Mechanism:
         scene.connect(k2.at((-d, 0)), point)
     scene.spring(k3.at((0.02, -0.018)), at_c, stiffness=4530.0, length=0.07785)
     scene.point_moment(k1.origin, 0.033)
-    bodies = [k1, k2, k3, k4, k5, k6, k7]
 
     def angle(one: RigidBody, less: RigidBody | None = None) -> Callable[[Trajectory], Array]:
         if less is None:
@@ -170,7 +169,7 @@ def andrews() -> Mechanism:
         "omega": angle(k6, k7),
         "epsilon": angle(k7),
     }
-    return Mechanism(scene, {body.name: body for body in bodies}, watched)
+    return Mechanism(scene, watched)
 
 
 def _unit(angle: float) -> Array:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ancfsparse.checks import check_count
-from ancfsparse.problems.flexible import cable
+from ancfsparse.problems.flexible import add_cable, cable
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.scene import Circle, Material, Ramp, Scene, Section
 from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod
@@ -43,7 +43,7 @@ def bend(n_elements: int = 64, load: float = 600.0) -> Mechanism:
     scene.clamp(rod.start)
     scene.point_force(rod.end, (0.0, 0.0, load))
     tip = {"tip": lambda run: run.position(rod.end) - rod.positions[-1]}
-    return Mechanism(scene, {"bend": rod}, tip, settles=True)
+    return Mechanism(scene, tip, settles=True)
 
 
 def spring_antenna(n_elements: int = 192) -> Mechanism:
@@ -76,7 +76,7 @@ def spring_antenna(n_elements: int = 192) -> Mechanism:
     scene.prismatic(plate.origin, axis=(0, 0, 1))
     scene.point_force(plate.origin, Ramp((0.0, 0.0, 6.0), 5e-3, smooth=True) + force)
     height = {"height": lambda run: run.position(plate.origin)[:, 2]}
-    return Mechanism(scene, {"wire": wire, "plate": plate}, height, settles=True)
+    return Mechanism(scene, height, settles=True)
 
 
 def robot_arm(n_elements: int = 96) -> Mechanism:
@@ -97,17 +97,14 @@ def robot_arm(n_elements: int = 96) -> Mechanism:
     base [N]; ``shoulder``, the driving moment of the upper arm [N m].
     """
     scene = Scene((0.0, -GRAVITY))
-    n = check_count("n_elements", n_elements, 2)
     angles = np.radians((60.0, -30.0))
     elbow = np.array([math.cos(angles[0]), math.sin(angles[0])])
     hand = elbow + 0.8 * np.array([math.cos(angles[1]), math.sin(angles[1])])
     upper = scene.add_body(Rod(1.0), mass=8.0, position=(0, 0), orientation=angles[0], name="upper")
     fore = scene.add_body(Rod(0.8), mass=5.0, position=elbow, orientation=angles[1], name="fore")
     hinges = scene.pin(upper.origin), scene.connect(upper.end, fore.origin)
-    section, material = cable(2e4, 0.05, 0.3)
-    hose = scene.add_beam(
-        "thin", (-0.3, 0), hand, n, section, material, strain="biot", length=2.6, name="hose"
-    )
+    make = cable(2e4, 0.05, 0.3)
+    hose = add_cable(scene, "hose", (-0.3, 0), hand, n_elements, make, fewest=2, length=2.6)
     scene.pin(hose.start)
     scene.connect(hose.end, fore.end)
     shoulder, _ = (
@@ -120,8 +117,7 @@ def robot_arm(n_elements: int = 96) -> Mechanism:
         "pull": lambda run: run.reaction(hose.start),
         "shoulder": lambda run: run.joint_force(shoulder).moment,
     }
-    bodies = {"upper": upper, "fore": fore, "hose": hose}
-    return Mechanism(scene, bodies, watched, settles=True)
+    return Mechanism(scene, watched, settles=True)
 
 
 def crane() -> Mechanism:
@@ -149,4 +145,4 @@ def crane() -> Mechanism:
         "load": lambda run: run.position(load.centre),
         "tension": lambda run: run.tension(rope),
     }
-    return Mechanism(scene, {"trolley": trolley, "load": load}, watched)
+    return Mechanism(scene, watched)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from ancfsparse.scene.bodies.rigid_shapes import Rod
 Array = NDArray[np.float64]
 GRAVITY = 9.81  # [m/s2]
 OWN_REFERENCE = "two formulations, natural and minimal coordinates, by DOP853 at rtol 1e-12"
+KEY_UNITS = {"omega": "rad/s", "load": "N"}
 DEFAULT_INTEGRATOR = EnergyMomentum()
 
 
@@ -30,8 +32,6 @@ class Mechanism:
     ----------
     scene : Scene
         The scene.
-    bodies : dict from str to Body
-        Its bodies by name.
     watched : dict from str to callable
         Quantities of a run by name, each (k,) or (k, n).
     settles : bool
@@ -39,9 +39,13 @@ class Mechanism:
     """
 
     scene: Scene
-    bodies: Mapping[str, Body]
     watched: Mapping[str, Callable[[Trajectory], Array]]
     settles: bool = False
+
+    @property
+    def bodies(self) -> dict[str, Body]:
+        """Bodies of the scene by name."""
+        return {body.name: body for body in self.scene.bodies}
 
     def quantities(self, run: Trajectory) -> dict[str, Array]:
         """Return all quantities of a run by name, at its saved times."""
@@ -56,8 +60,6 @@ class Case:
     ----------
     make : callable
         Function that returns the mechanism.
-    keys : dict from str to (default, unit)
-        Its parameters.
     dt : float
         Time step [s]; the value is extrapolated from this step and half of it.
     quantity, time, value, tolerance : str, float, tuple of float, float
@@ -75,8 +77,13 @@ class Case:
     value: tuple[float, ...]
     tolerance: float
     source: str = OWN_REFERENCE
-    keys: Mapping[str, tuple[Any, str]] | None = None
     integrator: Implicit = DEFAULT_INTEGRATOR
+
+    @property
+    def keys(self) -> dict[str, tuple[Any, str]]:
+        """Default and unit of each parameter of `make`."""
+        parameters = signature(self.make).parameters.values()
+        return {each.name: (each.default, KEY_UNITS.get(each.name, "")) for each in parameters}
 
 
 def bar(scene: Scene, name: str, start: Array, end: Array) -> RigidBody:

@@ -22,7 +22,7 @@ def planar_rod() -> Mechanism:
     scene = Scene((0.0, -GRAVITY))
     rod = scene.add_body(Rod(1.0), mass=1.0, position=(0, 0), name="rod")
     scene.pin(rod.origin)
-    return Mechanism(scene, {"rod": rod}, {"end": lambda run: run.position(rod.end)})
+    return Mechanism(scene, {"end": lambda run: run.position(rod.end)})
 
 
 def spatial_pendulum() -> Mechanism:
@@ -79,7 +79,7 @@ def dzhanibekov() -> Mechanism:
         inertia=(2, 3, 4), mass=6.0, position=(0, 0, 0), angular_velocity=(1e-3, 5, 0), name="top"
     )
     rotation = {"rotation": lambda run: run.body(top).rotation.reshape(len(run.t), 9)}
-    return Mechanism(scene, {"top": top}, {"omega": _omega(top), **rotation})
+    return Mechanism(scene, {"omega": _omega(top), **rotation})
 
 
 def bricard() -> Mechanism:
@@ -110,12 +110,12 @@ def bricard() -> Mechanism:
         "p3": lambda run: run.position(bars[3].origin),
         "energy": lambda run: run.energy.total,
     }
-    return Mechanism(scene, {bar.name: bar for bar in bars}, watched)
+    return Mechanism(scene, watched)
 
 
 def _spinning(scene: Scene, body: RigidBody) -> Mechanism:
     watched = {"centre": lambda run: run.body(body).centre, "omega": _omega(body)}
-    return Mechanism(scene, {body.name: body}, watched)
+    return Mechanism(scene, watched)
 
 
 def _omega(body: RigidBody) -> Callable[[Trajectory], Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,8 @@ from ancfsparse.checks import check_choice, check_count, check_finite
 from ancfsparse.problems.benchmarks import Problem
 from ancfsparse.scene import Beam, Material, Mesh, Rectangle, Scene
 from ancfsparse.scene.bodies.body import VelocityField
+
+Array = NDArray[np.float64]
 
 ELEMENT_LENGTH = 0.2  # [m]
 
@@ -217,7 +220,7 @@ def _hang(
     spacing: float,
     motion: str,
     material: Material,
-    shift: NDArray[np.float64] | float = 0.0,
+    shift: Array | float = 0.0,
 ) -> Lattice:
     """Return a cube of thin cables pinned at the four corners of its top."""
     scene = Scene((0.0, 0.0, -9.81))
@@ -248,38 +251,48 @@ def _waves(motion: str) -> list[tuple[float, int]]:
 def _circular_waves(waves: list[tuple[float, int]]) -> VelocityField | None:
     """Return velocities of a chain along x on circles whose phase varies along it."""
 
-    def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        v = np.zeros_like(x)
-        for speed, elements in waves:
-            phase = 2.0 * math.pi / (ELEMENT_LENGTH * elements) * x[:, 0]
-            v[:, 0] += speed * (np.cos(phase) - 1.0)
-            v[:, 1] += speed * np.sin(phase)
-        return v
+    def circles(x: Array, speed: float, elements: int) -> Array:
+        phase = 2.0 * math.pi / (ELEMENT_LENGTH * elements) * x[:, 0]
+        return speed * np.stack([np.cos(phase) - 1.0, np.sin(phase)], axis=1)
 
-    return field if waves else None
+    return _sum_of(waves, circles)
 
 
 def _membrane_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
     """Return velocities of a net in standing waves normal to it, with its edges at rest."""
 
-    def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        v = np.zeros_like(x)
-        for speed, elements in waves:
-            number = max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
-            v[:, 1] += speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
-        return v
+    def normal(x: Array, speed: float, elements: int) -> Array:
+        number = _wave_number(side, elements)
+        size = speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
+        return size[:, None] * [0.0, 1.0, 0.0]
 
-    return field if waves else None
+    return _sum_of(waves, normal)
 
 
 def _lattice_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
     """Return velocities of a lattice in standing waves, with its surface at rest."""
 
-    def field(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def inside(x: Array, speed: float, elements: int) -> Array:
+        number = _wave_number(side, elements)
+        return 0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True)
+
+    return _sum_of(waves, inside)
+
+
+def _wave_number(side: float, elements: int) -> float:
+    """Return the wave number nearest to that of a number of elements, with nodes at both ends."""
+    return max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
+
+
+def _sum_of(
+    waves: list[tuple[float, int]], velocities: Callable[[Array, float, int], Array]
+) -> VelocityField | None:
+    """Return the sum of the velocities of all waves as a function of positions (k, dim)."""
+
+    def field(x: Array) -> Array:
         v = np.zeros_like(x)
-        for speed, elements in waves:
-            number = max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
-            v += 0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True)
+        for wave in waves:
+            v += velocities(x, *wave)
         return v
 
     return field if waves else None

@@ -1,5 +1,7 @@
 """All named mechanisms with their reference values."""
 
+from functools import partial
+
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
@@ -26,207 +28,61 @@ EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged i
 REISSNER_ROD = "rod of Reissner as a boundary value problem, by SciPy"
 DAMPED = GeneralizedAlpha(0.9)  # for stiff elements
 
-MECHANISMS = {
-    "planar_rod": Case(
-        planar_rod, 1e-3, "end", 2.0, (0.9994654895, -0.0326915167), 1e-8, OWN_REFERENCE
-    ),
-    "spatial_pendulum": Case(
+elastic = partial(Case, source=EXUDYN, integrator=DAMPED)
+CASES = (
+    Case(planar_rod, 1e-3, "end", 2.0, (0.9994654895, -0.0326915167), 1e-8),
+    Case(
         spatial_pendulum, 1e-3, "centre", 2.0, (-0.4672929732, -0.1624837349, -0.1331777500), 1e-8
     ),
-    "heavy_top": Case(
-        heavy_top,
-        1e-4,
-        "centre",
-        0.2,
-        (0.605550561, 0.598957682, -0.523983027),
-        1e-7,
+    Case(
+        heavy_top, 1e-4, "centre", 0.2, (0.605550561, 0.598957682, -0.523983027), 1e-7,
         f"data of Exudyn's test heavyTop after Terze (2016); {OWN_REFERENCE}",
-        {"omega": ((0.0, 150.0, -4.61538), "rad/s")},
     ),
-    "dzhanibekov": Case(
-        dzhanibekov, 5e-3, "omega", 10.0, (0.003232663, -4.999998740, -0.002173719), 2e-7
-    ),
-    "four_bar": Case(four_bar, 1e-3, "A", 1.0, (0.4428171674, -0.8966119318), 1e-7),
-    "slider_crank": Case(slider_crank, 1e-3, "slider", 1.0, (1.5171638197,), 1e-8),
-    "n_four_bar": Case(
-        n_four_bar,
-        1e-3,
-        "b0",
-        10.0,
-        (0.328458112, 0.944518538),
-        1e-4,
+    Case(dzhanibekov, 5e-3, "omega", 10.0, (0.003232663, -4.999998740, -0.002173719), 2e-7),
+    Case(four_bar, 1e-3, "A", 1.0, (0.4428171674, -0.8966119318), 1e-7),
+    Case(slider_crank, 1e-3, "slider", 1.0, (1.5171638197,), 1e-8),
+    Case(
+        n_four_bar, 1e-3, "b0", 10.0, (0.328458112, 0.944518538), 1e-4,
         "IFToMM benchmark A02; exact reduction to one coordinate by DOP853 at rtol 1e-12",
-        {"n": (2, "")},
     ),
-    "andrews": Case(
-        andrews,
-        1.5e-5,
-        "beta",
-        0.03,
-        (15.81077119629904,),
-        1e-7,
+    Case(
+        andrews, 1.5e-5, "beta", 0.03, (15.81077119629904,), 1e-7,
         "IVP test set; own integration within 1.5e-9",
     ),
-    "bricard": Case(
-        bricard,
-        2e-3,
-        "p3",
-        1.0,
-        (0.510501461, -1.649167599, 0.140123115),
-        1e-7,
+    Case(
+        bricard, 2e-3, "p3", 1.0, (0.510501461, -1.649167599, 0.140123115), 1e-7,
         f"IFToMM benchmark A04; {OWN_REFERENCE}",
     ),
-    "spin_up": Case(
-        spin_up,
-        5e-3,
-        "u2",
-        7.5,
-        (-0.55903,),
-        5e-4,
-        f"Kane and Simo's hub; {EXUDYN}",
-        {"n_elements": (16, "")},
-        DAMPED,
+    elastic(
+        spin_up, 5e-3, "u2", 7.5, (-0.55903,), 5e-4, source=f"Kane and Simo's hub; {EXUDYN}"
     ),
-    "elastic_slider_crank": Case(
-        elastic_slider_crank,
-        4e-6,
-        "deflection",
-        0.010472,
-        (0.005624,),
-        4e-6,
-        EXUDYN,
-        {"n_elements": (16, "")},
-        DAMPED,
+    elastic(elastic_slider_crank, 4e-6, "deflection", 0.010472, (0.005624,), 4e-6),
+    elastic(double_pendulum_bob, 1e-3, "bob", 1.0, (-1.247312, -1.562211), 2e-5),
+    elastic(elastic_four_bar, 1e-3, "middle", 1.0, (-0.134816, 0.499006), 5e-5),
+    elastic(spaghetti, 2e-3, "middle", 5.0, (9.46372, 4.04320), 1e-4),
+    elastic(moving_supports, 1e-3, "middle", 0.5, (1.070639, -0.254363), 2e-5),
+    elastic(sliding_bead, 1e-3, "bead", 0.5, (0.5995, -0.09880), 3e-4),
+    elastic(
+        bend, 1e-2, "tip", 0.0, (-23.5605819, -13.6046324, 53.4754780), 5e-3,
+        source=f"{REISSNER_ROD}; Bathe and Bolourchi (1979) have 23.5, 13.4, 53.4",
     ),
-    "double_pendulum_bob": Case(
-        double_pendulum_bob,
-        1e-3,
-        "bob",
-        1.0,
-        (-1.247312, -1.562211),
-        2e-5,
-        EXUDYN,
-        {"n_elements": (16, "")},
-        DAMPED,
-    ),
-    "elastic_four_bar": Case(
-        elastic_four_bar,
-        1e-3,
-        "middle",
-        1.0,
-        (-0.134816, 0.499006),
-        5e-5,
-        EXUDYN,
-        {"n_elements": (16, "")},
-        DAMPED,
-    ),
-    "spaghetti": Case(
-        spaghetti,
-        2e-3,
-        "middle",
-        5.0,
-        (9.46372, 4.04320),
-        1e-4,
-        EXUDYN,
-        {"n_elements": (32, "")},
-        DAMPED,
-    ),
-    "moving_supports": Case(
-        moving_supports,
-        1e-3,
-        "middle",
-        0.5,
-        (1.070639, -0.254363),
-        2e-5,
-        EXUDYN,
-        {"n_elements": (16, "")},
-        DAMPED,
-    ),
-    "sliding_bead": Case(
-        sliding_bead,
-        1e-3,
-        "bead",
-        0.5,
-        (0.5995, -0.09880),
-        3e-4,
-        EXUDYN,
-        {"n_elements": (32, "")},
-        DAMPED,
-    ),
-    "bend": Case(
-        bend,
-        1e-2,
-        "tip",
-        0.0,
-        (-23.5605819, -13.6046324, 53.4754780),
-        5e-3,
-        f"{REISSNER_ROD}; Bathe and Bolourchi (1979) have 23.5, 13.4, 53.4",
-        {"n_elements": (64, ""), "load": (600.0, "N")},
-        DAMPED,
-    ),
-    "spring_antenna": Case(
-        spring_antenna,
-        1e-3,
-        "height",
-        0.0,
-        (0.1007484,),
-        2e-4,
-        REISSNER_ROD,
-        {"n_elements": (192, "")},
-        DAMPED,
-    ),
-    "robot_arm": Case(
-        robot_arm,
-        1e-3,
-        "pull",
-        0.0,
-        (-1.03702898, 3.11648679),
-        1e-6,
-        REISSNER_ROD,
-        {"n_elements": (96, "")},
-        DAMPED,
-    ),
-    "crane": Case(
-        crane,
-        2e-3,
-        "load",
-        8.0,
-        (7.04540005, 6.56250984),
-        2e-6,
+    elastic(spring_antenna, 1e-3, "height", 0.0, (0.1007484,), 2e-4, source=REISSNER_ROD),
+    elastic(robot_arm, 1e-3, "pull", 0.0, (-1.03702898, 3.11648679), 1e-6, source=REISSNER_ROD),
+    Case(
+        crane, 2e-3, "load", 8.0, (7.04540005, 6.56250984), 2e-6,
         "pendulum of changing length, by DOP853 at rtol 1e-12",
     ),
-    "catenary": Case(
-        catenary,
-        1e-3,
-        "pull",
-        0.0,
-        (-37.11463411, 32.21687518),
-        2e-3,
-        "elastic catenary (Irvine, Cable Structures, 1981)",
-        {"n_elements": (128, "")},
-        DAMPED,
+    elastic(
+        catenary, 1e-3, "pull", 0.0, (-37.11463411, 32.21687518), 2e-3,
+        source="elastic catenary (Irvine, Cable Structures, 1981)",
     ),
-    "hanging_net": Case(
-        hanging_net,
-        1e-3,
-        "middle",
-        0.0,
-        (2.0, 2.0, -1.76733224),
-        1e-7,
-        "energy of a truss of bars, minimised by Newton's method",
-        {"n": (12, "")},
-        DAMPED,
+    elastic(
+        hanging_net, 1e-3, "middle", 0.0, (2.0, 2.0, -1.76733224), 1e-7,
+        source="energy of a truss of bars, minimised by Newton's method",
     ),
-    "cable_car": Case(
-        cable_car,
-        2e-3,
-        "carriage",
-        0.0,
-        (2.9136011, -2.0541525),
-        2e-3,
-        REISSNER_ROD,
-        {"n_elements": (160, "")},
-        DAMPED,
+    elastic(
+        cable_car, 2e-3, "carriage", 0.0, (2.9136011, -2.0541525), 2e-3, source=REISSNER_ROD
     ),
-}
+)  # fmt: skip
+MECHANISMS = {case.make.__name__: case for case in CASES}
 """Mechanisms by name."""

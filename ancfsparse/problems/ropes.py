@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.checks import check_count
-from ancfsparse.problems.flexible import cable
+from ancfsparse.problems.flexible import add_cable, cable
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.scene import Circle, Material, Ramp, Scene
 
@@ -34,7 +34,7 @@ def catenary(n_elements: int = 128) -> Mechanism:
         "middle": lambda run: run.position(rope.at(12.0)),
         "pull": lambda run: run.reaction(rope.start),
     }
-    return Mechanism(scene, {"rope": rope}, watched, settles=True)
+    return Mechanism(scene, watched, settles=True)
 
 
 def hanging_net(n: int = 12) -> Mechanism:
@@ -72,7 +72,7 @@ def hanging_net(n: int = 12) -> Mechanism:
         "rim": lambda run: run.position(rim),
         "pull": lambda run: run.reaction(corners[0]),
     }
-    return Mechanism(scene, {"net": net}, watched, settles=True)
+    return Mechanism(scene, watched, settles=True)
 
 
 def cable_car(n_elements: int = 160) -> Mechanism:
@@ -93,14 +93,11 @@ def cable_car(n_elements: int = 160) -> Mechanism:
     lower end of the rope [N].
     """
     scene = Scene((0.0, -GRAVITY))
-    n = check_count("n_elements", n_elements, 5)
-    section, material = cable(1e6, 1000.0, 1.5)
-    rope = scene.add_beam(
-        "thin", (0, 0), (20, 1), n, section, material, strain="biot", length=21.0, name="rope"
-    )
+    make = cable(1e6, 1000.0, 1.5)
+    rope = add_cable(scene, "rope", (0, 0), (20, 1), n_elements, make, fewest=5, length=21.0)
     scene.pin(rope.start)
     scene.pin(rope.end)
-    position = rope.positions[n // 5]
+    position = rope.positions[n_elements // 5]
     carriage = scene.add_body(
         mass=100.0, inertia=20.0, centre=(0, -1), position=position, name="carriage"
     )
@@ -111,4 +108,4 @@ def cable_car(n_elements: int = 160) -> Mechanism:
         "carriage": lambda run: run.position(carriage.origin),
         "pull": lambda run: run.reaction(rope.start),
     }
-    return Mechanism(scene, {"rope": rope, "carriage": carriage}, watched, settles=True)
+    return Mechanism(scene, watched, settles=True)

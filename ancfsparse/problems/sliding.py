@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from ancfsparse.checks import check_count
-from ancfsparse.problems.flexible import CABLE
+from ancfsparse.problems.flexible import add_cable
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.scene import Scene
 
@@ -24,8 +23,7 @@ def sliding_bead(n_elements: int = 32) -> Mechanism:
     Quantities: positions of the ``bead`` and of the ``middle`` of the cable [m].
     """
     scene = Scene((0.0, -GRAVITY))
-    n = check_count("n_elements", n_elements, 1)
-    rope = scene.add_beam("thin", (0, 0), (2, 0), n, *CABLE, strain="biot", name="rope")
+    rope = add_cable(scene, "rope", (0, 0), (2, 0), n_elements)
     scene.pin(rope.start)
     scene.pin(rope.end)
     bead = scene.add_body(mass=0.1, inertia=1e-4, position=(0.5, 0), name="bead")
@@ -34,4 +32,4 @@ def sliding_bead(n_elements: int = 32) -> Mechanism:
         "bead": lambda run: run.position(bead.origin),
         "middle": lambda run: run.position(rope.at(0.5 * rope.length)),
     }
-    return Mechanism(scene, {"rope": rope, "bead": bead}, watched)
+    return Mechanism(scene, watched)
