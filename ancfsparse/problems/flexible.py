@@ -112,7 +112,7 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     def velocity(x: Array) -> Array:
         return np.stack([0.0 * x[:, 0], speed * crank * (end[0] - x[:, 0]) / length], axis=1)
 
-    rod = add_cable(scene, "rod", start, end, n_elements, make, fewest=2, velocity=velocity)
+    rod = add_cable(scene, "rod", start, end, n_elements, make, min_elements=2, velocity=velocity)
     turns = speed / (2.0 * math.pi)
     scene.drive(rod.start, Sine((crank, 0.0), turns, 0.5 * math.pi) + Sine((0.0, crank), turns))
     mass = 0.5 * section.area * material.density * length
@@ -284,11 +284,11 @@ def add_cable(
     n_elements: int,
     make: tuple[AnySection, Material] = CABLE,
     *,
-    fewest: int = 1,
+    min_elements: int = 1,
     **more: Any,
 ) -> Beam:
-    """Add a planar cable of at least `fewest` elements, as Exudyn's; `more` as in `add_beam`."""
-    count = check_count("n_elements", n_elements, fewest)
+    """Add a planar cable like that of Exudyn; `more` are arguments of `add_beam`."""
+    count = check_count("n_elements", n_elements, min_elements)
     return scene.add_beam("thin", start, end, count, *make, strain="biot", name=name, **more)
 
 

@@ -104,7 +104,7 @@ def robot_arm(n_elements: int = 96) -> Mechanism:
     fore = scene.add_body(Rod(0.8), mass=5.0, position=elbow, orientation=angles[1], name="fore")
     hinges = scene.pin(upper.origin), scene.connect(upper.end, fore.origin)
     make = cable(2e4, 0.05, 0.3)
-    hose = add_cable(scene, "hose", (-0.3, 0), hand, n_elements, make, fewest=2, length=2.6)
+    hose = add_cable(scene, "hose", (-0.3, 0), hand, n_elements, make, min_elements=2, length=2.6)
     scene.pin(hose.start)
     scene.connect(hose.end, fore.end)
     shoulder, _ = (

@@ -251,32 +251,32 @@ def _waves(motion: str) -> list[tuple[float, int]]:
 def _circular_waves(waves: list[tuple[float, int]]) -> VelocityField | None:
     """Return velocities of a chain along x on circles whose phase varies along it."""
 
-    def circles(x: Array, speed: float, elements: int) -> Array:
+    def chain_wave(x: Array, speed: float, elements: int) -> Array:
         phase = 2.0 * math.pi / (ELEMENT_LENGTH * elements) * x[:, 0]
         return speed * np.stack([np.cos(phase) - 1.0, np.sin(phase)], axis=1)
 
-    return _sum_of(waves, circles)
+    return _sum_waves(waves, chain_wave)
 
 
 def _membrane_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
     """Return velocities of a net in standing waves normal to it, with its edges at rest."""
 
-    def normal(x: Array, speed: float, elements: int) -> Array:
+    def net_wave(x: Array, speed: float, elements: int) -> Array:
         number = _wave_number(side, elements)
         size = speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
         return size[:, None] * [0.0, 1.0, 0.0]
 
-    return _sum_of(waves, normal)
+    return _sum_waves(waves, net_wave)
 
 
 def _lattice_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
     """Return velocities of a lattice in standing waves, with its surface at rest."""
 
-    def inside(x: Array, speed: float, elements: int) -> Array:
+    def lattice_wave(x: Array, speed: float, elements: int) -> Array:
         number = _wave_number(side, elements)
         return 0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True)
 
-    return _sum_of(waves, inside)
+    return _sum_waves(waves, lattice_wave)
 
 
 def _wave_number(side: float, elements: int) -> float:
@@ -284,7 +284,7 @@ def _wave_number(side: float, elements: int) -> float:
     return max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
 
 
-def _sum_of(
+def _sum_waves(
     waves: list[tuple[float, int]], velocities: Callable[[Array, float, int], Array]
 ) -> VelocityField | None:
     """Return the sum of the velocities of all waves as a function of positions (k, dim)."""

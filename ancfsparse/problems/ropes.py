@@ -94,7 +94,7 @@ def cable_car(n_elements: int = 160) -> Mechanism:
     """
     scene = Scene((0.0, -GRAVITY))
     make = cable(1e6, 1000.0, 1.5)
-    rope = add_cable(scene, "rope", (0, 0), (20, 1), n_elements, make, fewest=5, length=21.0)
+    rope = add_cable(scene, "rope", (0, 0), (20, 1), n_elements, make, min_elements=5, length=21.0)
     scene.pin(rope.start)
     scene.pin(rope.end)
     position = rope.positions[n_elements // 5]

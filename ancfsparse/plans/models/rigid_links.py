@@ -19,7 +19,7 @@ from ancfsparse.scene.joints.prescribed_point import PrescribedPoint
 from ancfsparse.scene.loads.loads import PointMoment
 from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
-from ancfsparse.scene.records.record import BodyRef, PointRef
+from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 
 Vector = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ HINGES: tuple[type[Joint], ...] = (Pin, Connect, PrescribedPoint, Distance, Rigi
 ROUNDING = 1e-9  # rate of bending or stretching over the largest velocity
 
 
-def rigid_rod(beam: Beam) -> BodySpec:
+def rigid_rod(beam: Beam) -> Record:
     """Return the record of a rigid rod in place of a beam.
 
     Raises
@@ -51,7 +51,7 @@ def rigid_rod(beam: Beam) -> BodySpec:
             raise InputError(f"the initial velocities of {beam.name} bend or stretch it")
         velocity = tuple(speeds[0].tolist())
         angular = _angular_velocity(along, relative / beam.length)
-    return BodySpec(
+    record: Record = BodySpec(
         shape=Rod(beam.length),
         position=tuple(ends[0].tolist()),
         mass=mass,
@@ -60,6 +60,7 @@ def rigid_rod(beam: Beam) -> BodySpec:
         angular_velocity=angular,
         name=beam.name,
     )
+    return record
 
 
 def _angular_velocity(along: Vector, relative: Vector) -> float | tuple[float, ...]:

@@ -5,11 +5,9 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.frame import Frame
-    from ancfsparse.scene.bodies.rigid_body import RigidBody
-    from ancfsparse.scene.bodies.rigid_shapes import RigidShape
-
-__all__ = ["Frame", "RigidBody", "RigidShape"]
+    from ancfsparse.scene.bodies.frame import Frame as Frame
+    from ancfsparse.scene.bodies.rigid_body import RigidBody as RigidBody
+    from ancfsparse.scene.bodies.rigid_shapes import RigidShape as RigidShape
 
 __getattr__ = on_demand(
     __name__,

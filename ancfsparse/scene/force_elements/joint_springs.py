@@ -16,35 +16,10 @@ from ancfsparse.scene.joints.joint_coordinate import (
 )
 from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.methods.scene_base import SceneBase
-from ancfsparse.scene.records.record import JointRef, Record
+from ancfsparse.scene.records.record import JointRef, Record, record_type
 
 # Force laws, in the order of ``Law`` in _joint_springs.pyx.
 LAWS = SPRING, STOP, FRICTION, RUBBING = range(4)
-
-
-@dataclass(frozen=True, eq=False)
-class JointSpringSpec(Record):
-    """The record of `Scene.joint_spring`."""
-
-    joint: JointRef
-    stiffness: float = 0.0
-    damping: float = 0.0
-    rest: float = 0.0
-    of: str | None = None
-    method = "joint_spring"
-
-
-@dataclass(frozen=True, eq=False)
-class JointStopSpec(Record):
-    """The record of `Scene.joint_stop`."""
-
-    joint: JointRef
-    low: float
-    high: float
-    stiffness: float
-    damping: float = 0.0
-    of: str | None = None
-    method = "joint_stop"
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +135,9 @@ class JointSprings(SceneBase):
                 "stiffness or a damping"
             )
         element = JointSpring(joint, coordinate, SPRING, at, at, k, c)
-        return self._attach(element, JointSpringSpec(reference, k, c, at, of))
+        return self._attach(
+            element, JointSpringSpec(reference, stiffness=k, damping=c, rest=at, of=of)
+        )
 
     def joint_stop(
         self,
@@ -219,7 +196,8 @@ class JointSprings(SceneBase):
         if k == 0.0:
             raise InputError(f"stiffness {what} must be positive, got 0: it would stop nothing")
         element = JointSpring(joint, coordinate, STOP, low_end, high_end, k, c)
-        return self._attach(element, JointStopSpec(reference, low_end, high_end, k, c, of))
+        record = JointStopSpec(reference, low_end, high_end, stiffness=k, damping=c, of=of)
+        return self._attach(element, record)
 
     def joint_friction(
         self,
@@ -304,3 +282,7 @@ def _positive(what: str, value: object, unit: str) -> float:
     if number == 0.0:
         raise InputError(f"{what} must be positive, got 0")
     return number
+
+
+JointSpringSpec = record_type("JointSpringSpec", JointSprings.joint_spring)
+JointStopSpec = record_type("JointStopSpec", JointSprings.joint_stop)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,70 +14,11 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.records.picklable_functions import picklable
-from ancfsparse.scene.records.record import At, BodyRef, PointRef, Record, text
 from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
 Vector = NDArray[np.float64]
 # The value of a follower force of a cable in space, for messages.
 AXIAL_FORCE = "one number along the axis, the only axis that a cable has in space"
-
-
-@dataclass(frozen=True, eq=False)
-class LoadSpec(Record):
-    """The base of the records of loads."""
-
-    def describe(self, at: At, made: Any) -> str:
-        """Describe its position and its value, for the digest."""
-        where, value, *more = self.given.values()
-        options = "".join(
-            f", {name} {text(option, at)}"
-            for name, option in zip([*self.given][2:], more, strict=True)
-            if option is not None and option is not False
-        )
-        return f"{type(made).__name__} ({at(where)}): {text(value, at)}{options}"
-
-
-@dataclass(frozen=True, eq=False)
-class PointForceSpec(LoadSpec):
-    """The record of `Scene.point_force`."""
-
-    node: PointRef
-    value: Any
-    follow: bool = False
-    method = "point_force"
-    units: ClassVar = {"value": "N"}
-
-
-@dataclass(frozen=True, eq=False)
-class PointMomentSpec(LoadSpec):
-    """The record of `Scene.point_moment`."""
-
-    node: PointRef
-    value: Any
-    follow: bool = False
-    method = "point_moment"
-    units: ClassVar = {"value": "N m"}
-
-
-@dataclass(frozen=True, eq=False)
-class DistributedForceSpec(LoadSpec):
-    """The record of `Scene.distributed_force`."""
-
-    beam: BodyRef
-    value: Any
-    shape: Any = None
-    follow: bool = False
-    method = "distributed_force"
-    units: ClassVar = {"value": "N/m"}
-
-
-@dataclass(frozen=True, eq=False)
-class ChangingGravitySpec(Record):
-    """The record of `Scene.changing_gravity`."""
-
-    value: Any
-    method = "changing_gravity"
-    units: ClassVar = {"value": "m/s2"}
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,15 @@ from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import Joint, check_end
 from ancfsparse.scene.joints.joint_coordinate import COORDINATE_UNITS, select_coordinate
 from ancfsparse.scene.methods.scene_base import SceneBase
-from ancfsparse.scene.records.record import At, BodyRef, JointRef, PointRef, Record, as_data, text
+from ancfsparse.scene.records.record import (
+    At,
+    BodyRef,
+    JointRef,
+    Record,
+    as_data,
+    record_type,
+    text,
+)
 
 if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.gear import Gear
@@ -46,28 +54,6 @@ class DrivenSpec(Record):
         """Describe the data of its equation."""
         kind = "drive as constraint" if self.as_constraint else "drive"
         return f"{kind} of {made.of} ({at(self.joint)}) along {text(self.value, at)}"
-
-
-@dataclass(frozen=True, eq=False)
-class SlideSpec(Record):
-    """The record of `Scene.slide`."""
-
-    point: PointRef
-    along: BodyRef
-    lateral: tuple[float, ...] | None = None
-    method = "slide"
-
-
-@dataclass(frozen=True, eq=False)
-class GearSpec(Record):
-    """The record of `Scene.gear`."""
-
-    one: JointRef
-    other: JointRef
-    ratio: float
-    of_one: str | None = None
-    of_other: str | None = None
-    method = "gear"
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +207,7 @@ class Couplings(SceneBase):
                     f"lateral of a slide must be across {along.name}, got {format_value(lateral)}"
                 )
             across = across / length
-        record = SlideSpec(node.reference, BodyRef(along.name), as_data(lateral))
+        record = SlideSpec(node.reference, BodyRef(along.name), lateral=as_data(lateral))
         return self._add_partial(mechanisms.Slide(node, along, elements, across), record)
 
     def gear(
@@ -268,9 +254,8 @@ class Couplings(SceneBase):
         if by == 0.0:
             raise InputError("ratio of a gear must not be zero: the first joint would be locked")
         check_moderate("ratio of a gear, without its sign,", abs(by), "1, rad/m or m/rad")
-        return self._add_partial(
-            mechanisms.Gear(one, other, of, by), GearSpec(*references, by, of_one, of_other)
-        )
+        record = GearSpec(*references, by, of_one=of_one, of_other=of_other)
+        return self._add_partial(mechanisms.Gear(one, other, of, by), record)
 
     def winch(
         self,
@@ -330,3 +315,7 @@ class Couplings(SceneBase):
         )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
         return self._add_partial(mechanisms.Winch(ends, sum(distances), motion, drum, by), record)
+
+
+SlideSpec = record_type("SlideSpec", Couplings.slide)
+GearSpec = record_type("GearSpec", Couplings.gear)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,15 +17,26 @@ from ancfsparse.scene.bodies.mesh import Mesh
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.loads.loads import (
     ChangingGravity,
-    ChangingGravitySpec,
     DistributedForce,
-    DistributedForceSpec,
     PointForce,
-    PointForceSpec,
     PointMoment,
-    PointMomentSpec,
 )
 from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import At, Record, record_type, text
+
+
+class LoadSpec(Record):
+    """The base of the records of loads."""
+
+    def describe(self, at: At, made: Any) -> str:
+        """Describe its position and its value, for the digest."""
+        where, value, *more = self.given.values()
+        options = "".join(
+            f", {name} {text(option, at)}"
+            for name, option in zip([*self.given][2:], more, strict=True)
+            if option is not None and option is not False
+        )
+        return f"{type(made).__name__} ({at(where)}): {text(value, at)}{options}"
 
 
 class Loads(SceneBase):
@@ -64,7 +76,9 @@ class Loads(SceneBase):
                 "string: take a point inside an element, or element='thin'"
             )
         load = PointForce(own, value, follow)
-        return self._load(load, PointForceSpec(own.reference, load.value, follow))
+        return self._keep(
+            self.loads, load, PointForceSpec(own.reference, load.value, follow=follow)
+        )
 
     def point_moment(
         self,
@@ -109,7 +123,9 @@ class Loads(SceneBase):
                     f"the moment on {node!r} is along the axis of a cable, which cannot be "
                     "twisted: take element='thick'"
                 )
-        return self._load(load, PointMomentSpec(own.reference, load.value, follow))
+        return self._keep(
+            self.loads, load, PointMomentSpec(own.reference, load.value, follow=follow)
+        )
 
     def distributed_force(
         self,
@@ -157,7 +173,8 @@ class Loads(SceneBase):
             )
         load = DistributedForce(own, value, shape, check_flag("follow", follow))
         load.factors(np.array([0.0, beam.length]))
-        return self._load(load, DistributedForceSpec(beam.reference, load.value, shape, follow))
+        record = DistributedForceSpec(beam.reference, load.value, shape=shape, follow=follow)
+        return self._keep(self.loads, load, record)
 
     def changing_gravity(self, value: ArrayLike | Callable[[float], ArrayLike]) -> ChangingGravity:
         """Apply time-dependent gravity, in addition to the constant gravity of the scene.
@@ -177,4 +194,14 @@ class Loads(SceneBase):
             The load on all masses.
         """
         load = ChangingGravity(self.dim, value)
-        return self._load(load, ChangingGravitySpec(load.value))
+        return self._keep(self.loads, load, ChangingGravitySpec(load.value))
+
+
+PointForceSpec = record_type("PointForceSpec", Loads.point_force, LoadSpec, {"value": "N"})
+PointMomentSpec = record_type("PointMomentSpec", Loads.point_moment, LoadSpec, {"value": "N m"})
+DistributedForceSpec = record_type(
+    "DistributedForceSpec", Loads.distributed_force, LoadSpec, {"value": "N/m"}
+)
+ChangingGravitySpec = record_type(
+    "ChangingGravitySpec", Loads.changing_gravity, units={"value": "m/s2"}
+)

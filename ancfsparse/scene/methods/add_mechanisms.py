@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -18,7 +17,7 @@ from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, place
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
 from ancfsparse.scene.methods.scene_base import SceneBase
-from ancfsparse.scene.records.record import At, PointRef, Record, text
+from ancfsparse.scene.records.record import At, PointRef, Record, record_type, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.two_body_joint import (
@@ -36,12 +35,11 @@ MAX_ANGLE_ERROR = 1e-9  # [rad], of a right angle
 MAX_LENGTH_ERROR = 8.0 * np.finfo(float).eps  # of a unit vector
 
 
-@dataclass(frozen=True, eq=False)
 class BetweenSpec(Record):
     """A record of a joint between two points."""
 
     a: PointRef
-    b: PointRef | None = None
+    b: PointRef | None
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the data of its constraints."""
@@ -50,47 +48,6 @@ class BetweenSpec(Record):
             f", {name} {text(value, at)}" for name, value in self.given.items() if name not in "ab"
         )
         return f"{self.method} ({at(self.a)}; {other}){more}"
-
-
-@dataclass(frozen=True, eq=False)
-class RevoluteSpec(BetweenSpec):
-    """The record of `Scene.revolute`."""
-
-    axis: tuple[float, ...] | None = None
-    method = "revolute"
-
-
-@dataclass(frozen=True, eq=False)
-class UniversalSpec(BetweenSpec):
-    """The record of `Scene.universal`."""
-
-    axis_a: tuple[float, ...] | None = None
-    axis_b: tuple[float, ...] | None = None
-    method = "universal"
-
-
-@dataclass(frozen=True, eq=False)
-class CylindricalSpec(BetweenSpec):
-    """The record of `Scene.cylindrical`."""
-
-    axis: tuple[float, ...] | None = None
-    method = "cylindrical"
-
-
-@dataclass(frozen=True, eq=False)
-class PrismaticSpec(BetweenSpec):
-    """The record of `Scene.prismatic`."""
-
-    axis: tuple[float, ...] | None = None
-    method = "prismatic"
-
-
-@dataclass(frozen=True, eq=False)
-class WeldSpec(BetweenSpec):
-    """The record of `Scene.weld`."""
-
-    stretch: str = "free"
-    method = "weld"
 
 
 class Mechanisms(SceneBase):
@@ -240,7 +197,9 @@ class Mechanisms(SceneBase):
                 "body, or in line stretch='fixed'"
             )
         joint = mechanisms.Weld(*ends, stretch=stretch)
-        return self._add(joint, WeldSpec(a.reference, None if b is None else b.reference, stretch))
+        return self._add(
+            joint, WeldSpec(a.reference, None if b is None else b.reference, stretch=stretch)
+        )
 
     @staticmethod
     def _in_line(cables: list[Point], stretch: str) -> bool:
@@ -295,7 +254,7 @@ class Mechanisms(SceneBase):
     def _between(
         self,
         kind: type[Kind],
-        spec: type[BetweenSpec],
+        spec: type[Any],
         ends: tuple[Point, Point | None],
         axes: tuple[Vector, ...],
         needed: Any,
@@ -317,3 +276,10 @@ class Mechanisms(SceneBase):
         if joint.is_point:
             return self._add(joint, record)
         return self._add_partial(joint, record)
+
+
+RevoluteSpec = record_type("RevoluteSpec", Mechanisms.revolute, BetweenSpec)
+UniversalSpec = record_type("UniversalSpec", Mechanisms.universal, BetweenSpec)
+CylindricalSpec = record_type("CylindricalSpec", Mechanisms.cylindrical, BetweenSpec)
+PrismaticSpec = record_type("PrismaticSpec", Mechanisms.prismatic, BetweenSpec)
+WeldSpec = record_type("WeldSpec", Mechanisms.weld, BetweenSpec)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,39 +23,13 @@ from ancfsparse.scene.bodies.body import Vector
 from ancfsparse.scene.geometry.positions import check_position
 from ancfsparse.scene.kinematics.rigid_motion import RigidMotion, second_moments, spin_matrix
 from ancfsparse.scene.methods.scene_base import SceneBase
-from ancfsparse.scene.records.record import Record, as_data
+from ancfsparse.scene.records.record import as_data, record_type
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape
 
 ROUNDING_RATIO = 1e-9  # relative error of inertias, unit vectors and right angles
-
-
-@dataclass(frozen=True, eq=False)
-class BodySpec(Record):
-    """The record of `Scene.add_body`."""
-
-    shape: RigidShape | None
-    position: tuple[float, ...]
-    mass: float | None = None
-    density: float | None = None
-    centre: tuple[float, ...] | None = None
-    inertia: Any = None
-    orientation: Any = None
-    velocity: tuple[float, ...] | None = None
-    angular_velocity: Any = None
-    name: str | None = None
-    method = "add_body"
-    units: ClassVar = {
-        "position": "m",
-        "mass": "kg",
-        "density": "kg/m3",
-        "centre": "m",
-        "inertia": "kg m2",
-        "velocity": "m/s",
-        "angular_velocity": "rad/s",
-    }
 
 
 class RigidBodies(SceneBase):
@@ -171,15 +144,15 @@ class RigidBodies(SceneBase):
         )
         record = BodySpec(
             shape,
-            as_data(position),
-            _specified(mass),
-            _specified(density),
-            as_data(centre),
-            _specified(inertia),
-            _specified(orientation),
-            as_data(velocity),
-            _specified(angular_velocity),
-            label,
+            position=as_data(position),
+            mass=_specified(mass),
+            density=_specified(density),
+            centre=as_data(centre),
+            inertia=_specified(inertia),
+            orientation=_specified(orientation),
+            velocity=as_data(velocity),
+            angular_velocity=_specified(angular_velocity),
+            name=label,
         )
         return self._take(body, record)
 
@@ -298,3 +271,15 @@ def _across(spin: Vector, axis: Vector) -> Vector:
     """Remove the angular velocity of a rod about its axis, which its coordinates exclude."""
     rate = spin @ axis
     return np.asarray(np.outer(rate, axis) - np.outer(axis, rate))
+
+
+UNITS = {
+    "position": "m",
+    "mass": "kg",
+    "density": "kg/m3",
+    "centre": "m",
+    "inertia": "kg m2",
+    "velocity": "m/s",
+    "angular_velocity": "rad/s",
+}
+BodySpec = record_type("BodySpec", RigidBodies.add_body, units=UNITS)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
 AnyBody = TypeVar("AnyBody", bound=Body)
 AnyJoint = TypeVar("AnyJoint", bound=Joint)
-AnyLoad = TypeVar("AnyLoad", bound=Load)
-AnyAttachment = TypeVar("AnyAttachment", bound=Attachment)
+AnyHandle = TypeVar("AnyHandle")
 
 
 class SceneBase:
@@ -120,10 +119,8 @@ class SceneBase:
     def _take(self, body: AnyBody, record: Record) -> AnyBody:
         if isinstance(body, ElasticBody):
             _check_range(body)
-        self.bodies.append(body)
         self._bodies[body.name] = body
-        self._record(record, body)
-        return body
+        return self._keep(self.bodies, body, record)
 
     def _add(self, joint: AnyJoint, record: Record) -> AnyJoint:
         self._constrained_points.add(joint)
@@ -131,22 +128,15 @@ class SceneBase:
 
     def _add_partial(self, joint: AnyJoint, record: Record) -> AnyJoint:
         """Add a joint that constrains its points in part, so that others may as well."""
-        self.joints.append(joint)
-        self._record(record, joint)
-        return joint
+        return self._keep(self.joints, joint, record)
 
-    def _load(self, load: AnyLoad, record: Record) -> AnyLoad:
-        self.loads.append(load)
-        self._record(record, load)
-        return load
+    def _attach(self, attachment: AnyHandle, record: Record) -> AnyHandle:
+        return self._keep(self.attachments, attachment, record)
 
-    def _attach(self, attachment: AnyAttachment, record: Record) -> AnyAttachment:
-        self.attachments.append(attachment)
-        self._record(record, attachment)
-        return attachment
-
-    def _record(self, record: Record, handle: object) -> None:
+    def _keep(self, handles: list[Any], handle: AnyHandle, record: Record) -> AnyHandle:
+        handles.append(handle)
         self._built[handle] = record
+        return handle
 
     def _label(self, name: str | None, kind: str) -> str:
         names = (f"{kind} {i}" for i in itertools.count(len(self.bodies)))
@@ -180,8 +170,7 @@ class SceneBase:
                 f"{what} was given the {joint.label} of another scene: use a handle that a method "
                 "of this scene returned"
             )
-        number = next(k for k, other in enumerate(self.joints) if other is joint)
-        return JointRef(joint.nodes[0].beam.name, number)
+        return JointRef(joint.nodes[0].beam.name, self.joints.index(joint))
 
     def _mine(self, what: str, node: Point) -> Point:
         self._own(what, node.beam)

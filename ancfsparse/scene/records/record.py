@@ -7,7 +7,8 @@ written, changed, and built again in another scene.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, is_dataclass, replace
+from dataclasses import MISSING, dataclass, field, is_dataclass, make_dataclass, replace
+from inspect import Parameter, signature
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
@@ -193,6 +194,45 @@ class Record:
         return {
             name: picklable_callback(value, self.method) for name, value in self.__dict__.items()
         }
+
+
+def record_type(
+    name: str,
+    method: Callable[..., Any],
+    base: type[Record] = Record,
+    units: Mapping[str, str] | None = None,
+) -> type[Any]:
+    """Return the class of the records of a method, with its parameters as fields.
+
+    Parameters
+    ----------
+    name : str
+        Name of the class in the module of the method.
+    method : callable
+        The method of `Scene`.
+    base : type, optional
+        Its base class, which may describe it.
+    units : dict of str to str, optional
+        Units of its numbers, by field.
+    """
+    fields = [
+        (
+            each.name,
+            Any,
+            field(
+                default=MISSING if each.default is Parameter.empty else each.default,
+                kw_only=each.kind is Parameter.KEYWORD_ONLY,
+            ),
+        )
+        for each in [*signature(method).parameters.values()][1:]
+    ]
+    namespace = {
+        "__doc__": f"The record of `Scene.{method.__name__}`.",
+        "__module__": method.__module__,
+        "method": method.__name__,
+        "units": units or {},
+    }
+    return make_dataclass(name, fields, bases=(base,), namespace=namespace, frozen=True, eq=False)
 
 
 def mapped(value: Any, change: Callable[[BodyRef], Any]) -> Any:
