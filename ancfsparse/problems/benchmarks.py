@@ -59,11 +59,6 @@ def pendulum(
         Add multipliers for the pin instead of fixing coordinates.
     **options : str
         Options of the element, as in `Scene.add_beam`.
-
-    Returns
-    -------
-    Problem
-        The scene and its rod.
     """
     material = Material(youngs_modulus, 4000.0, nu)
     problem = _rod(element, n_elements, dim, 2.0, Rectangle(0.01, 0.01), material, -9.81, **options)
@@ -86,17 +81,10 @@ def cantilever(
 
     Parameters
     ----------
-    element, n_elements, dim, nu
+    element, n_elements, dim, nu, **options
         As in `pendulum`.
     load : float, optional
         ``F L^2 / (E I)`` [-]; 3 is the published load.
-    **options : str
-        Options of the element, as in `Scene.add_beam`.
-
-    Returns
-    -------
-    Problem
-        The scene and its rod.
     """
     problem = _steel(element, n_elements, dim, nu, **options)
     _bend(problem, load)
@@ -118,18 +106,11 @@ def elastica(
     ----------
     load : float, optional
         ``F L^2 / (E I)`` [-], a dead force in -y at the tip.
-    element, n_elements, dim, nu
+    element, n_elements, dim, nu, **options
         As in `pendulum`.
     slenderness : float, optional
         Length over radius of gyration [-].  The beam stretches by about ``load`` over its
         square, so the tip deviates from the elastica by this.
-    **options : str
-        Options of the element, as in `Scene.add_beam`.
-
-    Returns
-    -------
-    Problem
-        The scene and its rod.
     """
     section = Circle(4.0 / check_positive("slenderness", slenderness))
     problem = _rod(
@@ -152,17 +133,10 @@ def roll_up(
 
     Parameters
     ----------
-    element, n_elements, dim, nu
+    element, n_elements, dim, nu, **options
         As in `pendulum`.
     turns : float, optional
         ``M L / (2 pi E I)`` [-]; 1 closes the circle of an inextensible beam.
-    **options : str
-        Options of the element, as in `Scene.add_beam`.
-
-    Returns
-    -------
-    Problem
-        The scene and its rod.
     """
     problem = _steel(element, n_elements, dim, nu, **options)
     scene, rod = problem

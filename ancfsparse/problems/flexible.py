@@ -2,6 +2,7 @@
 
 The references were computed with Exudyn 1.13.6 on the same meshes; its planar cable is ``"thin"``
 with ``strain="biot"``.  Other elements or strains give different values.
+`n_elements` is the number of elements of each cable.
 """
 
 from __future__ import annotations
@@ -60,13 +61,6 @@ def spin_up(n_elements: int = 16) -> Mechanism:
 
     It has EA = 2.8e7 N, EI = 1.4e4 N m2 and 1.2 kg/m; there is no gravity.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: ``u1`` and ``u2``, the displacement of the tip along the rigidly rotating beam and
     across it [m].
     """
@@ -94,13 +88,6 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     The rod is round, 6 mm thick; the slider has half its mass.  It starts straight at a crank angle
     of zero, with the velocities of a rigid rod.  There is no gravity.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: ``deflection`` of the middle of the rod from its chord over its length [-], positive
     to the left of the line from crank to slider; ``crank_angle`` [degrees].
     """
@@ -135,13 +122,6 @@ def double_pendulum_bob(n_elements: int = 16) -> Mechanism:
     They start at rest along +x; the cables are those of `pendulum`.  The disc of 0.5 kg and
     6.25e-4 kg m2 has its centre 0.05 m beyond the end, in the direction of the cable there.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements of each cable.
-
-    Notes
-    -----
     Quantities: ``hinge`` between the cables and centre of the ``bob`` [m]; ``bob_angle`` [rad].
     """
     scene = Scene((0.0, -GRAVITY))
@@ -192,13 +172,6 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
 
     The coupler has 1 kg/m, EA = 1e5 N and EI = 200 N m2.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements of the coupler.
-
-    Notes
-    -----
     Quantities: ``middle`` of the coupler and ``B``, its end at the rocker [m].
     """
     scene = Scene((0.0, -GRAVITY))
@@ -222,13 +195,6 @@ def spaghetti(n_elements: int = 32) -> Mechanism:
     It has EA = 1e4 N, EI = 500 N m2, 1 kg/m, and starts at rest from (6, 0) to (0, 8) m without
     gravity.  The loads at its first end rise in 0.5 s and fall between 2.25 and 2.75 s.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: ``a``, ``middle`` and ``b`` of the cable [m].
     """
     scene = Scene((0.0, 0.0))
@@ -255,13 +221,6 @@ def moving_supports(n_elements: int = 16) -> Mechanism:
 
     The cable is that of `pendulum`, free of stress when straight; it starts in equilibrium.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: ``middle`` of the cable [m]; ``pull``, the reaction at its right end [N].
     """
     scene = Scene((0.0, -GRAVITY))

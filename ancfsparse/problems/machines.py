@@ -1,4 +1,7 @@
-"""Machine parts in space and in the plane: a bend, a spring, an arm, a crane."""
+"""Machine parts in space and in the plane: a bend, a spring, an arm, a crane.
+
+`n_elements` is the number of elements of the flexible part.
+"""
 
 from __future__ import annotations
 
@@ -53,13 +56,6 @@ def spring_antenna(n_elements: int = 192) -> Mechanism:
     Pa, 8300 kg/m3), carries a plate of 50 g, guided along its axis.  A compressive force of 6 N
     vanishes within 5 ms.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: ``height`` of the plate [m].
     """
     radius, turns, pitch, force = 0.05, 6.0, 0.03, (0.0, 0.0, -6.0)
@@ -86,13 +82,6 @@ def robot_arm(n_elements: int = 96) -> Mechanism:
     kg/m, and hinged at both ends.  The arm starts at rest, its links at 60 and -30 degrees; from
     0.2 to 1.5 s the shoulder rotates by 45 degrees and the elbow opens by 75.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements of the hose.
-
-    Notes
-    -----
     Quantities: ``hand`` and ``middle`` of the hose [m]; ``pull``, the reaction of the hose at its
     base [N]; ``shoulder``, the driving moment of the upper arm [N m].
     """

@@ -75,11 +75,6 @@ def chain(n_elements: int = 1000, motion: str = "rest", element: str = "l2t2") -
         the length of the chain (see `WAVES`).
     element : str, optional
         ``"l2t2"`` or ``"thin"``.
-
-    Returns
-    -------
-    Problem
-        The scene and its cable.
     """
     check_count("n_elements", n_elements)
     scene = Scene((0.0, -9.81))
@@ -103,11 +98,6 @@ def net(n_nodes: int = 30, motion: str = "rest") -> Net:
         Crossings along a side, so ``2 n (n - 1)`` elements.
     motion : {"rest", "smooth", "rough"}, optional
         Initial velocities: none, or standing waves of about the lengths in `chain`.
-
-    Returns
-    -------
-    Net
-        The scene and its cables.
     """
     check_count("n_nodes", n_nodes, 2)
     scene = Scene((0.0, -9.81, 0.0))
@@ -154,11 +144,6 @@ def lattice(
     jitter : float, optional
         Largest random displacement of crossings, over their distance; the eight corners stay.
         Cables that bend there by less than 5 degrees start with the corresponding stress.
-
-    Returns
-    -------
-    Lattice
-        The scene and its mesh.
     """
     n = check_count("n_nodes", n_nodes, 2)
     jitter = check_finite("jitter", jitter)
@@ -190,11 +175,6 @@ def octet(
         Cubic cells along a side, so ``12 n^2 (2 n + 1)`` elements.
     motion, youngs_modulus, density
         As in `lattice`.
-
-    Returns
-    -------
-    Lattice
-        The scene and its mesh.
     """
     m = 2 * check_count("n_cells", n_cells) + 1
     grid = np.stack(np.unravel_index(np.arange(m**3), (m, m, m)), axis=1)

@@ -1,4 +1,7 @@
-"""Hanging ropes and nets, initially at rest."""
+"""Hanging ropes and nets, initially at rest.
+
+`n_elements` is the number of elements of the rope.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,6 @@ def catenary(n_elements: int = 128) -> Mechanism:
 
     It is made of strings of 1e9 Pa and 1200 kg/m3, and starts in equilibrium.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: ``middle`` of the rope [m]; ``pull``, the reaction at its lower end [N].
     """
     scene = Scene((0.0, -GRAVITY))
@@ -82,13 +78,6 @@ def cable_car(n_elements: int = 160) -> Mechanism:
     them 1 m higher.  A force of 300 N towards the lower end acts on the carriage, whose centre is
     1 m below the rope, and vanishes within 0.5 s.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: the position of the ``carriage`` on the rope [m]; ``pull``, the reaction at the
     lower end of the rope [N].
     """

@@ -13,13 +13,6 @@ def sliding_bead(n_elements: int = 32) -> Mechanism:
     The cable has the section and material of `pendulum`; the bead starts at rest at a quarter of
     its length.
 
-    Parameters
-    ----------
-    n_elements : int, optional
-        Number of elements.
-
-    Notes
-    -----
     Quantities: positions of the ``bead`` and of the ``middle`` of the cable [m].
     """
     scene = Scene((0.0, -GRAVITY))

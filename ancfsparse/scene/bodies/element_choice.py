@@ -1,4 +1,10 @@
-"""The element of a beam, and its options."""
+"""The element of a beam, and its options.
+
+In all functions `label` is the name of the beam in messages, `dim` the dimension of the scene,
+`element` the argument of `Scene.add_beam`, and `given` has a value for every option of every
+element.  What does not exist or is not applicable is refused by an `InputError` whose message
+suggests something else.
+"""
 
 from __future__ import annotations
 
@@ -35,33 +41,7 @@ def given_options(record: Record) -> dict[str, str]:
 def chosen_element(
     label: str, element: str | ElementKind, dim: int, given: Mapping[str, str]
 ) -> tuple[str, dict[str, str], ElementKind]:
-    """Return an element type by its name and options.
-
-    Parameters
-    ----------
-    label : str
-        Name of the beam, for messages.
-    element : str or ElementKind
-        Name of an element, or a user element.
-    dim : int
-        Dimension of the scene.
-    given : mapping of str to str
-        A value for every option of every element.
-
-    Returns
-    -------
-    name : str
-        Name in messages.
-    options : dict of str to str
-        The options of this element.
-    kind : ElementKind
-        The element.
-
-    Raises
-    ------
-    InputError
-        If it does not exist or is not applicable; the message suggests another.
-    """
+    """Return the name of an element in messages, its options, and its type."""
     if not isinstance(element, ElementKind):
         options = options_of(label, element, dim, given)
         return element, options, element_kind(element, dim, **options)
@@ -87,24 +67,7 @@ def chosen_element(
 
 
 def slack_string(label: str, element: str | ElementKind, dim: int, slack: float) -> ElementKind:
-    """Return the string element that goes slack.
-
-    Parameters
-    ----------
-    label : str
-        Name of the beam, for messages.
-    element : str or ElementKind
-        The argument `element`.
-    dim : int
-        Dimension of the scene.
-    slack : float
-        Transition strain to zero force.
-
-    Raises
-    ------
-    InputError
-        If the element is not a string, or the strain is not between 0 and 1.
-    """
+    """Return the string element that goes slack about a strain between 0 and 1."""
     if not isinstance(element, str) or element != "string":
         raise InputError(
             f"slack of {label} applies to strings only, not to {format_value(element)}: take "
@@ -123,27 +86,7 @@ def slack_string(label: str, element: str | ElementKind, dim: int, slack: float)
 def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:
     """Return the options of an element out of the values for all elements.
 
-    Parameters
-    ----------
-    label : str
-        Name of the beam, for messages.
-    element : str
-        Name of the element.
-    dim : int
-        Dimension of the scene.
-    given : mapping of str to str
-        A value for every option of every element.
-
-    Returns
-    -------
-    dict of str to str
-        The options of this element.
-
-    Raises
-    ------
-    InputError
-        If the element does not exist or not in this dimension, if a value is unknown, or if an
-        option of another element differs from its default.
+    Options of other elements must have their defaults.
     """
     check_choice("element", element, OPTIONS)
     own = OPTIONS[element]
@@ -166,22 +109,7 @@ def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> 
 
 
 def check_make(label: str, kind: ElementKind, section: AnySection, material: Material) -> None:
-    """Check section and material, and refuse a spatial cable whose section is not round.
-
-    Parameters
-    ----------
-    label : str
-        Name of the beam, for messages.
-    kind : ElementKind
-        The element.
-    section, material
-        The arguments.
-
-    Raises
-    ------
-    InputError
-        If they are invalid; the message suggests a valid choice.
-    """
+    """Check section and material, and refuse a spatial cable whose section is not round."""
     if not isinstance(section, AnySection):
         raise InputError(
             f"section of {label} must be a {list_section_types()}, got {format_value(section)}: "

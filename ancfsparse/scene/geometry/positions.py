@@ -10,9 +10,8 @@ from ancfsparse.errors import InputError
 
 Vector = NDArray[np.float64]
 
+COINCIDENCE_RATIO = 1e-9  # distance of coincident points, over the size of the body
 MIN_LENGTH_RATIO = 1e-12  # of a beam, over the distance of its ends from the origin
-
-
 MAX_COORDINATE = 1e150  # [m], whose square is in the range of floating-point numbers
 
 
@@ -61,19 +60,5 @@ def check_position(what: str, value: ArrayLike, dim: int) -> NDArray[np.float64]
 
 
 def place(position: Vector) -> str:
-    """Return a position as text for a message.
-
-    Parameters
-    ----------
-    position : ndarray, shape (dim,)
-        Position [m].
-
-    Returns
-    -------
-    str
-        For example ``(0, 1.5) m``.
-    """
+    """Return a position [m] as text for a message, such as ``(0, 1.5) m``."""
     return "(" + ", ".join(f"{x:.6g}" for x in position) + ") m"
-
-
-COINCIDENCE_RATIO = 1e-9  # distance of coincident points, over the size of the body

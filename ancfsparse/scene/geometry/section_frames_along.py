@@ -20,25 +20,10 @@ TRANSPORT_STEPS = 4  # of a frame from one node to the next, a power of two
 def frames_along(
     label: str, path: Path, s: Vector, tangents: Vector, up: Direction, twist: Angle
 ) -> Vector:
-    """Return the unit vectors of sections at the nodes of a curve.
+    """Return the unit vectors e_x, e_y and, if spatial, e_z of sections, (n, dim, dim).
 
-    Parameters
-    ----------
-    label : str
-        Name of the beam, for messages.
-    path : Path
-        Its axis.
-    s : ndarray, shape (n,)
-        Arc lengths of the nodes [m], ascending.
-    tangents : ndarray, shape (n, dim)
-        Unit tangents there.
-    up, twist
-        As in `Scene.add_beam`.
-
-    Returns
-    -------
-    ndarray, shape (n, dim, dim)
-        Rows e_x, e_y and, if spatial, e_z at every node.
+    They are those at ascending arc lengths s (n,) [m] with unit tangents (n, dim); `up` and `twist`
+    are those of `Scene.add_beam`.
     """
     if tangents.shape[1] == 2:
         return np.stack([tangents, tangents[:, ::-1] * [-1.0, 1.0]], axis=1)

@@ -23,18 +23,7 @@ class ConstrainedPoints:
         self._count = 0
 
     def add(self, new: Joint) -> None:
-        """Add a joint.
-
-        Parameters
-        ----------
-        new : Joint
-            The joint.
-
-        Raises
-        ------
-        SingularSceneError
-            If `new` is redundant; it is not added then.
-        """
+        """Add a joint, or raise a `SingularSceneError` if it is redundant."""
         root = leaf = self._root(new.nodes[0])
         if new.joins:
             leaf = self._root(new.nodes[1])

@@ -1,4 +1,7 @@
-"""The base class of joints, and checks of their points."""
+"""The base class of joints, and checks of their points.
+
+In the checks `what` is the name of the joint, load or result in messages.
+"""
 
 from __future__ import annotations
 
@@ -114,15 +117,7 @@ def planar_coordinates(joint: Joint) -> tuple[str, ...]:
 
 
 def check_point(what: str, node: object) -> Point:
-    """Return `node` if it is a point, at a node of the mesh or not.
-
-    Parameters
-    ----------
-    what : str
-        Name of the load or result in the message.
-    node : object
-        The argument.
-    """
+    """Return `node` if it is a point, at a node of the mesh or not."""
     if not isinstance(node, Point):
         raise InputError(
             f"{what} needs a point on a beam such as rod.start or rod.node(3), or on a rigid body "
@@ -132,30 +127,14 @@ def check_point(what: str, node: object) -> Point:
 
 
 def check_end(what: str, node: object) -> Point:
-    """Return `node` if a joint can constrain it: a node of a beam or mesh, or a point of a body.
-
-    Parameters
-    ----------
-    what : str
-        Name of the joint in the message.
-    node : object
-        The argument.
-    """
+    """Return `node` if a joint can constrain it: a node of a beam or mesh, or a point of a body."""
     if isinstance(node, Point) and node.offsets and not node.xi:
         return node
     return check_node(what, node)
 
 
 def check_turns(what: str, node: Point) -> Point:
-    """Return `node` if it has slopes, which nodes of strings have not.
-
-    Parameters
-    ----------
-    what : str
-        Name of the joint or load in the message.
-    node : Point
-        The argument.
-    """
+    """Return `node` if it has slopes, which nodes of strings have not."""
     if node.beam.kind.is_string:
         raise InputError(
             f"{what} needs a direction at {node!r}, but a string has only positions: take "
@@ -174,20 +153,7 @@ def check_other_body(what: str, a: Point, b: Point) -> None:
 
 
 def check_node(what: str, node: object) -> Point:
-    """Return `node` if it is a node of the mesh; for another point of its section, the node.
-
-    Parameters
-    ----------
-    what : str
-        Name of the joint or load in the message.
-    node : object
-        The argument.
-
-    Returns
-    -------
-    Point
-        The node.
-    """
+    """Return `node` if it is a node of the mesh; for another point of its section, the node."""
     point = check_point(what, node)
     if point.offsets and not point.xi and point.beam.n_elements:
         return replace(point, offsets=())

@@ -5,6 +5,8 @@
 3. The reference shape: straight and uniform (`straight_beam`), or along a curve, strained, twisted
    or tapered (`curved_beam`).
 4. An offset of the centroid (`offset_beam`), and eigenstrains (`eigenstrain`).
+
+`gravity` is that of the scene [m/s2], with as many components as it has dimensions.
 """
 
 from __future__ import annotations
@@ -28,25 +30,7 @@ Vector = NDArray[np.float64]
 
 
 def build_beam(record: BeamSpec, gravity: Vector) -> Beam:
-    """Check the arguments of a beam and build its handle.
-
-    Parameters
-    ----------
-    record : BeamSpec
-        The arguments of `Scene.add_beam`.
-    gravity : ndarray, shape (dim,)
-        Acceleration of gravity in the scene [m/s2].
-
-    Returns
-    -------
-    Beam
-        The handle, not yet part of a scene.
-
-    Raises
-    ------
-    InputError
-        If an argument is invalid; the message suggests a valid one.
-    """
+    """Check the arguments of a beam and build its handle, which is not yet part of a scene."""
     label, dim = record.name, len(gravity)
     element, n_elements, automatic = stand_ins(record.element, record.n_elements, dim)
     if record.slack is not None:

@@ -31,15 +31,7 @@ BYTES_PER_SQUARED_DIM = 64.0
 
 
 def build_curved_beam(record: BeamSpec, gravity: Vector) -> Beam:
-    """Check the arguments of a beam that is not straight and uniform, and build its handle.
-
-    Parameters
-    ----------
-    record : BeamSpec
-        The arguments of the beam; its `nodes` are fractions of the length, or None.
-    gravity : ndarray, shape (dim,)
-        Acceleration of gravity in the scene [m/s2].
-    """
+    """Check the arguments of a beam that is not straight and uniform, and build its handle."""
     label, dim = record.name, len(gravity)
     element, options, kind = chosen_element(label, record.element, dim, given_options(record))
     count = check_count(f"n_elements of {label}", record.n_elements)

@@ -22,22 +22,7 @@ Eigencurvature = ArrayLike | Signal | Callable[[float], ArrayLike] | None
 
 
 def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature) -> Beam:
-    """Return a beam whose elements are stress-free with given strains and curvatures.
-
-    Parameters
-    ----------
-    beam : Beam
-        A beam without eigenstrains.
-    strain : float, callable, Signal or None
-        Axial strain [-].
-    curvature : float, array_like of shape (2,), callable, Signal or None
-        Curvature [1/m].
-
-    Raises
-    ------
-    InputError
-        If a value is invalid, or the element cannot have eigenstrains.
-    """
+    """Return a beam that is stress-free with axial strains [-] and curvatures [1/m]."""
     if strain is None and curvature is None:
         return beam
     width = 1 if beam.dim == 2 else 2

@@ -28,19 +28,7 @@ MIN_GREEN_STRETCH = 3.0**-0.5
 def initial_shape(
     record: BeamSpec, element: str, options: Mapping[str, str], gravity: Vector
 ) -> tuple[Path, float, float]:
-    """Return the initial axis of a beam, its length without stress [m], and its stretch [-].
-
-    Parameters
-    ----------
-    record : BeamSpec
-        The arguments of the beam.
-    element : str
-        Name of its element.
-    options : mapping of str to str
-        The options of the element.
-    gravity : ndarray, shape (dim,)
-        Acceleration of gravity in the scene [m/s2].
-    """
+    """Return the initial axis of a beam, its length without stress [m], and its stretch [-]."""
     label, dim = record.name, len(gravity)
     path: Path
     if record.curve is not None:

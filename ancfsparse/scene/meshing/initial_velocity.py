@@ -17,17 +17,7 @@ Vector = NDArray[np.float64]
 def velocity_field(
     label: str, velocity: ArrayLike | VelocityField, positions: Vector
 ) -> VelocityField:
-    """Return an initial velocity as a checked function of the reference position.
-
-    Parameters
-    ----------
-    label : str
-        Name of the beam, for messages.
-    velocity : array_like, shape (dim,), or callable
-        The velocity [m/s].
-    positions : ndarray, shape (n, dim)
-        Reference positions at which a function is evaluated [m].
-    """
+    """Return an initial velocity [m/s] as a function, checked at reference positions (n, dim)."""
     what = f"velocity of {label}"
     if not callable(velocity):
         dim = positions.shape[1]

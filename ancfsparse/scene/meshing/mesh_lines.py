@@ -35,25 +35,7 @@ BYTES_PER_ELEMENT = 400.0  # of the arrays of an element
 
 
 def build_mesh(record: MeshSpec, dim: int) -> Mesh:
-    """Check the arguments of a mesh and build its handle.
-
-    Parameters
-    ----------
-    record : MeshSpec
-        The arguments of `Scene.add_mesh`.
-    dim : int
-        Dimension of the scene.
-
-    Returns
-    -------
-    Mesh
-        The handle, not yet part of a scene.
-
-    Raises
-    ------
-    InputError
-        If an argument is invalid; the message names the first offender and their number.
-    """
+    """Check the arguments of a mesh and build its handle, which is not yet part of a scene."""
     label, section, material = record.name, record.section, record.material
     arguments = {"element": record.element, "n_elements": record.n_elements}
     automatic = tuple(

@@ -22,17 +22,8 @@ MAX_DIRECTION_CHANGE = 1e-9  # of the components of unit vectors along a straigh
 def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
     """Move a straight beam by an offset of its centroid from the line through its ends.
 
-    Parameters
-    ----------
-    beam : Beam
-        The beam on the line.
-    offset : float or array_like, shape (dim - 1,)
-        Vector from the line to the centroid in the axes of the section [m].
-
-    Returns
-    -------
-    Beam
-        The moved beam, whose nodes are points of the line.
+    The offset (dim - 1,) is the vector from the line to the centroid in the axes of the section
+    [m].  The nodes of the moved beam are points of the line.
     """
     what = f"offset of {beam.name}"
     needed = "a number of metres, y" if beam.dim == 2 else "two numbers of metres, (y, z)"

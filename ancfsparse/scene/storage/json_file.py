@@ -87,24 +87,7 @@ def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, An
 def built(
     kind: Callable[[Any], AnyScene], text: str | bytes, file: Path, own: Mapping[str, Any]
 ) -> AnyScene:
-    """Build a scene from the text of its file.
-
-    Parameters
-    ----------
-    kind : callable
-        Class of the scene, called with the gravity.
-    text : str or bytes
-        Text from `written`.
-    file : Path
-        Its path, for messages.
-    own : mapping of str to object
-        User functions and elements by name.
-
-    Raises
-    ------
-    InputError
-        If the file is invalid.
-    """
+    """Build a scene of a class from the text of its file; `own` are those of `Scene.load`."""
     if not isinstance(own, Mapping):
         raise InputError(
             f"own must be a mapping of names to functions and elements, got {format_value(own)}"
@@ -133,17 +116,7 @@ def built(
 
 
 def encoded(value: Any, where: str, names: dict[str, object]) -> Any:
-    """Return an argument as JSON data.
-
-    Parameters
-    ----------
-    value : object
-        The argument.
-    where : str
-        Location in the scene, for messages.
-    names : dict of str to object
-        User functions and elements so far, by name.
-    """
+    """Return an argument as JSON data, and enter functions in the table of names so far."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, tuple):
