@@ -27,7 +27,7 @@ from ancfsparse.checks import check_choice, check_flag, check_positive
 from ancfsparse.errors import InputError, LoadError, PlanError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.integrators.interface.time_grid import count_steps_from
-from ancfsparse.plans.discretization_error.error_model import ErrorModel, neighbours
+from ancfsparse.plans.discretization_error.error_model import ErrorModel, scaled
 from ancfsparse.plans.discretization_error.initial_singularity import check_initial_force
 from ancfsparse.plans.execution.plan_data import (
     MIN_INTERVALS,
@@ -264,8 +264,8 @@ def _build_plan(
     built = trials.build(model)
     memory = estimate_memory(built, min(steps, 2 * MIN_INTERVALS) + 1, None, False, "auto").total
     coarser, finer = (
-        _alternative(scene, t_end, trials, error_model, *resolution)
-        for resolution in neighbours(error_model, n_longest, steps)
+        _alternative(scene, t_end, trials, error_model, *scaled(error_model, n_longest, steps, x))
+        for x in (4.0, 0.25)  # times the error
     )
     operations = sum(run.work for run in trials.run_costs)
     reference = error_model.reference_run

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ancfsparse.plans.discretization_error.mesh_error import MeshError, elements_of
-from ancfsparse.plans.discretization_error.time_error import TimeError
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.cost_model import CostModel
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, round_steps
@@ -35,9 +34,9 @@ class ErrorModel:
     ----------
     model : Model
         The elements.
-    time : TimeError
+    time : RunEstimates
         Of the steps.
-    mesh : MeshError or None
+    mesh : RunEstimates or None
         Of the automatic meshes.
     given_mesh_errors : tuple of float
         Error of the meshes specified by the user, for every quantity [its unit].
@@ -68,8 +67,8 @@ class ErrorModel:
     """
 
     model: Model
-    time: TimeError
-    mesh: MeshError | None
+    time: RunEstimates
+    mesh: RunEstimates | None
     given_mesh_errors: tuple[float, ...]
     tolerances: tuple[float, ...]
     cost: CostModel
@@ -109,12 +108,7 @@ class ErrorModel:
     def errors(self, n_longest: float, steps: float) -> list[dict[str, float]]:
         """Predict the error of every quantity by its source [its unit].
 
-        Parameters
-        ----------
-        n_longest : float
-            Number of elements on the longest automatic beam.
-        steps : float
-            Number of steps.
+        On a mesh with `n_longest` elements on the longest automatic beam.
         """
         out = []
         for i, time in enumerate(self.time.estimates):
@@ -142,8 +136,7 @@ class ErrorModel:
         """Fraction of the tolerances that predicted errors may use."""
         if self.safety_factor is not None:
             return self.safety_factor
-        every = [*self.time.estimates, *(self.mesh.estimates if self.mesh else ())]
-        is_asymptotic = all(each.is_asymptotic for each in every)
+        is_asymptotic = self.time.is_asymptotic and (self.mesh is None or self.mesh.is_asymptotic)
         return ASYMPTOTIC_FRACTION if is_asymptotic else OBSERVED_FRACTION
 
     def coordinates(self, n_longest: float) -> float:
@@ -182,6 +175,16 @@ class ErrorModel:
         errors = zip(self.errors(n_longest, steps), self.tolerances, strict=True)
         return max(sum(each.values()) / tolerance for each, tolerance in errors)
 
+    @property
+    def optimal_work(self) -> float:
+        """Work of the best resolution, relative to a residual of one coordinate."""
+        return self.work(*self.optimum())
+
+    @property
+    def optimal_excess(self) -> float:
+        """Largest ratio of predicted error to tolerance at the best resolution."""
+        return self.excess(*self.optimum())
+
     def _rank(self, resolution: tuple[float, int]) -> tuple[float, float]:
         """Return the ratio of the error to the smallest possible one, at least 1, and the work."""
         n_longest, steps = resolution
@@ -218,8 +221,7 @@ class ErrorModel:
             n_longest = min(max(n_longest, self.min_longest), self.max_longest)
         if self.fixed_steps is not None:
             return n_longest, self.fixed_steps
-        is_asymptotic = all(each.is_asymptotic for each in self.time.estimates)
-        ratio = MAX_STEP_RATIO if is_asymptotic else MAX_OBSERVED_STEP_RATIO
+        ratio = MAX_STEP_RATIO if self.time.is_asymptotic else MAX_OBSERVED_STEP_RATIO
         steps = min(steps, ratio * self.time.runs[-1].steps)
         return n_longest, max(self.time.runs[0].steps, round_steps(steps, self.base))
 
@@ -250,10 +252,3 @@ def scaled(
         max(1.0, float(round(n_longest * mesh_ratio))),
         max(error_model.time.runs[0].steps, round_steps(steps * step_ratio, error_model.base)),
     )
-
-
-def neighbours(
-    error_model: ErrorModel, n_longest: float, steps: int
-) -> Sequence[tuple[float, int]]:
-    """Return a coarser and a finer resolution, with four times and a quarter of the error."""
-    return tuple(scaled(error_model, n_longest, steps, factor) for factor in (4.0, 0.25))

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from ancfsparse.errors import PlanError
-from ancfsparse.plans.discretization_error.mesh_error import elements_of
+from ancfsparse.plans.discretization_error.run_estimates import elements_of
 from ancfsparse.plans.quantities.quantity import Reaction, SectionForceAt
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, absolute_tolerances
@@ -26,17 +26,12 @@ MIN_GROWTH_POWER = 0.25  # power of the number of elements with which a force ha
 def check_initial_force(trials: TrialRuns, reference_run: TrialRun) -> None:
     """Refuse a force over time, or its largest value, that has no limit at t = 0.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs.
-    reference_run : TrialRun
-        With the selected elements, on the finest mesh.
+    The reference run has the selected elements, on the finest mesh.
 
     Raises
     ------
     PlanError
-        If it grows with the number of elements.
+        If the force grows with the number of elements.
     """
     counts = reference_run.model.counts
     at_rest = trials.t_end is None or trials.start is not None

@@ -19,12 +19,10 @@ from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import (
     COARSEST_COUNT,
     GROWTH,
-    MeshError,
-    elements_of,
     error_of_given_meshes,
 )
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
-from ancfsparse.plans.discretization_error.time_error import TimeError
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of
 from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.models.model import Model, coarse_count
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
@@ -61,14 +59,7 @@ def refine_to_bounds(
 ) -> ErrorModel:
     """Refine mesh and steps together until bounds of all errors are within the tolerances.
 
-    Parameters
-    ----------
-    trials, model, finer, fixed_steps
-        As in `search`.
-    order : int
-        Order of positions in the length of the elements.
-    failure : PlanError
-        Failure of the other estimates.
+    Arguments as in `search`, with the order of positions and the failure of the other estimates.
 
     Raises
     ------
@@ -149,8 +140,8 @@ def _error_model(
     counts = max(last.model.counts.values(), default=1)
     return ErrorModel(
         last.model,
-        TimeError(tuple(of_steps), (one, last)),
-        MeshError(tuple(of_mesh), (one, last)) if has_mesh else None,
+        RunEstimates(tuple(of_steps), (one, last)),
+        RunEstimates(tuple(of_mesh), (one, last)) if has_mesh else None,
         given,
         tuple(tolerances),
         fit_cost_model([run.cost for run in runs]),

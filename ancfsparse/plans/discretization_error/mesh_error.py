@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 from ancfsparse.errors import InputError, StepError
 from ancfsparse.plans.discretization_error.residual_correction import (
     corrections,
     estimate_from_corrections,
 )
-from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
+from ancfsparse.plans.discretization_error.richardson import Estimate
+from ancfsparse.plans.discretization_error.run_estimates import (
+    RunEstimates,
+    elements_of,
+    mesh_estimates,
+    mesh_orders,
+    solver_noise,
+)
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.trial_runs import (
     TrialRun,
@@ -33,29 +38,6 @@ MAX_GRADINGS = 2  # redistributions of nodes
 MAX_ASYMPTOTIC_RATIO = 12.0  # in the asymptotic range
 MAX_OBSERVED_RATIO = 1.0  # with another observed order
 MAX_UNOBSERVED_RATIO = 0.4  # with two meshes, which show no order
-SOLVER_NOISE = 1e-7  # difference by the tolerance of the solver, relative to the quantity
-
-
-@dataclass(frozen=True)
-class MeshError:
-    """Estimates from trial runs on several meshes.
-
-    Attributes
-    ----------
-    estimates : tuple of Estimate
-        For every quantity, by the number of elements.
-    runs : tuple of TrialRun
-        With ascending numbers of elements.
-    """
-
-    estimates: tuple[Estimate, ...]
-    runs: tuple[TrialRun, ...]
-
-
-def elements_of(trial: TrialRun) -> int:
-    """Return the number of elements of the beams with automatic meshes."""
-    scene = trial.run.system.scene
-    return sum(scene.body(name).n_elements for name in trial.model.counts)
 
 
 def mesh_error(
@@ -65,18 +47,16 @@ def mesh_error(
     steps: int,
     order: int,
     is_affordable: Callable[[TrialRun], bool],
-    grade: Callable[[MeshError, bool], Model | None] = lambda result, done: None,
-) -> MeshError:
+    grade: Callable[[RunEstimates, bool], Model | None] = lambda result, done: None,
+) -> RunEstimates:
     """Refine the mesh until the error of every quantity can be predicted.
 
     If a trial run shows that fewer graded elements suffice, graded meshes are refined instead.
 
     Parameters
     ----------
-    trials : TrialRuns
-        Runs.
-    model : Model
-        Its elements.
+    trials, model
+        Runs, and the elements.
     n_longest : float
         Elements on the longest beam of the coarsest mesh.
     steps : int
@@ -95,7 +75,7 @@ def mesh_error(
         If a run on a finer mesh needs shorter steps than `time_error` has found.
     """
     runs: list[TrialRun] = []
-    best: MeshError | None = None
+    best: RunEstimates | None = None
     gradings = MAX_GRADINGS
     while len(runs) < MAX_MESHES:
         try:
@@ -109,10 +89,10 @@ def mesh_error(
         n_longest *= GROWTH
         if len(runs) < 2 and trials.t_end is not None:
             continue
-        estimates = mesh_estimates(trials, runs, order)
+        estimates = _estimate(trials, runs, order)
         if estimates is None:
             continue
-        result = MeshError(estimates, tuple(runs))
+        result = RunEstimates(estimates, tuple(runs))
         enough = _is_enough(trials, runs, result.estimates)
         done = enough or (len(runs) > 2 and not is_affordable(runs[-1]))
         has_corrections = trials.t_end is None and corrections(trials, run) is not None
@@ -129,7 +109,7 @@ def mesh_error(
     return result if best is None else min(result, best, key=partial(_count, trials))
 
 
-def _count(trials: TrialRuns, result: MeshError) -> float:
+def _count(trials: TrialRuns, result: RunEstimates) -> float:
     """Return the predicted number of elements that meets the tolerances."""
     tolerances = absolute_tolerances(trials.goals, result.runs[-1])
     pairs = zip(result.estimates, tolerances, strict=True)
@@ -144,19 +124,12 @@ def _run(trials: TrialRuns, model: Model, steps: int) -> TrialRun:
     return run
 
 
-def mesh_estimates(
+def _estimate(
     trials: TrialRuns, runs: Sequence[TrialRun], order: int
 ) -> tuple[Estimate, ...] | None:
     """Estimate the error of the last mesh for every quantity; None if there are too few."""
     known = corrected_estimates(trials, runs[-2:], order) if trials.t_end is None else None
-    if known is not None or len(runs) < 2:
-        return known
-    orders, noises = _expected(trials, runs[-1], order)
-    last = runs[-3:]
-    counts = [elements_of(run) for run in last]
-    differences = [goal_differences(trials.goals, a, b) for a, b in pairwise(last)]
-    columns = zip(zip(*differences, strict=True), orders, noises, strict=True)
-    return tuple(estimate(counts, *each) for each in columns)
+    return known if known is not None or len(runs) < 2 else mesh_estimates(trials, runs, order)
 
 
 def corrected_estimates(
@@ -170,34 +143,17 @@ def corrected_estimates(
     if len(known) < len(runs):
         return None
     counts = [elements_of(run) for run in runs]
-    changes = zip(*known, strict=True)
-    columns = zip(changes, *_expected(trials, runs[-1], order), strict=True)
+    orders, noises = mesh_orders(trials, order), solver_noise(trials, runs[-1])
+    columns = zip(zip(*known, strict=True), orders, noises, strict=True)
     return tuple(estimate_from_corrections(counts, *each) for each in columns)
-
-
-def _expected(trials: TrialRuns, run: TrialRun, order: int) -> tuple[list[int], list[float]]:
-    """Return the order of convergence and the rounding error [its unit] of every quantity."""
-    pairs = list(zip((each.quantity for each in trials.goals), run.histories, strict=True))
-    orders = [quantity.order(order) for quantity, _ in pairs]
-    return orders, [SOLVER_NOISE * quantity.size(history) for quantity, history in pairs]
 
 
 def error_of_given_meshes(
     trials: TrialRuns, finer: Scene, model: Model, steps: int, order: int
 ) -> list[float]:
-    """Estimate the error of meshes specified by the user, by one run with twice the elements.
+    """Estimate the error of meshes specified by the user, for every quantity [its unit].
 
-    Parameters
-    ----------
-    trials, model, steps, order
-        As in `mesh_error`.
-    finer : Scene
-        The scene with every specified element divided into two.
-
-    Returns
-    -------
-    list of float
-        The error of every quantity [its unit].
+    By one run of a `finer` scene, which has two elements for every specified one.
     """
     other = TrialRuns(
         finer,
@@ -211,9 +167,10 @@ def error_of_given_meshes(
     coarse, fine = _run(trials, model, steps), _run(other, model, steps)
     trials.seconds += other.seconds
     differences = goal_differences(trials.goals, coarse, fine)
-    orders = [each.quantity.order(order) for each in trials.goals]
     # The difference is e(n) - e(2 n) = e(n) (1 - 2^-p).
-    return [d / (1.0 - 2.0**-p) for d, p in zip(differences, orders, strict=True)]
+    return [
+        d / (1.0 - 2.0**-p) for d, p in zip(differences, mesh_orders(trials, order), strict=True)
+    ]
 
 
 def _is_enough(trials: TrialRuns, runs: Sequence[TrialRun], estimates: Sequence[Estimate]) -> bool:

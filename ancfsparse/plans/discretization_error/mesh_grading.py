@@ -27,13 +27,6 @@ NOISE = 1e-9  # interpolation error over the length of the beam that is rounding
 def grade_meshes(scene: Scene, trial: TrialRun) -> tuple[dict[str, MeshGrading], float]:
     """Grade the meshes of all automatic beams by a trial run.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene, with automatic meshes.
-    trial : TrialRun
-        A run of it.
-
     Returns
     -------
     dict of str to MeshGrading

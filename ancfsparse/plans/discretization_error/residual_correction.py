@@ -94,21 +94,9 @@ def estimate_from_corrections(
 ) -> Estimate:
     """Estimate the error of a quantity from its changes on meshes twice as fine.
 
-    Parameters
-    ----------
-    counts : sequence of int
-        Elements of one mesh or of two.
-    changes : sequence of float
-        The changes, proportional to the errors, so that two of them show the order [unit].
-    order : float
-        Order of convergence of the elements.
-    noise : float
-        Changes up to this size are rounding errors [unit].
-
-    Returns
-    -------
-    Estimate
-        At twice the elements of the last mesh.
+    The changes [unit] on one mesh or two are proportional to the errors, so that two of them show
+    the order.  Changes up to `noise` are rounding errors.  The error is that at twice the elements
+    of the last mesh.
     """
     n, last = REFINEMENT * counts[-1], changes[-1]
     is_noise = last <= noise

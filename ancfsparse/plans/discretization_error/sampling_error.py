@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.plans.discretization_error.richardson import Estimate
-from ancfsparse.plans.discretization_error.time_error import TimeError
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
@@ -28,19 +28,12 @@ MAX_WORK = 2.0  # of these trial runs, over the base budget
 LOAD_ORDER = 2  # of interpolation of loads, and of equilibria, which is linear
 
 
-def sampling_error(trials: TrialRuns, model: Model) -> TimeError:
+def sampling_error(trials: TrialRuns, model: Model) -> RunEstimates:
     """Halve the intervals between saved states until the interpolation error is known.
 
     Interpolation is linear between equilibria, cubic between states of vibrations.  Loads may be
     interpolated linearly as well, which the last two runs show.  Quantities at the end only need no
     other states.
-
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs by a `SolutionMethod`, each of whose states is exact in time.
-    model : Model
-        A coarse one.
 
     Raises
     ------
@@ -70,7 +63,7 @@ def sampling_error(trials: TrialRuns, model: Model) -> TimeError:
         # Where an equilibrium ceases to exist, states jump.
         if enough or trials.total_work > MAX_WORK * BASE_BUDGET or run.run.stats.recoveries:
             break
-    return TimeError(tuple(estimates), tuple(runs))
+    return RunEstimates(tuple(estimates), tuple(runs))
 
 
 def _estimate(goal: Goal, history: Array, steps: int, order: int, by_loads: float) -> Estimate:
@@ -93,5 +86,4 @@ def _deviation(goal: Goal, history: Array, order: int) -> float:
     else:
         inner = 9.0 * (nodes[1:-2] + nodes[2:-1])
         interpolated, middle = (inner - nodes[:-3] - nodes[3:]) / 16.0, middle[1:-1]
-    difference = goal.quantity.difference(interpolated, middle)
-    return float(np.linalg.norm(difference, axis=1).max())
+    return goal.quantity.largest_difference(interpolated, middle)

@@ -18,19 +18,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.plans.discretization_error.mesh_error import (
-    GROWTH,
-    SOLVER_NOISE,
-    MeshError,
+from ancfsparse.plans.discretization_error.mesh_error import GROWTH
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
+from ancfsparse.plans.discretization_error.run_estimates import (
+    RunEstimates,
     elements_of,
-)
-from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate, estimate
-from ancfsparse.plans.discretization_error.time_error import (
-    MAX_HALVINGS,
-    TimeError,
-    agrees_with_undamped,
+    mesh_estimates,
+    mesh_orders,
     step_estimates,
 )
+from ancfsparse.plans.discretization_error.time_error import MAX_HALVINGS, agrees_with_undamped
 from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.trial_runs import (
@@ -67,9 +64,9 @@ class Refinement:
 
     Attributes
     ----------
-    time : TimeError
+    time : RunEstimates
         Of the steps.
-    mesh : MeshError
+    mesh : RunEstimates
         Of the automatic meshes.
     combined_errors : tuple of float, or None
         Error of the last run by mesh and steps together, for every quantity [its unit], if it is
@@ -78,8 +75,8 @@ class Refinement:
         All runs.
     """
 
-    time: TimeError
-    mesh: MeshError
+    time: RunEstimates
+    mesh: RunEstimates
     combined_errors: tuple[float, ...] | None
     runs: tuple[TrialRun, ...]
 
@@ -89,20 +86,8 @@ def refine_together(
 ) -> Refinement | None:
     """Refine mesh and steps together until the errors of both are known or small enough.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs of a motion by an integrator.
-    model : Model
-        Its elements.
-    order, step_order : int
-        Orders of positions in the length of the elements, and of the integrator.
-
-    Returns
-    -------
-    Refinement or None
-        None if a run fails, or motions do not converge: then mesh and steps must be refined
-        separately.
+    The orders are those of positions in the length of the elements, and of the integrator.  None if
+    a run fails, or motions do not converge: then mesh and steps must be refined separately.
     """
     growth = _growth(order)
     runs: list[TrialRun] = []
@@ -124,7 +109,7 @@ def refine_together(
         differences = goal_differences(trials.goals, one, other)
         if _is_close(trials, other, whole) and resolves_vibrations(trials, other):
             ratios = [
-                min(growth**p, float(STEP_GROWTH**step_order)) for p in _orders(trials, order)
+                min(growth**p, float(STEP_GROWTH**step_order)) for p in mesh_orders(trials, order)
             ]
             errors = [_error(*each) for each in zip(differences, last, ratios, strict=True)]
             pairs = zip(errors, absolute_tolerances(trials.goals, other), strict=True)
@@ -194,23 +179,12 @@ def _error(difference: float, before: float, ratio: float) -> float:
 
 
 def refine_other_elements(
-    trials: TrialRuns, model: Model, order: int, time: TimeError, reference_run: TrialRun
+    trials: TrialRuns, model: Model, order: int, time: RunEstimates, reference_run: TrialRun
 ) -> Refinement | None:
     """Estimate the mesh error of other elements, with the time error of known ones.
 
-    Parameters
-    ----------
-    trials, model, order
-        As in `refine_together`.
-    time : TimeError
-        Of the steps, with the known elements.
-    reference_run : TrialRun
-        The run of the known elements on the finest mesh.
-
-    Returns
-    -------
-    Refinement or None
-        None if a run fails, or the two meshes are the same.
+    The reference run has the known elements on the finest mesh.  None if a run fails, or the two
+    meshes are the same.
     """
     n_longest, steps = float(max(reference_run.model.counts.values())), reference_run.steps
     growth = _growth(order)
@@ -225,30 +199,12 @@ def refine_other_elements(
     whole = history_differences(trials.goals, one, other)
     if not (_is_close(trials, other, whole) and resolves_vibrations(trials, other)):
         return None
-    of_mesh = _mesh_estimates(trials, one, other, order)
+    of_mesh = mesh_estimates(trials, (one, other), order)
     errors = [m.conservative + t.at(steps) for m, t in zip(of_mesh, time.estimates, strict=True)]
     pairs = zip(errors, absolute_tolerances(trials.goals, other), strict=True)
     is_enough = all(error <= TOLERANCE_FRACTION * tolerance for error, tolerance in pairs)
-    mesh = MeshError(of_mesh, (one, other))
+    mesh = RunEstimates(of_mesh, (one, other))
     return Refinement(time, mesh, tuple(errors) if is_enough else None, (one, other))
-
-
-def _mesh_estimates(
-    trials: TrialRuns, one: TrialRun, other: TrialRun, order: int
-) -> tuple[Estimate, ...]:
-    """Estimate the error of the mesh of the second of two runs with the same steps."""
-    counts = [elements_of(one), elements_of(other)]
-    differences = goal_differences(trials.goals, one, other)
-    columns = zip(differences, trials.goals, other.histories, strict=True)
-    return tuple(
-        estimate(
-            counts,
-            [difference],
-            goal.quantity.order(order),
-            SOLVER_NOISE * goal.quantity.size(history),
-        )
-        for difference, goal, history in columns
-    )
 
 
 def _has_inner_nodes(trials: TrialRuns, model: Model) -> bool:
@@ -264,11 +220,6 @@ def _without_damping(trials: TrialRuns) -> TrialRuns:
     if not isinstance(integrator, GeneralizedAlpha) or integrator.rho_inf >= 1.0:
         return trials
     return trials.with_integrator(GeneralizedAlpha(1.0))
-
-
-def _orders(trials: TrialRuns, order: int) -> list[int]:
-    """Return the order of every quantity in the length of the elements."""
-    return [each.quantity.order(order) for each in trials.goals]
 
 
 def _is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
@@ -302,12 +253,12 @@ def _combine(
     one, other = runs[-2:]
     ratio = elements_of(other) / elements_of(one)
     of_steps, of_mesh = [], []
-    for error, p in zip(errors, _orders(trials, order), strict=True):
+    for error, p in zip(errors, mesh_orders(trials, order), strict=True):
         half = 0.5 * error
         of_steps.append(Estimate(other.steps, half, step_order, False, STEP_GROWTH, False))
         of_mesh.append(Estimate(elements_of(other), half, p, False, ratio, False))
     last = (one, other)
-    time, mesh = TimeError(tuple(of_steps), last), MeshError(tuple(of_mesh), last)
+    time, mesh = RunEstimates(tuple(of_steps), last), RunEstimates(tuple(of_mesh), last)
     return Refinement(time, mesh, tuple(errors), tuple(runs))
 
 
@@ -342,8 +293,8 @@ def _separate(
         )
         if is_expensive and all(each.is_observed for each in of_steps):
             break
-    mesh = MeshError(_mesh_estimates(trials, halved[1], other, order), (halved[1], other))
-    return Refinement(TimeError(of_steps, tuple(halved)), mesh, None, (*runs, *halved[1:]))
+    mesh = RunEstimates(mesh_estimates(trials, (halved[1], other), order), (halved[1], other))
+    return Refinement(RunEstimates(of_steps, tuple(halved)), mesh, None, (*runs, *halved[1:]))
 
 
 def _max_ratio(known: Estimate) -> float:

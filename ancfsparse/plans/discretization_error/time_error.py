@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 from ancfsparse.errors import PlanError
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
+from ancfsparse.plans.discretization_error.richardson import Estimate
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, step_estimates
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.trial_runs import (
     BASE_BUDGET,
@@ -30,40 +30,14 @@ ORDER_TOLERANCE = 0.15  # relative deviation of a ratio of differences that conf
 STAGNATION_HALVINGS = 3
 STAGNATION_BUDGET = 0.5  # of the base budget, spent first: steps may still be too long to converge
 HASTY_FACTOR = 0.5  # of both limits, if a finer mesh may be better
-SOLVER_NOISE = 1e-7  # difference by the tolerance of the solver, relative to the quantity
 # The undamped integrator conserves vibrations that long damped steps remove.
 MAX_DAMPING_RATIO = 4.0  # difference between damped and undamped motions over the estimated error
 
 
-@dataclass(frozen=True)
-class TimeError:
-    """Estimates from trial runs with several steps.
-
-    Attributes
-    ----------
-    estimates : tuple of Estimate
-        For every quantity, by the number of steps.
-    runs : tuple of TrialRun
-        With ascending numbers of steps, each twice the previous one.
-    """
-
-    estimates: tuple[Estimate, ...]
-    runs: tuple[TrialRun, ...]
-
-
-def time_error(trials: TrialRuns, model: Model, order: int, hasty: bool = False) -> TimeError:
+def time_error(trials: TrialRuns, model: Model, order: int, hasty: bool = False) -> RunEstimates:
     """Halve the step until the error of every quantity can be predicted.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs.
-    model : Model
-        A coarse one.
-    order : int
-        Order of the integrator.
-    hasty : bool, optional
-        Whether to stop as soon as differences decrease slowly, since a finer mesh may be better.
+    A `hasty` search stops as soon as differences decrease slowly, since a finer mesh may be better.
 
     Raises
     ------
@@ -89,7 +63,7 @@ def time_error(trials: TrialRuns, model: Model, order: int, hasty: bool = False)
         if _is_enough(trials, runs, estimates, order) and agrees_with_undamped(
             trials, model, runs, estimates
         ):
-            return TimeError(estimates, tuple(runs))
+            return RunEstimates(estimates, tuple(runs))
         if _stagnates(trials, runs, hasty):
             break
     if trials.failure is not None and len(runs) < 2:
@@ -101,11 +75,11 @@ def time_error(trials: TrialRuns, model: Model, order: int, hasty: bool = False)
     raise PlanError(quantity.name, tolerances[i], differences[i], quantity.unit, len(runs))
 
 
-def no_time_error(trials: TrialRuns, model: Model) -> TimeError:
+def no_time_error(trials: TrialRuns, model: Model) -> RunEstimates:
     """Return the run of an equilibrium, without an error of steps."""
     run = trials.run(model, 1)
     assert run is not None  # statics has no failing steps
-    return TimeError((Estimate(1.0, 0.0, 2.0, is_asymptotic=True),) * len(trials.goals), (run,))
+    return RunEstimates((Estimate(1.0, 0.0, 2.0, is_asymptotic=True),) * len(trials.goals), (run,))
 
 
 def _stagnates(trials: TrialRuns, runs: Sequence[TrialRun], hasty: bool) -> bool:
@@ -117,19 +91,6 @@ def _stagnates(trials: TrialRuns, runs: Sequence[TrialRun], hasty: bool) -> bool
     differences = [history_differences(trials.goals, a, b) for a, b in pairwise(runs)]
     series = zip(*differences, strict=True)
     return any(each[-1] > 0.5 * factor * each[-1 - STAGNATION_HALVINGS] for each in series)
-
-
-def step_estimates(trials: TrialRuns, runs: Sequence[TrialRun], order: int) -> tuple[Estimate, ...]:
-    """Estimate the error of the last of several runs on one mesh for every quantity."""
-    steps = [run.steps for run in runs[-3:]]
-    pairs = zip(runs[-3:], runs[-2:] if len(runs) > 2 else runs[-1:], strict=False)
-    differences = [goal_differences(trials.goals, one, other) for one, other in pairs]
-    return tuple(
-        estimate(steps, each, order, SOLVER_NOISE * goal.quantity.size(history))
-        for each, goal, history in zip(
-            zip(*differences, strict=True), trials.goals, runs[-1].histories, strict=True
-        )
-    )
 
 
 def _is_enough(

@@ -11,12 +11,7 @@ Array = NDArray[np.float64]
 def find_swings(values: Array, min_size: float) -> tuple[NDArray[np.intp], Array]:
     """Return the swings of a quantity between successive turning points.
 
-    Parameters
-    ----------
-    values : (k,) float
-        Values at equidistant times.
-    min_size : float
-        Size above which swings count [unit of the quantity].
+    Of values (k,) at equidistant times, swings above `min_size` [unit of the quantity].
 
     Returns
     -------

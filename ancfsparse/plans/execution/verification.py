@@ -29,15 +29,7 @@ ROD_ELEMENTS = 4  # elements in place of a rigid rod in the verification run
 
 
 def measure_errors(plan: PlanData, run: Trajectory) -> tuple[float, ...]:
-    """Return the change of every quantity one refinement level finer [its unit].
-
-    Parameters
-    ----------
-    plan : PlanData
-        The plan.
-    run : Trajectory
-        Its motion.
-    """
+    """Return the change of every quantity of a run one refinement level finer [its unit]."""
     scene = refine_given_meshes(plan.source) or plan.source
     finer = build_model(scene, refine_model(plan.model, plan.source.dim))
     return differences(plan, run, _verification_run(plan, finer, run))

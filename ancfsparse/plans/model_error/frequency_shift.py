@@ -37,22 +37,10 @@ SIGNS = {"shear": -1.0, "rotary inertia": -1.0, "torsion": 1.0, "bending": 1.0}
 
 
 def frequency_effects(scene: Scene, run: Trajectory, quantity: Frequency) -> dict[str, float]:
-    """Estimate the change of a natural frequency by the effects that a model neglects.
+    """Estimate the change of a natural frequency of cables and strings at an equilibrium [Hz].
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene, of cables and strings.
-    run : Trajectory
-        Its equilibrium.
-    quantity : Frequency
-        The number of the frequency.
-
-    Returns
-    -------
-    dict of str to float
-        Changes by effect, named as in `neglected_effects` [Hz].  The effect of torsion is the
-        whole frequency if torsional vibrations, which cables lack, may precede it.
+    By effect, named as in `neglected_effects`.  The effect of torsion is the whole frequency if
+    torsional vibrations, which cables lack, may precede it.
     """
     lowest = _modes(scene, run, quantity.number)
     i, frequencies = quantity.number - 1, lowest.frequencies

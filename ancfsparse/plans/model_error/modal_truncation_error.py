@@ -100,14 +100,7 @@ def max_node_displacement(system: System, displacements: Array) -> float:
 def modal_sum_errors(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[str, float]:
     """Estimate the difference of a quantity between a sum of modes and the complete motion.
 
-    Parameters
-    ----------
-    modes : Modes
-        The modes of the sum.
-    run : Trajectory
-        The motion that `modal_response` has returned for them.
-    quantity : Quantity
-        Of its scene.
+    The run is that of `modal_response` for the modes.
 
     Returns
     -------
@@ -187,6 +180,5 @@ def _nonlinear_displacements(
 def _change(run: Trajectory, quantity: Quantity, samples: Array, q: Array, v: Array) -> float:
     """Return the largest change of a quantity with other coordinates and velocities."""
     states = select_states(run, samples)
-    changed = quantity.history(replace(states, q=q, v=v))
-    difference = quantity.difference(changed, quantity.history(states))
-    return float(np.linalg.norm(difference, axis=1).max())
+    changed = replace(states, q=q, v=v)
+    return quantity.largest_difference(quantity.history(changed), quantity.history(states))

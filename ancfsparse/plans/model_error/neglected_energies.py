@@ -143,22 +143,10 @@ def neglected_effects(
 
 
 def bending_effect(run: Trajectory, bodies: list[ElasticBody], quantity: Quantity) -> float:
-    """Estimate the change of a quantity without the bending stiffness of some bodies.
+    """Estimate the change of a quantity without the bending stiffness of some cables or beams.
 
-    Parameters
-    ----------
-    run : Trajectory
-        Their motion, with bending.
-    bodies : list of ElasticBody
-        Cables or beams.
-    quantity : Quantity
-        Of their scene.
-
-    Returns
-    -------
-    float
-        Its size times the bending energy of the polygons of nodes over the energy of their tension,
-        both largest over time [unit of the quantity].
+    Its size times the bending energy of the polygons of nodes over the energy of their tension,
+    both largest over time [unit of the quantity].
     """
     states = _thin_out(run)
     pairs = zip(*(string_energies(states, body) for body in bodies), strict=True)
@@ -199,8 +187,7 @@ def _response(run: Trajectory, quantity: Quantity, solve: Solve, change: Change)
         handle = cast(ElasticBody, changed.counterpart(body))
         changed = changed.replaced(handle, **change(handle))
     other = quantity.in_scene(changed)
-    difference = quantity.difference(other.value(solve(changed)), quantity.value(run))
-    return float(np.linalg.norm(difference, axis=1).max()) / PROBE
+    return other.largest_difference(other.value(solve(changed)), quantity.value(run)) / PROBE
 
 
 def _soften(body: ElasticBody) -> dict[str, Any]:

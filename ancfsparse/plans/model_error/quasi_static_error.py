@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import ApproximateModesWarning
-from ancfsparse.plans.quantities.quantity import Quantity
+from ancfsparse.plans.quantities.quantity import Quantity, largest_norm
 from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.scene import Scene
@@ -26,17 +26,7 @@ N_SAMPLES = 9  # states of the path at which forces of inertia and damping are e
 def inertia_error(run: Trajectory, quantity: Quantity) -> float:
     """Estimate the difference of a quantity between a slow motion and its equilibria.
 
-    Parameters
-    ----------
-    run : Trajectory
-        The path that `quasi_static` has returned.
-    quantity : Quantity
-        Of its scene.
-
-    Returns
-    -------
-    float
-        Largest difference over time [unit of the quantity].
+    Largest over time [unit of the quantity], from the path that `quasi_static` has returned.
 
     Notes
     -----
@@ -50,7 +40,7 @@ def inertia_error(run: Trajectory, quantity: Quantity) -> float:
         return np.inf
     values, dt = quantity.history(run), float(np.diff(run.t).min())
     rates = np.diff(values, axis=0) / dt
-    changes = _largest_norm(np.diff(rates, axis=0)) if len(rates) > 1 else 0.0
+    changes = largest_norm(np.diff(rates, axis=0)) if len(rates) > 1 else 0.0
     # Between two states a rate may jump, which excites a vibration by the whole change, or its
     # slope may, which excites one by the acceleration.
     vibration = changes * max(1.0 / (omega**2 * dt), 1.0 / omega)
@@ -97,10 +87,6 @@ def max_load_acceleration(changes: Sequence[Array], t_end: float) -> float:
     return largest
 
 
-def _largest_norm(vectors: Array) -> float:
-    return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
-
-
 def _lowest_eigenvalue(scene: Scene, at: State) -> float:
     with warnings.catch_warnings():  # the symmetric part of the matrices suffices for an estimate
         warnings.simplefilter("ignore", ApproximateModesWarning)
@@ -122,7 +108,7 @@ def _distance_from_equilibrium(run: Trajectory, quantity: Quantity, first: Array
     start = run.system.q0[None]
     rest = np.zeros_like(start)
     at_start = select_states(run, slice(1), q=start, v=rest, a=rest)
-    return _largest_norm(quantity.difference(quantity.history(at_start), first))
+    return quantity.largest_difference(quantity.history(at_start), first)
 
 
 def _dynamic_response(run: Trajectory, quantity: Quantity, values: Array) -> float:
@@ -150,4 +136,4 @@ def _dynamic_response(run: Trajectory, quantity: Quantity, values: Array) -> flo
         dx, _ = equations.correction(StaticState(here.q, here.lam, r, np.zeros_like(here.phi)))
         row[: len(dx)] += dx
     changed = select_states(run, samples, q=displaced)
-    return _largest_norm(quantity.difference(quantity.history(changed), values[samples]))
+    return quantity.largest_difference(quantity.history(changed), values[samples])

@@ -23,20 +23,8 @@ MAX_SOFTENING = 0.5
 def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     """Estimate the deflection of a beam in a motion in which it is a rigid rod.
 
-    Parameters
-    ----------
-    run : Trajectory
-        The motion.
-    rod : RigidBody
-        The rod.
-    beam : Beam
-        The beam that the rod replaces.
-
-    Returns
-    -------
-    float
-        Largest deflection over time [m]; infinite if the motion is about as fast as the lowest
-        vibration of the beam, or compression is near its buckling load.
+    Largest over time [m]; infinite if the motion is about as fast as the lowest vibration of the
+    beam, or compression is near its buckling load.
 
     Notes
     -----
@@ -72,15 +60,7 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
 
 
 def transverse_deflection(beam: Beam, across: float) -> float:
-    """Return the deflection of a hinged beam under a suddenly applied acceleration [m].
-
-    Parameters
-    ----------
-    beam : Beam
-        The beam.
-    across : float
-        Acceleration normal to the beam [m/s2].
-    """
+    """Return the deflection [m] of a hinged beam under a sudden transverse acceleration [m/s2]."""
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
     bending = given["bending_stiffness_z"]
     if beam.dim == SPATIAL:

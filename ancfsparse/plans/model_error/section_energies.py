@@ -109,19 +109,8 @@ def rotary_energy(run: Trajectory, body: ElasticBody) -> Array:
 def folds(tangents: Array, body: ElasticBody) -> tuple[Array, Array]:
     """Return the changes of direction of a string at its nodes, and the bending stiffness there.
 
-    Parameters
-    ----------
-    tangents : ndarray, shape (k, e, dim)
-        Its `directions`.
-    body : ElasticBody
-        The string.
-
-    Returns
-    -------
-    ndarray, shape (k, m, dim)
-        Changes of direction between two successive elements.
-    ndarray, shape (m,)
-        Bending stiffness over the distance of their midpoints [N m].
+    From its `directions`, shape (k, e, dim): changes between successive elements, (k, m, dim), and
+    bending stiffness over the distance of their midpoints, (m,) [N m].
     """
     after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
     pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]

@@ -56,7 +56,9 @@ class MeshGrading:
 
 
 def error_density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Array:
-    """Return the mean square over states of r'''' in every element.
+    """Return the mean square over states of r'''' in every element, (n,) [1/m6].
+
+    The larger of the values at both nodes, by divided differences of r'''.
 
     Parameters
     ----------
@@ -66,11 +68,6 @@ def error_density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Arr
         Lengths of the elements [m].
     loaded : ndarray of bool, shape (n + 1,)
         Nodes with forces, where r''' jumps.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        The larger of the values at both nodes, by divided differences of r''' [1/m6].
     """
     h = lengths[:, None]
     third = 12.0 * (r[:, :-1] - r[:, 1:]) / h**3 + 6.0 * (slopes[:, :-1] + slopes[:, 1:]) / h**2
@@ -88,12 +85,7 @@ def error_density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Arr
 def equidistributed(f: Array, nodes: Array) -> MeshGrading:
     """Return the grading with equal errors in all elements.
 
-    Parameters
-    ----------
-    f : ndarray, shape (n,)
-        As `error_density` returns it, not zero everywhere.
-    nodes : ndarray, shape (n + 1,)
-        Relative positions of the nodes.
+    From the `error_density`, (n,), not zero everywhere, and relative positions of nodes, (n + 1,).
     """
     lengths = np.diff(nodes)
     rate = f ** (1.0 / (ENERGY_ORDER + 1.0))

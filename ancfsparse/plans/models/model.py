@@ -148,12 +148,7 @@ def refine_given_meshes(scene: Scene) -> Scene | None:
 def element_counts(scene: Scene, n_longest: float) -> dict[str, int]:
     """Return numbers of elements of nearly equal length for all beams and edges to be meshed.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    n_longest : float
-        Number of elements on the longest of these; shorter ones have at least one.
+    The longest of these has `n_longest`; shorter ones have at least one.
     """
     lengths = _mesh_lengths(scene)
     longest = max(lengths.values(), default=1.0)
@@ -168,13 +163,8 @@ def _round(count: float) -> int:
 def coarse_count(scene: Scene, across: float) -> float:
     """Return the number of elements on the longest beam or edge of a coarse mesh.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    across : float
-        Number of elements on a beam; or, if only meshes of cables are automatic, across the largest
-        of them.
+    With `across` elements on a beam; or, if only meshes of cables are automatic, across the largest
+    of them.
     """
     lengths = _mesh_lengths(scene)
     bodies = [scene.body(name) for name in lengths]

@@ -65,19 +65,14 @@ class PlanarScene:
 
 
 def reduce_to_plane(scene: Scene) -> PlanarScene | None:
-    """Rebuild a scene that moves in a plane as a planar scene.
+    """Rebuild a scene in space that moves in a plane as a planar scene.
 
     The plane is arbitrary.  Geometry, gravity, loads, joints and initial velocities must lie in it
     to rounding (1e-13 of their size); the motion is then the same.
 
-    Parameters
-    ----------
-    scene : Scene
-        A scene in space.
-
     Returns
     -------
-    InPlane or None
+    PlanarScene or None
         None if the scene is planar already, if anything leaves the plane, or if it has a part
         without a planar form here: rigid bodies, joints other than `pin`, `clamp`, `connect`,
         `revolute`, `rod`, `distance` and `drive`, forces that are functions of the motion, follower

@@ -90,15 +90,10 @@ class Plane:
         return self.origin + self.lift(positions)
 
     def project(self, value: Any, how: str) -> Any:
-        """Return a value, a signal or a function of time in the planar scene.
+        """Return a value of shape (3,), a signal or a function of time in the planar scene.
 
-        Parameters
-        ----------
-        value : array_like of shape (3,), Signal or callable
-            In space.
-        how : str
-            ``"into"`` for vectors, ``"put"`` for positions, ``"across"`` for vectors along the
-            normal.
+        `how`: ``"into"`` for vectors, ``"put"`` for positions, ``"across"`` for vectors along the
+        normal.
         """
         if isinstance(value, Signal):
             return self._signal(value, how)
@@ -172,16 +167,9 @@ class PlanarFunction:
 
 
 def find_plane(points: Vector, vectors: Vector, down: Vector) -> Plane:
-    """Return the plane that contains points and vectors.
+    """Return the plane that contains points (k, 3) [m] and vectors (m, 3) of any length.
 
-    Parameters
-    ----------
-    points : ndarray, shape (k, 3)
-        Positions; the first is the origin [m].
-    vectors : ndarray, shape (m, 3)
-        Directions, of any length above zero.
-    down : ndarray, shape (3,)
-        Gravity, which is along -e_y if there is any.
+    The first point is the origin; gravity, if there is any, is `down` and along -e_y.
 
     Raises
     ------

@@ -18,17 +18,8 @@ Array = NDArray[np.float64]
 def prolongate(run: Trajectory, scene: Scene) -> State | None:
     """Return the last state of a run, interpolated on another mesh, without multipliers.
 
-    Parameters
-    ----------
-    run : Trajectory
-        On one mesh.
-    scene : Scene
-        The same scene with another mesh.
-
-    Returns
-    -------
-    State or None
-        Initial guess for `solve_static`; None if elements differ.
+    It is an initial guess for `solve_static` of the same scene with that mesh; None if elements
+    differ.
     """
     system = run.system
     bodies = list(zip(system.bodies, system.places, strict=True))

@@ -23,6 +23,11 @@ ENERGIES = ("total", "kinetic", "elastic", "potential")
 PARTS = ("N", "Q", "M", "T")
 
 
+def largest_norm(vectors: Array) -> float:
+    """Return the largest norm of the rows of (k, m); zero of none."""
+    return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+
+
 @dataclass(frozen=True, eq=False)
 class Quantity(ABC):
     """Quantity of interest of a motion or an equilibrium.
@@ -42,12 +47,15 @@ class Quantity(ABC):
     is_expensive : bool
         Whether its evaluation in one state takes about as long as a step, so that trial runs
         evaluate it in fewer states.
+    is_relative_to_start : bool
+        Whether relative errors refer to its largest change since the start.
     """
 
     at: str = field(default="saved", kw_only=True)
     unit: ClassVar[str] = "m"
     is_expensive: ClassVar[bool] = False
     is_static: ClassVar[bool] = False
+    is_relative_to_start: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the times."""
@@ -99,12 +107,12 @@ class Quantity(ABC):
         if self.at == "end":
             return history[-1:]
         if self.at == "largest":
-            return np.array([[np.linalg.norm(history, axis=1).max()]])
+            return np.array([[largest_norm(history)]])
         return history
 
     def size(self, history: Array) -> float:
         """Return the size that relative errors refer to: the largest magnitude over time [unit]."""
-        return float(np.linalg.norm(history, axis=1).max())
+        return largest_norm(history - history[0] if self.is_relative_to_start else history)
 
     def varies(self, run: Trajectory) -> bool:
         """Return True unless all its changes are errors of the time steps."""
@@ -114,12 +122,22 @@ class Quantity(ABC):
         """Return the difference of values, of the shape of both [unit]."""
         return one - other
 
+    def largest_difference(self, one: Array, other: Array) -> float:
+        """Return the largest magnitude of the difference of values [unit]."""
+        return largest_norm(self.difference(one, other))
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AtPoint(Quantity):
     """Quantity of one point."""
 
     point: Point
+    label: ClassVar[str]
+
+    @property
+    def name(self) -> str:
+        """Name in printed plans and messages."""
+        return f"{self.label} {self.point!r}"
 
     def in_scene(self, scene: Scene) -> Quantity:
         """Return the same quantity of a scene that was built from its own."""
@@ -143,29 +161,19 @@ class AtPoint(Quantity):
 class Position(AtPoint):
     """Quantity returned by `position`."""
 
-    @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"position of {self.point!r}"
+    is_relative_to_start: ClassVar[bool] = True
+    label: ClassVar[str] = "position of"
 
     def history(self, run: Trajectory) -> Array:
         """Return positions (k, dim) [m]."""
         return run.position(self.point)
 
-    def size(self, history: Array) -> float:
-        """Return the largest displacement since the start [m]."""
-        return float(np.linalg.norm(history - history[0], axis=1).max())
-
 
 class Velocity(AtPoint):
     """Quantity returned by `velocity`."""
 
+    label: ClassVar[str] = "velocity of"
     unit: ClassVar[str] = "m/s"
-
-    @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"velocity of {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
         """Return velocities (k, dim) [m/s]."""
@@ -175,12 +183,9 @@ class Velocity(AtPoint):
 class SlopeAngle(AtPoint):
     """Quantity returned by `slope_angle`."""
 
+    is_relative_to_start: ClassVar[bool] = True
+    label: ClassVar[str] = "slope angle at"
     unit: ClassVar[str] = "rad"
-
-    @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"slope angle at {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
         """Return angles (k, 1) [rad]."""
@@ -192,10 +197,6 @@ class SlopeAngle(AtPoint):
             angles = np.arctan2(across, slopes @ slopes[0])
         return np.asarray(angles).reshape(-1, 1)
 
-    def size(self, history: Array) -> float:
-        """Return the largest rotation since the start [rad]."""
-        return float(np.abs(history - history[0]).max())
-
     def difference(self, one: Array, other: Array) -> Array:
         """Return the difference modulo 2 pi, since saved times may not resolve whole turns."""
         return np.asarray((one - other + np.pi) % (2.0 * np.pi) - np.pi)
@@ -204,13 +205,9 @@ class SlopeAngle(AtPoint):
 class Reaction(AtPoint):
     """Quantity returned by `reaction`."""
 
+    label: ClassVar[str] = "reaction at"
     unit: ClassVar[str] = "N"
     is_expensive: ClassVar[bool] = True
-
-    @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"reaction at {self.point!r}"
 
     def check(self, scene: Scene) -> None:
         """Refuse a point without a joint."""
@@ -243,9 +240,9 @@ class SectionForceAt(AtPoint):
         return "N m" if self.part in "MT" else "N"
 
     @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"section force {self.part} at {self.point!r}"
+    def label(self) -> str:  # type: ignore[override]
+        """Name without the point."""
+        return f"section force {self.part} at"
 
     def order(self, position_order: int) -> int:
         """Return the order: moments need two derivatives, shear three; tension is constant."""
@@ -265,12 +262,8 @@ class SectionForceAt(AtPoint):
 class Strain(AtPoint):
     """Quantity returned by `strain`."""
 
+    label: ClassVar[str] = "strain at"
     unit: ClassVar[str] = ""
-
-    @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"strain at {self.point!r}"
 
     def order(self, position_order: int) -> int:
         """Return the order: axial strains are mean values over an element."""
@@ -287,6 +280,7 @@ class EnergyOf(Quantity):
 
     part: str = "total"
     unit: ClassVar[str] = "J"
+    is_relative_to_start: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the part."""
@@ -310,20 +304,12 @@ class EnergyOf(Quantity):
         energy = run.energy
         return self.part != "total" or bool(energy.work.any() or energy.dissipated.any())
 
-    def size(self, history: Array) -> float:
-        """Return the largest change since the start [J]."""
-        return float(np.abs(history - history[0]).max())
-
 
 class StaticDeflection(AtPoint):
     """Quantity returned by `static_deflection`."""
 
+    label: ClassVar[str] = "static deflection of"
     is_static: ClassVar[bool] = True
-
-    @property
-    def name(self) -> str:
-        """Name in printed plans and messages."""
-        return f"static deflection of {self.point!r}"
 
     def history(self, run: Trajectory) -> Array:
         """Return displacements from the reference shape (k, dim) [m]."""

@@ -14,14 +14,8 @@ from ancfsparse.results import Trajectory
 def select_states(run: Trajectory, rows: slice | NDArray[Any], **changes: Any) -> Trajectory:
     """Return a trajectory with some of the saved states of another one.
 
-    Parameters
-    ----------
-    run : Trajectory
-        The other one.
-    rows : slice or ndarray of int
-        Indices of the states.
-    **changes
-        Arrays of the selected states that differ, such as ``q`` and ``v``, and other fields.
+    With other arrays of the selected states, such as ``q`` and ``v``, and other fields in
+    `changes`.
     """
     arrays = {name: np.asarray(getattr(run, name))[rows] for name in ("t", "q", "v", "a", "lam")}
     return replace(run, **{**arrays, **changes})

@@ -49,13 +49,8 @@ class Goal:
 def check_goals(quantities: Sequence[Quantity], error: Any) -> tuple[Goal, ...]:
     """Return quantities with their errors.
 
-    Parameters
-    ----------
-    quantities : sequence of Quantity
-        The quantities.
-    error : float, str or sequence of them
-        One for all, or one for each: a number in the unit of the quantity, or a string such as
-        ``"1 %"``, relative to its size.
+    The error is one for all, or one for each: a number in the unit of the quantity, or a string
+    such as ``"1 %"``, relative to its size.
 
     Raises
     ------

@@ -16,8 +16,9 @@ from ancfsparse.plans.discretization_error.error_model import (
     ErrorModel,
     scaled,
 )
-from ancfsparse.plans.discretization_error.mesh_error import corrected_estimates, elements_of
+from ancfsparse.plans.discretization_error.mesh_error import corrected_estimates
 from ancfsparse.plans.discretization_error.richardson import Estimate
+from ancfsparse.plans.discretization_error.run_estimates import elements_of
 from ancfsparse.plans.selection.discretization_search import refine_separately
 from ancfsparse.plans.trial_runs.trial_runs import (
     BASE_BUDGET,
@@ -38,17 +39,7 @@ MIN_ORDER_FRACTION = 0.5  # of the estimated orders, to which they may be correc
 def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
     """Run the selected mesh and step if that is short, and correct the estimates by the result.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs.
-    error_model : ErrorModel
-        Result of the trial runs.
-
-    Returns
-    -------
-    ErrorModel
-        With corrected estimates and the confirmed run; unchanged if a run is long.
+    The error model is returned unchanged if a run is long.
     """
     if error_model.selected is not None:
         if error_model.excess(*error_model.selected) <= 1.0:
@@ -76,7 +67,7 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         if error_model.excess(*tried) <= 1.0:
             return replace(error_model, selected=tried)
         limit = MAX_WORK_RATIO * before.work(*selected)
-        if error_model.is_simultaneous and error_model.work(*error_model.optimum()) > limit:
+        if error_model.is_simultaneous and error_model.optimal_work > limit:
             longer = refine_separately(trials, error_model.model, None, None)
             return confirm_selection(trials, longer.with_effects(error_model.effects))
         if error_model is before and tried != selected:  # estimates hold for the selection too

@@ -10,17 +10,17 @@ from ancfsparse.plans.discretization_error.low_regularity import refine_to_bound
 from ancfsparse.plans.discretization_error.mesh_error import (
     COARSEST_COUNT,
     GROWTH,
-    MeshError,
     error_of_given_meshes,
     mesh_error,
 )
 from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates
 from ancfsparse.plans.discretization_error.sampling_error import sampling_error
 from ancfsparse.plans.discretization_error.simultaneous_refinement import (
     refine_other_elements,
     refine_together,
 )
-from ancfsparse.plans.discretization_error.time_error import TimeError, no_time_error, time_error
+from ancfsparse.plans.discretization_error.time_error import no_time_error, time_error
 from ancfsparse.plans.models.model import Model, coarse_count, convergence_order, open_bodies
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
@@ -97,7 +97,7 @@ def refine_separately(
 
     given = (0.0,) * len(trials.goals)
 
-    def build_error_model(mesh: MeshError | None) -> ErrorModel:
+    def build_error_model(mesh: RunEstimates | None) -> ErrorModel:
         last = mesh.runs[-1] if mesh else time.runs[-1]
         graded = model if mesh is None else replace(model, gradings=last.model.gradings)
         tolerances = tuple(absolute_tolerances(trials.goals, last))
@@ -107,14 +107,14 @@ def refine_separately(
             graded, time, mesh, given, tolerances, cost, fixed_steps, base=base, order=order
         )
 
-    def grade(mesh: MeshError, done: bool) -> Model | None:
+    def grade(mesh: RunEstimates, done: bool) -> Model | None:
         """Return graded meshes if two runs with them, in place of the next one, reduce the work."""
         last = mesh.runs[-1]
         gradings, gain = grade_meshes(trials.scene, last)
         if gain < MIN_GRADING_GAIN:
             return None
         planned = build_error_model(mesh)
-        work = planned.work(*planned.optimum())
+        work = planned.optimal_work
         more = 1.0 + 1.0 / GROWTH - (0.0 if done else GROWTH)
         saved = work * (1.0 - 1.0 / gain) - more * last.cost.work
         pays = saved > (MIN_WORK_SAVED if done else 0.0)
@@ -172,11 +172,11 @@ def _pays_to_grade(trials: TrialRuns, error_model: ErrorModel) -> bool:
     """Return True if graded meshes save more work than the trial runs that lead to them."""
     last = error_model.reference_run
     _, gain = grade_meshes(trials.scene, last)
-    saved = error_model.work(*error_model.optimum()) * (1.0 - 1.0 / gain)
+    saved = error_model.optimal_work * (1.0 - 1.0 / gain)
     return gain >= MIN_GRADING_GAIN and saved > MIN_WORK_SAVED + GRADING_RUNS * last.cost.work
 
 
-def _coarse_time_error(trials: TrialRuns, model: Model) -> tuple[float, Model, TimeError]:
+def _coarse_time_error(trials: TrialRuns, model: Model) -> tuple[float, Model, RunEstimates]:
     """Return the coarsest mesh on which steps converge, and the error of the steps there."""
     n_longest = first = coarse_count(trials.scene, COARSEST_COUNT)
     coarse = trials.with_mesh(model, n_longest)
@@ -196,7 +196,7 @@ def _coarse_time_error(trials: TrialRuns, model: Model) -> tuple[float, Model, T
         n_longest *= 2.0
 
 
-def _steps_for_meshes(trials: TrialRuns, time: TimeError) -> int:
+def _steps_for_meshes(trials: TrialRuns, time: RunEstimates) -> int:
     """Return the smallest number of steps accurate enough for a comparison of meshes."""
     tolerances = absolute_tolerances(trials.goals, time.runs[-1])
     for run in time.runs[:-1]:

@@ -117,15 +117,8 @@ def estimate_effects(
 ) -> list[dict[str, float]]:
     """Estimate the modelling errors of a trial run by effect, for every quantity [its unit].
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs.
-    trial : TrialRun
-        One of them.
-    coarse_run : TrialRun, optional
-        A cheaper one, repeated with changed compliance and density to measure the response of
-        quantities where that may matter.
+    Where the response of quantities may matter, it is measured by a cheaper, coarse run, repeated
+    with changed compliance and density.
     """
     scene = trial.run.system.scene
     solve = None if coarse_run is None else _solver_like(trials, coarse_run)
@@ -164,18 +157,9 @@ def cheapest_sufficient(
     effects: Sequence[Mapping[str, float]],
     tolerances: Sequence[float],
 ) -> ElementChoice:
-    """Return the cheapest element with negligible modelling errors.
+    """Return the cheapest of several elements with negligible modelling errors.
 
-    Parameters
-    ----------
-    elements : sequence of ElementChoice
-        From the cheapest to the richest.
-    first : ElementChoice
-        The element for which effects were estimated.
-    effects : sequence of mapping
-        Its modelling errors, for every quantity [its unit].
-    tolerances : sequence of float
-        Largest error of every quantity, see `reachable_tolerances` [its unit].
+    From the effects of the `first` element and `reachable_tolerances` of every quantity [its unit].
     """
     richer = elements[list(elements).index(first) :]
     return next((each for each in richer if is_sufficient(each, effects, tolerances)), richer[-1])
@@ -190,6 +174,34 @@ def is_sufficient(
         or not effects_neglected(each, element)
         for each, tolerance in zip(effects, tolerances, strict=True)
     )
+
+
+def largest_negligible_set(
+    effects: Mapping[str, Sequence[Mapping[str, float]]],
+    tolerances: Sequence[float],
+    fraction: float = NEGLIGIBLE_FRACTION,
+) -> tuple[list[str], list[dict[str, float]]]:
+    """Return the beams whose modelling errors together are negligible, the smallest first.
+
+    They may use a fraction of the tolerances.  Errors of every beam by effect, tolerances, and the
+    sum of the errors of these beams are for every quantity [its unit].
+    """
+
+    def excess(errors: Sequence[Mapping[str, float]]) -> float:
+        pairs = zip(errors, tolerances, strict=True)
+        return max(sum(each.values()) / tolerance for each, tolerance in pairs)
+
+    names: list[str] = []
+    total: list[dict[str, float]] = []
+    for name in sorted(effects, key=lambda name: excess(effects[name])):
+        total = total or [dict.fromkeys(each, 0.0) for each in effects[name]]
+        pairs = list(zip(total, effects[name], strict=True))
+        more = [{k: one[k] + value for k, value in other.items()} for one, other in pairs]
+        if any(sum(each.values()) > fraction * x for each, x in zip(more, tolerances, strict=True)):
+            break
+        names.append(name)
+        total = more
+    return names, total
 
 
 def floors(effects: Sequence[Mapping[str, float]]) -> tuple[float, ...]:

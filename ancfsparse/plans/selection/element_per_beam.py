@@ -23,8 +23,8 @@ from ancfsparse.plans.models.model import (
     element_counts,
 )
 from ancfsparse.plans.selection.element_hierarchy import (
-    NEGLIGIBLE_FRACTION,
     effects_neglected,
+    largest_negligible_set,
     model_of,
     open_beams,
 )
@@ -45,16 +45,7 @@ def beams_rejecting(
 ) -> list[str]:
     """Return the automatic beams that reject an element while the others have another one.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    element, other : ElementChoice
-        The element, and one that the scene admits.
-    fixed : mapping of str to ElementChoice, optional
-        Elements of beams that were selected before.
-    build, n_longest
-        See `candidates`.
+    The scene must admit the other element; `fixed`, `build` and `n_longest` as in `candidates`.
     """
     fixed, build = dict(fixed or {}), build or partial(build_model, scene)
     names = [name for name in open_beams(scene) if name not in fixed]
@@ -88,50 +79,18 @@ def beams_kept_as_cables(
     element: ElementChoice,
     tolerances: Sequence[float],
 ) -> tuple[list[str], list[dict[str, float]]]:
-    """Return the beams that may remain cables while others need richer elements.
+    """Return the beams that may remain cables while others need richer elements, and their effects.
 
-    Parameters
-    ----------
-    trial : TrialRun
-        A run with cables.
-    names : sequence of str
-        The beams that are cables by selection.
-    effects : sequence of mapping
-        Modelling errors of all cables together, for every quantity [its unit].
-    element : ElementChoice
-        That of cables.
-    tolerances : sequence of float
-        Largest error of every quantity [its unit].
-
-    Returns
-    -------
-    list of str
-        The beams.
-    list of dict
-        Modelling errors of these cables, for every quantity [its unit].
+    From a run in which they are cables by selection, and the effects of all of them together, for
+    every quantity [its unit].
     """
     fractions = _energy_fractions(trial, names)
     total = [effects_neglected(each, element) for each in effects]
-    kept: list[str] = []
-    errors: list[dict[str, float]] = [dict.fromkeys(each, 0.0) for each in total]
-
-    def excess(name: str) -> float:
-        return max(
-            sum(fractions[name].get(k, 1.0) * v for k, v in each.items()) / tolerance
-            for each, tolerance in zip(total, tolerances, strict=True)
-        )
-
-    for name in sorted(names, key=excess):
-        more = [
-            {k: error[k] + fractions[name].get(k, 1.0) * v for k, v in each.items()}
-            for each, error in zip(total, errors, strict=True)
-        ]
-        pairs = zip(more, tolerances, strict=True)
-        if any(sum(e.values()) > NEGLIGIBLE_FRACTION * tolerance for e, tolerance in pairs):
-            break
-        kept.append(name)
-        errors = more
-    return kept, errors
+    of_beams = {
+        name: [{k: fractions[name].get(k, 1.0) * v for k, v in each.items()} for each in total]
+        for name in names
+    }
+    return largest_negligible_set(of_beams, tolerances)
 
 
 def _energy_fractions(trial: TrialRun, names: Sequence[str]) -> dict[str, dict[str, float]]:
@@ -167,18 +126,7 @@ def beams_without_bending(
 ) -> list[str]:
     """Return beams whose bending together changes quantities by less than a fraction of tolerances.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs.
-    trial : TrialRun
-        One with cables.
-    names : sequence of str
-        The beams.
-    tolerances : sequence of float
-        Largest error of every quantity [its unit].
-    fraction : float
-        Of these tolerances.
+    From a run with cables; tolerances in the units of the quantities.
     """
     scene = trial.run.system.scene
     quantities = [each.quantity.in_scene(scene) for each in trials.goals]
@@ -186,11 +134,5 @@ def beams_without_bending(
     for name in names:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
-        effects[name] = [bending_effect(trial.run, [body], each) for each in quantities]
-    out, total = [], np.zeros(len(tolerances))
-    for name in sorted(names, key=lambda name: max(np.divide(effects[name], tolerances))):
-        total = total + effects[name]
-        if (total > fraction * np.asarray(tolerances)).any():
-            break
-        out.append(name)
-    return out
+        effects[name] = [{"bending": bending_effect(trial.run, [body], q)} for q in quantities]
+    return largest_negligible_set(effects, tolerances, fraction)[0]

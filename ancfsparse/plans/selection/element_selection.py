@@ -45,14 +45,8 @@ def select_elements(
     """Select the elements of all beams with automatic ones, with trial runs.
 
     All get the cheapest element that suffices for most of them; single beams get another one if
-    they reject it, need a richer one, or may be strings.
-
-    Parameters
-    ----------
-    trials, finer, fixed_steps
-        As in `search`.
-    fixed : mapping of str to ElementChoice, optional
-        Elements of beams that were selected before.
+    they reject it, need a richer one, or may be strings.  Beams in `fixed` were selected before;
+    other arguments as in `search`.
 
     Returns
     -------
@@ -147,7 +141,7 @@ def _try_strings(
     # If a run of cables already meets the tolerances, strings are tried only if they certainly do,
     # and not at all if it was short.
     is_done = cables.selected is not None and cables.excess(*cables.selected) <= 1.0
-    if is_done and cables.work(*cables.optimum()) <= BASE_BUDGET:
+    if is_done and cables.optimal_work <= BASE_BUDGET:
         return None
     scene = trials.scene
     names = [name for name in open_beams(scene) if name not in fixed]
@@ -192,8 +186,7 @@ def _is_bending_negligible(
 
 def _rank(error_model: ErrorModel) -> tuple[float, float]:
     """Return the ratio of error to tolerance of the best resolution, at least 1, and its work."""
-    optimum = error_model.optimum()
-    return max(1.0, error_model.excess(*optimum)), error_model.work(*optimum)
+    return max(1.0, error_model.optimal_excess), error_model.optimal_work
 
 
 def _reasons(

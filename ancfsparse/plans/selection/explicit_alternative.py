@@ -28,17 +28,7 @@ def select_explicit(
 ) -> tuple[TrialRuns, ErrorModel] | None:
     """Return runs by central differences if their stable steps take less work; else None.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs by an implicit integrator.
-    error_model : ErrorModel
-        Their result.
-
-    Returns
-    -------
-    TrialRuns and ErrorModel, or None
-        Explicit runs, and the error model with their steps and their cost.
+    With the error model of the implicit runs, but explicit steps and their cost.
     """
     if RIGID in error_model.model.elements.values():  # flexible beams are needed to verify it
         return None

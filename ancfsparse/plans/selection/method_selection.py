@@ -72,16 +72,8 @@ def select_method(
 ) -> Selection:
     """Select the method, the elements, the mesh and the step.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs by an integrator.
-    finer, fixed_steps
-        As in `search`.
-    is_free : bool
-        Whether methods other than that integrator may be used.
-    failure : StepError or PlanError, optional
-        Failure of time integration, if that is known: then other methods remain.
+    If the method `is_free`, others than the integrator of the runs are tried, and only these after
+    a failure of time integration; `finer` and `fixed_steps` as in `search`.
     """
     trials = _resolve_loads(trials, fixed_steps)
     why: list[str] = []
@@ -102,7 +94,7 @@ def select_method(
         except AncfError as error:
             why.append(f"{method} is not possible: {error}")
             return None
-        excess = _excess(result)
+        excess = result.optimal_excess
         richer = method.richer() if excess > 1.0 and _lacks_modes(result) else None
         if richer is not None:
             return attempt_method(richer)
@@ -115,14 +107,20 @@ def select_method(
     for method in _applicable(trials, FIRST) if is_free and failure is None else ():
         other = attempt_method(method)
         trials = _resolve_vibrations(trials, attempt)
-        if other is not None and _work(other.error_model) <= _min_work(trials, other.error_model):
+        if other is not None and other.error_model.optimal_work <= _min_work(
+            trials, other.error_model
+        ):
             return other
     try:
         if failure is None:
             error_model, reasons = select_model(trials, finer, fixed_steps)
     except (StepError, PlanError) as error:
         failure = error
-    is_long = error_model is None or _excess(error_model) > 1.0 or _work(error_model) > BASE_BUDGET
+    is_long = (
+        error_model is None
+        or error_model.optimal_excess > 1.0
+        or error_model.optimal_work > BASE_BUDGET
+    )
     if is_free and is_long:
         for method in _applicable(trials, LAST):
             other = attempt_method(method) or other
@@ -141,7 +139,8 @@ def select_method(
             "explicit steps take less work, because this mesh needs no shorter ones for stability",
         ]
     if other is not None and (
-        _excess(error_model) > 1.0 or _work(other.error_model) < _work(error_model)
+        error_model.optimal_excess > 1.0
+        or other.error_model.optimal_work < error_model.optimal_work
     ):
         return other
     return Selection(trials, error_model, (*why, *reasons))
@@ -233,11 +232,6 @@ def _applicable(
             yield method
 
 
-def _excess(error_model: ErrorModel) -> float:
-    """Return the largest ratio of error to tolerance at the best resolution."""
-    return error_model.excess(*error_model.optimum())
-
-
 def _lacks_modes(error_model: ErrorModel) -> bool:
     """Return True if tolerances would be met without the error by the modes left out."""
     errors = error_model.errors(*error_model.optimum())
@@ -316,10 +310,6 @@ def _describe_excess(
         f"{method} would exceed the tolerance by a factor of {excess:.2g}, mostly by "
         f"{SOURCE_NAMES[largest]}"
     )
-
-
-def _work(error_model: ErrorModel) -> float:
-    return error_model.work(*error_model.optimum())
 
 
 def _min_work(trials: TrialRuns, error_model: ErrorModel) -> float:

@@ -24,6 +24,7 @@ from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
     NEGLIGIBLE_FRACTION,
     SHEARED,
+    largest_negligible_set,
     model_of,
 )
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
@@ -55,15 +56,7 @@ class RigidLinks:
 def select_rigid_links(trials: TrialRuns) -> RigidLinks:
     """Select rigid beams, by a trial run in which all stiff beams are rigid.
 
-    Parameters
-    ----------
-    trials : TrialRuns
-        Runs of a motion; equilibria have no rigid beams.
-
-    Returns
-    -------
-    RigidLinks
-        Empty if there are none.
+    There are none in an equilibrium.
     """
     if trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
         return RigidLinks()
@@ -84,11 +77,13 @@ def select_rigid_links(trials: TrialRuns) -> RigidLinks:
         rod = scene.body(name)
         assert isinstance(rod, RigidBody)
         deflected = deflection(run, rod, beams[name])
+        quantities = (each.quantity.in_scene(scene) for each in trials.goals)
         effects[name] = [
-            deflection_effect(deflected, beams[name].length, goal.quantity.in_scene(scene), run)
-            for goal in trials.goals
+            {"flexibility": deflection_effect(deflected, beams[name].length, each, run)}
+            for each in quantities
         ]
-    return _largest_negligible_set(effects, absolute_tolerances(trials.goals, trial))
+    rigid, total = largest_negligible_set(effects, absolute_tolerances(trials.goals, trial))
+    return RigidLinks(dict.fromkeys(rigid, RIGID), tuple(total)) if rigid else RigidLinks()
 
 
 def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
@@ -104,20 +99,6 @@ def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
         except (InputError, RedundantConstraintsWarning):  # by the element or a joint
             continue
     return None
-
-
-def _largest_negligible_set(
-    effects: Mapping[str, Sequence[float]], tolerances: Sequence[float]
-) -> RigidLinks:
-    """Return the beams whose effects together are negligible, the smallest first."""
-    total, elements = np.zeros(len(tolerances)), {}
-    for name in sorted(effects, key=lambda name: max(np.divide(effects[name], tolerances))):
-        more = total + effects[name]
-        if (more > NEGLIGIBLE_FRACTION * np.asarray(tolerances)).any():
-            break
-        total, elements[name] = more, RIGID
-    each = tuple({"flexibility": float(x)} for x in total) if elements else ()
-    return RigidLinks(elements, each)
 
 
 def _is_stiff(beam: Beam, goal: Goal, gravity: float) -> bool:

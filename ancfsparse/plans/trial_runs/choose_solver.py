@@ -28,16 +28,7 @@ def select_solver(
 ) -> Method | str:
     """Return the solver of the steps of a run.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    integrator : Implicit, Explicit or SolutionMethod
-        Integrator, or method without time steps.
-    run_costs : sequence of RunCost
-        Costs of earlier runs; of those with longer steps, the one with the shortest decides.
-    steps : int
-        Number of steps.
+    The cost of the earlier run with the shortest among longer steps decides.
     """
     flexible = any(isinstance(body, ElasticBody) for body in scene.beams)
     if isinstance(integrator, Explicit | SolutionMethod) or not flexible or _may_fill_in(scene):

@@ -23,16 +23,9 @@ GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)  # positions between steps that fit no per
 
 
 def steps_resolving_loads(system: System, t_end: float, min_steps: int) -> int:
-    """Return the least of `min_steps` times a power of two that resolves loads in time.
+    """Return the least of `min_steps` times a power of two that resolves loads until `t_end` [s].
 
-    Parameters
-    ----------
-    system : System
-        System of the scene, on any mesh.
-    t_end : float
-        Time at the end [s].
-    min_steps : int
-        Smallest number of steps.
+    The system of the scene may have any mesh.
     """
     return _double_until(min_steps, lambda steps: _resolves_loads(system, t_end, steps))
 
@@ -40,14 +33,7 @@ def steps_resolving_loads(system: System, t_end: float, min_steps: int) -> int:
 def steps_resolving_vibration(omega: float, t_end: float, min_steps: int) -> int:
     """Return the least of `min_steps` times a power of two that resolves a vibration.
 
-    Parameters
-    ----------
-    omega : float
-        Its angular frequency [1/s].
-    t_end : float
-        Time at the end [s].
-    min_steps : int
-        Smallest number of steps.
+    Its angular frequency is `omega` [1/s], and its duration `t_end` [s].
     """
     phase = STEPS_PER_PERIOD * omega * t_end
     return _double_until(min_steps, lambda steps: 2.0 * np.pi * steps >= phase)

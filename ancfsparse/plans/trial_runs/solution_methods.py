@@ -78,6 +78,8 @@ class SolutionMethod(ABC):
         Order of interpolation between saved states: 2 for lines, 4 for cubics.
     min_intervals : int
         Intervals between the saved states of the first trial run.
+    start : str or None
+        ``"equilibrium"`` if the motion begins there.
     options : frozenset of str
         Arguments of `simulate` that it takes as well.
     """
@@ -85,6 +87,7 @@ class SolutionMethod(ABC):
     order: ClassVar[int]
     options: ClassVar[frozenset[str]] = frozenset()
     min_intervals: int
+    start: str | None
 
     @classmethod
     @abstractmethod
@@ -123,12 +126,7 @@ class SolutionMethod(ABC):
 class Statics(SolutionMethod):
     """Path of equilibria, see `quasi_static`.
 
-    Parameters
-    ----------
-    min_intervals : int
-        Intervals between the saved states of the first trial run.
-    start : str or None
-        ``"equilibrium"`` if the motion begins at the first equilibrium.
+    Attributes as in `SolutionMethod`.
     """
 
     min_intervals: int = field(default=MIN_INTERVALS, compare=False)
@@ -227,14 +225,10 @@ def _time_dependent_loads(system: System, t_end: float) -> list[Array]:
 class ModalSum(SolutionMethod):
     """Sum of the lowest modes about the start, stress-free or at equilibrium; see `modal_response`.
 
-    Parameters
+    Attributes
     ----------
     n : int
         Number of modes, at most half the number of coordinates.
-    min_intervals : int
-        Intervals between the saved states of the first trial run.
-    start : str or None
-        ``"equilibrium"`` if the motion begins there.
     """
 
     n: int

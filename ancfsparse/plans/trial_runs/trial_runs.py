@@ -386,8 +386,7 @@ def absolute_tolerances(goals: Sequence[Goal], trial: TrialRun) -> list[float]:
 def goal_difference(goal: Goal, one: Array, other: Array) -> float:
     """Return the largest difference of two histories at the requested times [unit]."""
     quantity = goal.quantity
-    difference = quantity.difference(*map(quantity.select, _at_common_times(one, other)))
-    return float(np.linalg.norm(difference, axis=1).max())
+    return quantity.largest_difference(*map(quantity.select, _at_common_times(one, other)))
 
 
 def goal_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> list[float]:
@@ -398,10 +397,7 @@ def goal_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> l
 def history_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> list[float]:
     """Return the largest difference of every quantity at any saved time [its unit]."""
     histories = zip(goals, one.histories, other.histories, strict=True)
-    return [
-        float(np.linalg.norm(goal.quantity.difference(*_at_common_times(*pair)), axis=1).max())
-        for goal, *pair in histories
-    ]
+    return [goal.quantity.largest_difference(*_at_common_times(*pair)) for goal, *pair in histories]
 
 
 def _at_common_times(one: Array, other: Array) -> tuple[Array, Array]:
