@@ -1,4 +1,8 @@
-"""Checks of arguments; each raises an `InputError` with one sentence."""
+"""Checks of arguments: each returns its argument, converted, or raises an `InputError`.
+
+Their first parameter `what` is the name of the argument in the one sentence of the message, then
+comes the argument itself, and `unit` is the SI unit of numbers in the message.
+"""
 
 from __future__ import annotations
 
@@ -28,27 +32,7 @@ def is_masked(value: object) -> bool:
 
 
 def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
-    """Return `name` if it is one of `valid`.
-
-    Parameters
-    ----------
-    what : str
-        Meaning of the name, for the message.
-    name : object
-        The argument.
-    valid : iterable of str
-        The valid names.
-
-    Returns
-    -------
-    str
-        `name`, unchanged.
-
-    Raises
-    ------
-    InputError
-        If it is not valid; the message suggests the most similar name.
-    """
+    """Return `name` if it is one of `valid`; the message suggests the most similar name."""
     names = list(valid)
     if isinstance(name, str) and name in names:
         return name
@@ -56,25 +40,7 @@ def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
 
 
 def check_flag(what: str, value: object) -> bool:
-    """Return `value` if it is True or False.
-
-    Parameters
-    ----------
-    what : str
-        Name of the switch in the message.
-    value : object
-        The argument; truthiness is not enough, because ``"no"`` is truthy.
-
-    Returns
-    -------
-    bool
-        The value.
-
-    Raises
-    ------
-    InputError
-        Otherwise.
-    """
+    """Return `value` if it is True or False; others may be truthy by mistake, such as ``"no"``."""
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     raise _invalid(what, "True or False", format_value(value))
@@ -83,26 +49,9 @@ def check_flag(what: str, value: object) -> bool:
 def check_finite(what: str, value: object, unit: str = "") -> float:
     """Return `value` as a finite float.
 
-    Parameters
-    ----------
-    what : str
-        Name of the quantity in the message.
-    value : object
-        The argument: a real number, or an array of shape ().  A number of less than double
-        precision is read as its shortest decimal representation, because 1e-3 in single precision
-        is not a thousandth in double.
-    unit : str, optional
-        SI unit in the message.
-
-    Returns
-    -------
-    float
-        The value.
-
-    Raises
-    ------
-    InputError
-        If `value` is not a real number, or is infinite or NaN.
+    It may be a real number or an array of shape ().  A number of less than double precision is read
+    as its shortest decimal representation, because 1e-3 in single precision is not a thousandth in
+    double.
     """
     array = check_reals(what, _shortest(value), "a number")
     if array.ndim:
@@ -121,27 +70,7 @@ def _shortest(value: object) -> object:
 
 
 def check_positive(what: str, value: object, unit: str = "") -> float:
-    """Return `value` as a positive finite float.
-
-    Parameters
-    ----------
-    what : str
-        Name of the quantity in the message.
-    value : object
-        The argument.
-    unit : str, optional
-        SI unit in the message.
-
-    Returns
-    -------
-    float
-        The value.
-
-    Raises
-    ------
-    InputError
-        If `value` is not a number, not finite, zero or negative.
-    """
+    """Return `value` as a positive finite float."""
     number = check_finite(what, value, unit)
     if number <= 0.0:
         raise _invalid(what, "positive", format_quantity(number, unit))
@@ -151,25 +80,7 @@ def check_positive(what: str, value: object, unit: str = "") -> float:
 def check_not_negative(
     what: str, value: object, unit: str = "", *, largest: float = math.inf
 ) -> float:
-    """Return `value` as a finite float that is zero or positive.
-
-    Parameters
-    ----------
-    what, value, unit
-        As `check_finite` takes them.
-    largest : float, optional
-        Largest valid value.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    InputError
-        If `value` is not such a number.
-    """
+    """Return `value` as a finite float from zero to `largest`."""
     number = check_finite(what, value, unit)
     if number < 0.0:
         raise InputError(f"{what} must not be negative, got {format_quantity(number, unit)}")
@@ -180,25 +91,7 @@ def check_not_negative(
 
 
 def check_integer(what: str, value: object) -> int:
-    """Return `value` as an integer.
-
-    Parameters
-    ----------
-    what : str
-        Name of the number in the message.
-    value : object
-        The argument; a float is refused, even if it is integral.
-
-    Returns
-    -------
-    int
-        The integer.
-
-    Raises
-    ------
-    InputError
-        If `value` is not an integer.
-    """
+    """Return `value` as an integer; a float is refused, even if it is integral."""
     try:
         return operator.index(value)  # type: ignore[arg-type]
     except TypeError:
@@ -208,20 +101,7 @@ def check_integer(what: str, value: object) -> int:
 def check_moderate(what: str, value: object, unit: str) -> float:
     """Return `value` as a positive float whose cube is in the range of floating-point numbers.
 
-    Parameters
-    ----------
-    what, value, unit
-        As in `check_positive`.
-
-    Returns
-    -------
-    float
-        The number.
-
-    Raises
-    ------
-    InputError
-        If `value` is not a positive number, or beyond `MAX_MAGNITUDE` or its inverse.
+    It must lie between `MAX_MAGNITUDE` and its inverse.
     """
     number = check_positive(what, value, unit)
     if not 1.0 / MAX_MAGNITUDE <= number <= MAX_MAGNITUDE:
@@ -233,27 +113,7 @@ def check_moderate(what: str, value: object, unit: str) -> float:
 
 
 def check_count(what: str, value: object, lowest: int = 1) -> int:
-    """Return `value` as an integer not below `lowest`.
-
-    Parameters
-    ----------
-    what : str
-        Name of the count in the message.
-    value : object
-        The argument; a float is refused, even if it is integral.
-    lowest : int, optional
-        Smallest valid count.
-
-    Returns
-    -------
-    int
-        The count.
-
-    Raises
-    ------
-    InputError
-        If `value` is not an integer or too small.
-    """
+    """Return `value` as an integer not below `lowest`, as `check_integer` does."""
     count = check_integer(what, value)
     if isinstance(value, bool) or count < lowest:
         raise _invalid(what, f"an integer of at least {lowest}", format_value(value))
@@ -271,10 +131,8 @@ def check_reals(what: str, value: object, needed: str) -> NDArray[np.float64]:
 
     Parameters
     ----------
-    what : str
-        Name of the array in the message.
-    value : object
-        The argument, array_like if it is valid.
+    what, value
+        As in the other checks.
     needed : str
         The requirement, for the message, such as ``"2 numbers"``.
 
@@ -313,28 +171,12 @@ def _is_real(value: object) -> bool:
 
 
 def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArray[np.float64]:
-    """Return `value` as a finite vector of `dim` components that cannot be written to.
-
-    Parameters
-    ----------
-    what : str
-        Name of the vector in the message.
-    value : array_like
-        The argument.
-    dim : int
-        2 in a planar scene, 3 in a spatial one.
-    unit : str, optional
-        SI unit in the message.
+    """Return `value` as a finite vector; `dim` is 2 in a planar scene, 3 in a spatial one.
 
     Returns
     -------
     ndarray, shape (dim,)
         A copy, float64, read-only.
-
-    Raises
-    ------
-    InputError
-        If the shape is not ``(dim,)`` or a component is not a finite number.
     """
     vector = check_reals(what, value, f"{dim} numbers")
     if vector.shape != (dim,):
@@ -356,14 +198,6 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
 
 
 def set_fields(record: object, **values: object) -> None:
-    """Set fields of a frozen dataclass to checked values.
-
-    Parameters
-    ----------
-    record : object
-        The dataclass, in its ``__post_init__``.
-    **values
-        Values by field name.
-    """
+    """Set fields of a frozen dataclass to checked values, in its ``__post_init__``."""
     for name, value in values.items():
         object.__setattr__(record, name, value)

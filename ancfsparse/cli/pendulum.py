@@ -28,43 +28,9 @@ SOLVERS = (*METHODS, "auto")
 
 @dataclass(frozen=True)
 class PendulumRun:
-    """Arguments of a run; the defaults are those of the paper.
+    """Options of the command as its help describes them, None where one is not given.
 
-    Attributes
-    ----------
-    element : str
-        ``"string"``, ``"l2t2"``, ``"thin"`` or ``"thick"``.
-    elements : int
-        Number of elements.
-    dim : int or None
-        2 or 3; None takes 3 for the thick beam and 2 for the cables.
-    step, time : float
-        Time step, or with an accuracy the interval of saved states, and final time [s].
-    integrator : str or None
-        One of `INTEGRATORS`; by default Newmark's, with an accuracy the cheapest one.
-    accuracy : float or None
-        Largest time discretization error [m], instead of a fixed step.
-    solver : str or None
-        One of `SOLVERS`; None takes Davidon's where steps are fixed and implicit, else "auto".
-    memory : str or None
-        ``"full"`` or a number of secant pairs, for the quasi-Newton methods; None takes "full".
-    factorization : str or None
-        ``"auto"``, ``"complete"`` or ``"incomplete"``, as in `simulate`; None takes "auto".
-    alpha : float or None
-        Numerical damping of Newmark's method or HHT's; None takes 0 and 0.05 [-].
-    rho_inf : float or None
-        Numerical damping of generalised-alpha; None takes 0.9 [-].
-    tolerance : str or None
-        ``"paper"``, ``"default"`` or a number [m/s2]; None takes the paper's where steps are fixed
-        and implicit.
-    nu : float or None
-        Poisson's ratio of the thick beam; None takes 0.3 [-].
-    save_every : int
-        Steps between saved states.
-    output : str or None
-        HDF5 file for all states.
-    options : dict of str to str
-        Options of the element.
+    The defaults are those of the paper; `options` are those of the element, by name.
     """
 
     element: str = "thin"

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from ancfsparse.errors.inputs import AncfError
 from ancfsparse.errors.message import MessageStyle, format_quantity, python_style
 
 
+@dataclass(eq=False, repr=False)
 class EquilibriumError(AncfError, RuntimeError):
     """No static equilibrium was found.
 
@@ -25,22 +28,12 @@ class EquilibriumError(AncfError, RuntimeError):
         Advice.
     """
 
-    def __init__(
-        self,
-        reason: str,
-        load_fraction: float,
-        residual: float,
-        where: str,
-        unit: str = "",
-        advice: str = "Try more load steps or a finer mesh, and check the joints.",
-    ) -> None:
-        super().__init__(reason, load_fraction, residual, where, unit, advice)
-        self.reason = reason
-        self.load_fraction = load_fraction
-        self.residual = residual
-        self.where = where
-        self.unit = unit
-        self.advice = advice
+    reason: str
+    load_fraction: float
+    residual: float
+    where: str
+    unit: str = ""
+    advice: str = "Try more load steps or a finer mesh, and check the joints."
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
@@ -52,6 +45,7 @@ class EquilibriumError(AncfError, RuntimeError):
         )
 
 
+@dataclass(eq=False, repr=False)
 class AssemblyError(AncfError, RuntimeError):
     """Joints and drives cannot be satisfied together.
 
@@ -65,11 +59,9 @@ class AssemblyError(AncfError, RuntimeError):
         Largest violation in the reference shape [m].
     """
 
-    def __init__(self, where: str, violation: float, before: float) -> None:
-        super().__init__(where, violation, before)
-        self.where = where
-        self.violation = violation
-        self.before = before
+    where: str
+    violation: float
+    before: float
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
@@ -106,6 +98,7 @@ class UnstableEquilibriumWarning(UserWarning):
         )
 
 
+@dataclass(eq=False, repr=False)
 class ModesError(AncfError, RuntimeError):
     """Natural frequencies were not found to working accuracy.
 
@@ -115,9 +108,7 @@ class ModesError(AncfError, RuntimeError):
         Description of the failure.
     """
 
-    def __init__(self, reason: str) -> None:
-        super().__init__(reason)
-        self.reason = reason
+    reason: str
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""

@@ -8,7 +8,14 @@ from ancfsparse.errors.message import MessageStyle, MessageTemplate, Parameter, 
 
 
 class AncfError(Exception):
-    """Base class of the errors of ancfsparse."""
+    """Base class of the errors of ancfsparse.
+
+    Errors with several arguments are dataclasses.
+    """
+
+    def __post_init__(self) -> None:
+        """Keep all arguments in `args`, so that a dataclass survives pickling between processes."""
+        self.args = tuple(vars(self).values())
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""

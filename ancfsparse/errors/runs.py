@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ancfsparse.errors.inputs import AncfError, InputError
@@ -17,12 +18,13 @@ from ancfsparse.errors.message import (
 )
 
 
+@dataclass(eq=False, repr=False)
 class StepError(AncfError, RuntimeError):
     """A time step could not be accepted.
 
     Parameters
     ----------
-    reason : str or Sentence
+    reason : str or MessageTemplate
         Description of the failure (sentence or clause): "no convergence in 25 iterations".
     time : float
         Time at the end of the failed step [s].
@@ -42,35 +44,26 @@ class StepError(AncfError, RuntimeError):
         Unit of the residual.
     """
 
-    def __init__(
-        self,
-        reason: str | MessageTemplate,
-        time: float,
-        step: int,
-        dt: float,
-        residual: float,
-        where: str,
-        trajectory: Any = None,
-        advice: str = "Try a smaller dt.",
-        unit: str = "",
-    ) -> None:
-        # All arguments go into `args`, so that the exception survives pickling between processes.
-        super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
-        self.reason = str(reason)
-        self.time = time
-        self.step = step
-        self.dt = dt
-        self.residual = residual
-        self.where = where
-        self.trajectory = trajectory
-        self.advice = advice
-        self.unit = unit
+    reason: str | MessageTemplate
+    time: float
+    step: int
+    dt: float
+    residual: float
+    where: str
+    trajectory: Any = None
+    advice: str = "Try a smaller dt."
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        """Keep the reason as a text; `message` writes it in other styles."""
+        super().__post_init__()
+        self.reason = str(self.reason)
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
         template = self.args[0]
         is_template = isinstance(template, MessageTemplate)
-        reason = template.format(style) if is_template else self.reason
+        reason = template.format(style) if is_template else str(template)
         return (
             f"step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s) failed: "
             f"{reason.rstrip('.')}. "
@@ -136,37 +129,28 @@ class EnergyIncreaseError(StepError):
         )
 
 
+@dataclass(eq=False, repr=False)
 class InstabilityError(StepError):
     """An explicit run was stopped because its step exceeds the stability limit.
 
     Parameters as in `StepError`; `residual` is the spurious energy [J].
     """
 
-    def __init__(
-        self,
-        reason: str,
-        time: float,
-        step: int,
-        dt: float,
-        residual: float,
-        where: str,
-        trajectory: Any = None,
-        advice: str = (
-            "Try a smaller dt, an implicit integrator such as GeneralizedAlpha(0.9), or "
-            "max_energy_gain=inf to go on all the same."
-        ),
-        unit: str = "J",
-    ) -> None:
-        super().__init__(reason, time, step, dt, residual, where, trajectory, advice, unit)
+    advice: str = (
+        "Try a smaller dt, an implicit integrator such as GeneralizedAlpha(0.9), or "
+        "max_energy_gain=inf to go on all the same."
+    )
+    unit: str = "J"
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
         return (
             f"stopped after step {self.step} (t = {self.time:.6g} s, dt = {self.dt:.3g} s): "
-            f"{self.reason.rstrip('.')}. {self.advice}" + _states_note(self.trajectory)
+            f"{str(self.reason).rstrip('.')}. {self.advice}" + _states_note(self.trajectory)
         )
 
 
+@dataclass(eq=False, repr=False)
 class OutputError(AncfError, RuntimeError):
     """The file of a run cannot be extended, for example because the disk is full.
 
@@ -182,12 +166,10 @@ class OutputError(AncfError, RuntimeError):
         The states in it.
     """
 
-    def __init__(self, reason: str, path: str, time: float, trajectory: Any = None) -> None:
-        super().__init__(reason, path, time, trajectory)
-        self.reason = reason
-        self.path = path
-        self.time = time
-        self.trajectory = trajectory
+    reason: str
+    path: str
+    time: float
+    trajectory: Any = None
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
@@ -198,6 +180,7 @@ class OutputError(AncfError, RuntimeError):
         )
 
 
+@dataclass(eq=False, repr=False)
 class AccuracyError(AncfError, RuntimeError):
     """The requested accuracy of a motion was not reached.
 
@@ -213,40 +196,31 @@ class AccuracyError(AncfError, RuntimeError):
         The motion with the smallest error so far.
     """
 
-    def __init__(
-        self,
-        accuracy: float,
-        error: float,
-        runs: int,
-        within_reach: float | None = None,
-        trajectory: Any = None,
-    ) -> None:
-        super().__init__(accuracy, error, runs, within_reach, trajectory)
-        self.accuracy = accuracy
-        self.error = error
-        self.runs = runs
-        self.within_reach = within_reach
-        self.trajectory = trajectory
+    accuracy: float
+    error: float
+    runs: int
+    within_reach: float | None = None
+    trajectory: Any = None
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
         accuracy = style(Parameter("accuracy", f"{self.accuracy:.3g} m"))
+        why = (
+            " and no longer follows the steps. Request a larger accuracy, a shorter time (chaotic "
+            "motions cannot be predicted for long), or smooth loads that jump."
+        )
         if self.within_reach is not None:
-            return (
-                f"{accuracy} was not reached: after {self.runs} runs, each "
-                f"with shorter steps, the error is about {self.error:.3g} m, which is the rounding "
-                "error of this many steps, and shorter ones add to it. Request "
-                f"{self.within_reach:.1g} m or more, or a shorter time."
-                + _states_note(self.trajectory)
+            why = (
+                ", which is the rounding error of this many steps, and shorter ones add to it. "
+                f"Request {self.within_reach:.1g} m or more, or a shorter time."
             )
         return (
-            f"{accuracy} was not reached: after {self.runs} runs, each with "
-            f"shorter steps, the error is about {self.error:.3g} m and no longer follows the "
-            "steps. Request a larger accuracy, a shorter time (chaotic motions cannot be "
-            "predicted for long), or smooth loads that jump." + _states_note(self.trajectory)
+            f"{accuracy} was not reached: after {self.runs} runs, each with shorter steps, the "
+            f"error is about {self.error:.3g} m" + why + _states_note(self.trajectory)
         )
 
 
+@dataclass(eq=False, repr=False)
 class PlanError(AncfError, RuntimeError):
     """The error of a quantity cannot be predicted.
 
@@ -266,25 +240,17 @@ class PlanError(AncfError, RuntimeError):
         Observations in the trial runs, sentences without full stops.
     """
 
-    def __init__(
-        self,
-        quantity: str,
-        tolerance: float,
-        difference: float,
-        unit: str,
-        runs: int,
-        t: float | None = None,
-        causes: tuple[str, ...] = (),
-    ) -> None:
-        super().__init__(quantity, tolerance, difference, unit, runs, t, causes)
-        self.quantity, self.tolerance, self.difference = quantity, tolerance, difference
-        self.unit, self.runs, self.t, self.causes = unit, runs, t, causes
+    quantity: str
+    tolerance: float
+    difference: float
+    unit: str
+    runs: int
+    t: float | None = None
+    causes: tuple[str, ...] = ()
 
     def with_causes(self, causes: Sequence[str]) -> PlanError:
         """Return this error with further causes."""
-        every = (*self.causes, *causes)
-        tolerance, difference = self.tolerance, self.difference
-        return PlanError(self.quantity, tolerance, difference, self.unit, self.runs, self.t, every)
+        return replace(self, causes=(*self.causes, *causes))
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
@@ -312,6 +278,7 @@ class PlanChangedWarning(UserWarning):
     """A run has left the validity range of its plan, and was planned again."""
 
 
+@dataclass(eq=False, repr=False)
 class LoadError(AncfError, RuntimeError):
     """A load function failed, or returned something other than a load.
 
@@ -326,12 +293,9 @@ class LoadError(AncfError, RuntimeError):
         The states up to this time.
     """
 
-    def __init__(self, reason: str, time: float, trajectory: Any = None) -> None:
-        super().__init__(reason)
-        self.args = (reason, time, trajectory)  # for pickling
-        self.reason = reason
-        self.time = time
-        self.trajectory = trajectory
+    reason: str
+    time: float
+    trajectory: Any = None
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""

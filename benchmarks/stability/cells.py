@@ -118,7 +118,7 @@ def run_at(map_point: MapPoint) -> Run:
         path, outcome, reason = stop.trajectory, GAINED, "energy"
     except StepError as stop:
         path, outcome = stop.trajectory, FAILED
-        reason = path.stats.events[-1].cause if path.stats.events else stop.reason
+        reason = path.stats.events[-1].cause if path.stats.events else str(stop.reason)
     new_seed, newton = recovered_fractions(path)
     turn, stretch = largest_changes(path, case)
     gain, loss = energy_balance(path, case)
