@@ -49,7 +49,7 @@ def check_flag(what: str, value: object) -> bool:
 def check_finite(what: str, value: object, unit: str = "") -> float:
     """Return `value` as a finite float.
 
-    It may be a real number or an array of shape ().  A number of less than double precision is read
+    Valid are real numbers and arrays of shape ().  A number of less than double precision is read
     as its shortest decimal representation, because 1e-3 in single precision is not a thousandth in
     double.
     """

@@ -30,7 +30,7 @@ SOLVERS = (*METHODS, "auto")
 class PendulumRun:
     """Options of the command as its help describes them, None where one is not given.
 
-    The defaults are those of the paper; `options` are those of the element, by name.
+    `options` holds the options of the element by name.
     """
 
     element: str = "thin"
