@@ -40,7 +40,7 @@ def check_choice(what: str, name: object, valid: Iterable[str]) -> str:
 
 
 def check_flag(what: str, value: object) -> bool:
-    """Return `value` if it is True or False; others may be truthy by mistake, such as ``"no"``."""
+    """Return `value` if it is True or False; others are truthy by mistake, such as ``"no"``."""
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     raise _invalid(what, "True or False", format_value(value))

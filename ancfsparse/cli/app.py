@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import inspect
 import json
 import sys
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from ancfsparse import cli
 from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.files import animate, convert, info, plot
 from ancfsparse.cli.options import RunError, in_options
-from ancfsparse.cli.pendulum import INTEGRATORS, SOLVERS, PendulumRun, run_pendulum
+from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
 from ancfsparse.cli.plan import plan
 from ancfsparse.errors import AccuracyError, InputError, StepError
 
@@ -71,98 +72,27 @@ JsonOption = Annotated[
 ]
 
 
-@app.command()
-def pendulum(
-    element: Annotated[str, typer.Option(help="string, l2t2, thin or thick.")] = "thin",
-    elements: Annotated[int, typer.Option(help="Number of elements.")] = 10,
-    dim: Annotated[
-        int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")
-    ] = None,
-    step: Annotated[
-        float, typer.Option(help="Time step, or with --accuracy the interval of saved states [s].")
-    ] = 5e-4,
-    time: Annotated[float, typer.Option(help="Final time [s], an integral number of steps.")] = 2.0,
-    integrator: Annotated[
-        str | None,
-        typer.Option(
-            help=", ".join(INTEGRATORS)
-            + " [default: newmark; with --accuracy the cheapest one, which is printed]."
-        ),
-    ] = None,
-    accuracy: Annotated[
-        float | None,
-        typer.Option(help="Largest time discretization error of a position [m]."),
-    ] = None,
-    solver: Annotated[
-        str | None,
-        typer.Option(help=", ".join(SOLVERS) + " [default: davidon; auto with --accuracy]."),
-    ] = None,
-    memory: Annotated[
-        str | None,
-        typer.Option(help="'full' or a number of secant pairs, for quasi-Newton [default: full]."),
-    ] = None,
-    factorization: Annotated[
-        str | None,
-        typer.Option(help="auto, complete or incomplete, for the iteration matrix."),
-    ] = None,
-    alpha: Annotated[
-        float | None,
-        typer.Option(help="Numerical damping of Newmark's method [0] or HHT's [0.05]."),
-    ] = None,
-    rho_inf: Annotated[
-        float | None,
-        typer.Option(help="Spectral radius of generalized-alpha at infinite frequency [0.9]."),
-    ] = None,
-    tolerance: Annotated[
-        str | None,
-        typer.Option(
-            help="'paper': residual below 1e-6. 'default': a small fraction of a step's change. "
-            "A number: largest error of the accelerations [m/s2] "
-            "[default: paper; default with --accuracy]."
-        ),
-    ] = None,
-    nu: Annotated[
-        float | None, typer.Option(help="Poisson's ratio, for thick [default: 0.3].")
-    ] = None,
-    strain: Annotated[str | None, typer.Option(help="green or biot, for thin.")] = None,
-    section_strain: Annotated[
-        str | None, typer.Option(help="consistent or nodal, for thick.")
-    ] = None,
-    curvature: Annotated[str | None, typer.Option(help="axis or section, for thick.")] = None,
-    save_every: Annotated[int, typer.Option(help="Steps between saved states.")] = 1,
-    output: Annotated[
-        str | None, typer.Option(metavar="FILE", help="HDF5 file for all states.")
-    ] = None,
-    json_to: JsonOption = None,
-) -> None:
+def pendulum(json_to: str | None, **given: Any) -> None:
     """Simulate the flexible pendulum of the paper: a rod of 2 m that falls from rest."""
-    options = {"strain": strain, "section_strain": section_strain, "curvature": curvature}
-    request = PendulumRun(
-        element=element,
-        elements=elements,
-        dim=dim,
-        step=step,
-        time=time,
-        integrator=integrator,
-        accuracy=accuracy,
-        solver=solver,
-        memory=memory,
-        factorization=factorization,
-        alpha=alpha,
-        rho_inf=rho_inf,
-        tolerance=tolerance,
-        nu=nu,
-        save_every=save_every,
-        output=output,
-        options={key: value for key, value in options.items() if value is not None},
-    )
     with in_options():
-        run, summary = run_pendulum(request)
+        run, summary = run_pendulum(PendulumRun(**given))
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
         typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")
     else:
         write_json(summary, json_to)
+
+
+# Its options are the fields of the request.
+pendulum.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+    [
+        *inspect.signature(PendulumRun, eval_str=True).parameters.values(),
+        inspect.Parameter(
+            "json_to", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=JsonOption
+        ),
+    ]
+)
+app.command()(pendulum)
 
 
 @app.command()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Any
+
+import typer
 
 from ancfsparse.checks import check_choice
 from ancfsparse.dispatch import instruction_set
@@ -24,32 +26,73 @@ DAMPING_OPTIONS = {"alpha": "--alpha", "rho_inf": "--rho-inf"}
 THICK = "thick"  # the element with a Poisson's ratio
 POISSON = 0.3  # its default
 SOLVERS = (*METHODS, "auto")
+ELEMENT_OPTIONS = ("strain", "section_strain", "curvature")
 
 
 @dataclass(frozen=True)
 class PendulumRun:
-    """Options of the command as its help describes them, None where one is not given.
+    """Options of the command; None where one is not given."""
 
-    `options` holds the options of the element by name.
-    """
-
-    element: str = "thin"
-    elements: int = 10
-    dim: int | None = None
-    step: float = 5e-4
-    time: float = 2.0
-    integrator: str | None = None
-    accuracy: float | None = None
-    solver: str | None = None
-    memory: str | None = None
-    factorization: str | None = None
-    alpha: float | None = None
-    rho_inf: float | None = None
-    tolerance: str | None = None
-    nu: float | None = None
-    save_every: int = 1
-    output: str | None = None
-    options: dict[str, str] = field(default_factory=dict)
+    element: Annotated[str, typer.Option(help="string, l2t2, thin or thick.")] = "thin"
+    elements: Annotated[int, typer.Option(help="Number of elements.")] = 10
+    dim: Annotated[
+        int | None, typer.Option(help="2 or 3 [default: 3 for thick, 2 for the others].")
+    ] = None
+    step: Annotated[
+        float, typer.Option(help="Time step, or with --accuracy the interval of saved states [s].")
+    ] = 5e-4
+    time: Annotated[float, typer.Option(help="Final time [s], an integral number of steps.")] = 2.0
+    integrator: Annotated[
+        str | None,
+        typer.Option(
+            help=", ".join(INTEGRATORS)
+            + " [default: newmark; with --accuracy the cheapest one, which is printed]."
+        ),
+    ] = None
+    accuracy: Annotated[
+        float | None,
+        typer.Option(help="Largest time discretization error of a position [m]."),
+    ] = None
+    solver: Annotated[
+        str | None,
+        typer.Option(help=", ".join(SOLVERS) + " [default: davidon; auto with --accuracy]."),
+    ] = None
+    memory: Annotated[
+        str | None,
+        typer.Option(help="'full' or a number of secant pairs, for quasi-Newton [default: full]."),
+    ] = None
+    factorization: Annotated[
+        str | None,
+        typer.Option(help="auto, complete or incomplete, for the iteration matrix."),
+    ] = None
+    alpha: Annotated[
+        float | None,
+        typer.Option(help="Numerical damping of Newmark's method [0] or HHT's [0.05]."),
+    ] = None
+    rho_inf: Annotated[
+        float | None,
+        typer.Option(help="Spectral radius of generalized-alpha at infinite frequency [0.9]."),
+    ] = None
+    tolerance: Annotated[
+        str | None,
+        typer.Option(
+            help="'paper': residual below 1e-6. 'default': a small fraction of a step's change. "
+            "A number: largest error of the accelerations [m/s2] "
+            "[default: paper; default with --accuracy]."
+        ),
+    ] = None
+    nu: Annotated[float | None, typer.Option(help="Poisson's ratio, for thick [default: 0.3].")] = (
+        None
+    )
+    strain: Annotated[str | None, typer.Option(help="green or biot, for thin.")] = None
+    section_strain: Annotated[str | None, typer.Option(help="consistent or nodal, for thick.")] = (
+        None
+    )
+    curvature: Annotated[str | None, typer.Option(help="axis or section, for thick.")] = None
+    save_every: Annotated[int, typer.Option(help="Steps between saved states.")] = 1
+    output: Annotated[
+        str | None, typer.Option(metavar="FILE", help="HDF5 file for all states.")
+    ] = None
 
 
 def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
@@ -76,7 +119,9 @@ def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     solver = request.solver or ("davidon" if fixed else "auto")
     memory = request.memory or "full"
     check_options(request, solver)
-    options: dict[str, Any] = request.options
+    given = asdict(request)
+    chosen = {each: given.pop(each) for each in ELEMENT_OPTIONS}
+    options: dict[str, Any] = {each: value for each, value in chosen.items() if value is not None}
     nu = POISSON if request.nu is None else request.nu
     problem = pendulum(request.element, request.elements, request.dim, nu, **options)
     tolerance = request.tolerance or ("paper" if fixed else "default")
@@ -92,7 +137,7 @@ def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         save_every=request.save_every,
         output=request.output,
     )
-    settings = asdict(request) | {
+    settings = given | {
         "solver": solver,
         "tolerance": tolerance,
         **{
@@ -103,7 +148,7 @@ def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         "memory": memory if solver in UPDATES else None,
         "nu": nu if request.element == THICK else None,
     }
-    settings |= settings.pop("options")
+    settings |= options
     settings["dim"] = problem.scene.dim
     settings |= {"chosen": run.stats.solver, "instruction_set": instruction_set()}
     summary = {
