@@ -10,6 +10,7 @@ import typer
 
 from ancfsparse.errors import InputError
 from ancfsparse.results import export, plotting
+from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.hdf5_reader import read_contents, read_outline
 
 PLOT_SUFFIXES = ".pdf", ".png", ".svg"
@@ -26,16 +27,16 @@ ViewOption = Annotated[
 
 def info(file: FileArgument) -> None:
     """Describe the file of a run."""
-    run = read_contents(file)
+    run, scene = read_contents(file)
     t, settings, stats = run.t, run.settings, run.stats
     typer.echo(f"{file}: {len(t)} states from t = {t[0]:.6g} s to {t[-1]:.6g} s")
     t_end = settings.get("t_end")
     if t_end is not None and t[-1] < t_end * (1.0 - 1e-9):
         typer.echo(f"  unfinished: t_end is {t_end:.6g} s")
-    typer.echo(f"  {run.n_all} coordinates, {run.n_multipliers} multipliers")
-    if run.places is not None:
-        typer.echo(f"  {len(run.places)} saved coordinates, those of save_nodes")
-    for name, values in (("settings", settings), ("scene", run.scene)):
+    typer.echo(f"  {run.q.shape[1]} coordinates, {run.lam.shape[1]} multipliers")
+    if isinstance(run.q, SelectedColumns):
+        typer.echo(f"  {len(run.q.places)} saved coordinates, those of save_nodes")
+    for name, values in (("settings", settings), ("scene", scene)):
         typer.echo(f"{name}:")
         for key, value in values.items():
             if value not in (None, ""):

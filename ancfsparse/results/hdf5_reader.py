@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import (
@@ -132,43 +131,25 @@ def read_run(path: str | Path, system: System) -> Trajectory:
     """Open the file of a run of this system, without checks."""
     path = Path(path)
     with open_file(path) as file:
-        return _read_trajectory(path.absolute(), file, system)
+        place = path.absolute()
+        ending = StoredState(place, read_text(file, "run")) if LAST_STATE in file else None
+        return Trajectory(system, *_read_states(place, file), ending)
 
 
-@dataclass(frozen=True, eq=False)
-class FileContents:
-    """The metadata of a run in a file.
-
-    Attributes
-    ----------
-    t : ndarray, shape (k,)
-        Times of the saved states [s].
-    n_all, n_multipliers : int
-        Numbers of coordinates and multipliers of the system.
-    places : ndarray of int or None
-        The saved coordinates; None for all.
-    settings, scene : dict
-        Arguments of the run, and description of the scene, see `Scene.digest`.
-    stats : RunStats
-        Operation counts and times.
-    """
+class StoredRun(NamedTuple):
+    """Times, tables of states, statistics and settings in a file, as in `Trajectory`."""
 
     t: Array
-    n_all: int
-    n_multipliers: int
-    places: NDArray[np.integer[Any]] | None
-    settings: dict[str, Any]
-    scene: dict[str, str]
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
     stats: RunStats
+    settings: dict[str, Any]
 
 
-def read_contents(path: str | Path) -> FileContents:
-    """Read the metadata of a run from a file, without its states.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file.
+def read_contents(path: str | Path) -> tuple[StoredRun, dict[str, str]]:
+    """Read a run from a file, and the description of its scene, see `Scene.digest`.
 
     Raises
     ------
@@ -177,10 +158,7 @@ def read_contents(path: str | Path) -> FileContents:
     """
     path = check_file_name("the file of a run", path)
     with open_file(path) as file:
-        t, q, _, _, lam, stats, settings = _read_states(path.absolute(), file)
-        scene = dict(json.loads(read_text(file, "scene")))
-    places = q.places if isinstance(q, SelectedColumns) else None
-    return FileContents(t, q.shape[1], lam.shape[1], places, settings, scene, stats)
+        return _read_states(path.absolute(), file), dict(json.loads(read_text(file, "scene")))
 
 
 def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
@@ -208,24 +186,16 @@ def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     path = check_file_name("the file of a run", path)
     with open_file(path) as file:
         outline = Outline.read(path, file)
-        t, q, v, *_ = _read_states(path.absolute(), file)
+        run = _read_states(path.absolute(), file)
     if outline is None:
         raise InputError(
             f"{path} does not contain the outline of its scene: it is of a run with save_nodes or "
             "of an earlier version; open it in Python with ancfsparse.load(path, scene)"
         )
-    return outline, t, q, v
+    return outline, run.t, run.q, run.v
 
 
-def _read_trajectory(path: Path, file: h5py.File, system: System) -> Trajectory:
-    ending = StoredState(path, read_text(file, "run")) if LAST_STATE in file else None
-    return Trajectory(system, *_read_states(path, file), ending)
-
-
-def _read_states(
-    path: Path, file: h5py.File
-) -> tuple[Array, Array, Array, Array, Array, RunStats, dict[str, Any]]:
-    """Read times, tables of states, statistics and settings."""
+def _read_states(path: Path, file: h5py.File) -> StoredRun:
     t = np.asarray(file["t"])
     settings = dict(json.loads(read_text(file, "settings")))
     # Unknown counts of a later version are ignored.
@@ -260,4 +230,4 @@ def _read_states(
     if places is not None:
         tables = [SelectedColumns(table, places, n) for table in tables]
     q, v, a = (cast(Array, table) for table in tables)  # are read like arrays
-    return t, q, v, a, lam, stats, settings
+    return StoredRun(t, q, v, a, lam, stats, settings)

@@ -76,21 +76,9 @@ class ComplexModes(ModeShapes):
         return np.asarray(self.eigenvalues.real > self.rounding)
 
     def moving(self, mode: int, amplitude: float) -> State:
-        """Return a state of the motion in one mode, with its velocities.
+        """Return a state of the motion in one mode, with its velocities; parameters as in `state`.
 
         ``simulate(scene, ..., start=modes.moving(0, 1e-3))`` continues it.
-
-        Parameters
-        ----------
-        mode : int
-            Its index, from 0; from the last one if negative.
-        amplitude : float
-            Largest displacement of a node [m]; small compared with the scene.
-
-        Returns
-        -------
-        State
-            At the time of `about`.
         """
         unit = check_amplitude(amplitude) * self._unit(mode)
         rate = self.eigenvalues[mode]
