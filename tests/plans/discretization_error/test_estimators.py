@@ -6,11 +6,10 @@ import ancfsparse as ancf
 from ancfsparse.plans.discretization_error.mesh_error import mesh_error
 from ancfsparse.plans.discretization_error.time_error import time_error
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.trial_runs import cost_model
-from ancfsparse.plans.trial_runs.trial_runs import TrialRuns, goal_differences
+from ancfsparse.plans.trial_runs.trial_runs import goal_differences
 from ancfsparse.problems import pendulum
+from tests.plans.comparison import build_trials
 
 T_END, STEPS, MESH = 1.0, 400, 8
 
@@ -18,8 +17,7 @@ T_END, STEPS, MESH = 1.0, 400, 8
 @pytest.fixture(scope="module")
 def trials():
     scene, rod = pendulum("thin", "auto")
-    asked = check_goals(check_quantities(ancf.position(rod.end), scene), 1e-3)
-    return TrialRuns(scene, T_END, asked, ancf.GeneralizedAlpha(0.9), base=50)
+    return build_trials(scene, T_END, ancf.position(rod.end), 1e-3, base=50)
 
 
 def model(count):

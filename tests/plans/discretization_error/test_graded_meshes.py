@@ -7,11 +7,10 @@ import ancfsparse as ancf
 from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
 from ancfsparse.plans.models.graded_mesh import MeshGrading, error_density
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection import discretization_search
-from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
+from tests.plans.comparison import build_trials, largest_distance
 
 LAYER, STIFFNESS, LOAD = 0.01, 1.0, 1e-6  # sqrt(EI / T) / L, N m2, q L / T
 TENSION = STIFFNESS / LAYER**2
@@ -19,14 +18,11 @@ TENSION = STIFFNESS / LAYER**2
 
 def taut(n, nodes=None, diameter=3e-5):
     """Clamped cable of 1 m under an even load, so thin that it hardly stretches."""
-    scene = ancf.Scene((0.0, 0.0))
     inertia = np.pi * diameter**4 / 64.0
-    material = ancf.Material(STIFFNESS / inertia, 1e3)
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), n, ancf.Circle(diameter), material, tension=TENSION, nodes=nodes
-    )
-    scene.clamp(rod.start)
-    scene.clamp(rod.end)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), n, ancf.Circle(diameter), ancf.Material(STIFFNESS / inertia, 1e3),
+        "clamp", "clamp", gravity=(0.0, 0.0), tension=TENSION, nodes=nodes,
+    )  # fmt: skip
     scene.distributed_force(rod, (0.0, LOAD * TENSION))
     return scene, rod
 
@@ -47,20 +43,18 @@ def error(n, x, nodes=None):
     return abs(w / deflection(x) - 1.0)
 
 
-def pilot_of(scene, quantity, count, t_end=None, steps=1):
-    asked = check_goals(check_quantities(quantity, scene), "1 %")
-    trials = TrialRuns(scene, t_end, asked, ancf.GeneralizedAlpha(0.9))
-    return trials.run(Model(counts={"beam 0": count}), steps)
+def equilibrium_of(scene, point, count):
+    trials = build_trials(scene, None, ancf.static_deflection(point), "1 %")
+    return trials.run(Model(counts={"beam 0": count}), 1)
 
 
 @pytest.mark.parametrize("x", [0.02, 0.5])
 def test_the_error_of_boundary_layers_falls_with_graded_meshes(x):
     scene, rod = taut("auto")
-    trial = pilot_of(scene, ancf.static_deflection(rod.end), 18)
-    error_model, gain = grade_meshes(scene, trial)
+    grades, gain = grade_meshes(scene, equilibrium_of(scene, rod.end, 18))
     assert gain > 1.8
     uniform = [error(n, x) for n in (20, 40, 80)]
-    graded = [error(None, x, error_model["beam 0"].node_positions(n, [])) for n in (20, 40, 80)]
+    graded = [error(None, x, grades["beam 0"].node_positions(n, [])) for n in (20, 40, 80)]
     # Uniform elements are longer than the layer, so their order has not shown at 20 elements.
     assert uniform[0] > 4e-3
     assert graded[0] < uniform[0] / 4.0
@@ -96,15 +90,12 @@ def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
     monkeypatch.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
     even = ancf.plan(*asked)
     assert plan.model.counts["beam 0"] < 0.7 * even.model.counts["beam 0"]
-    assert plan.cost["operations"] + run_work(plan) < even.cost["operations"] + run_work(even)
+    work, its = (each.cost["operations"] * (1.0 + 1.0 / each.cost["work"]) for each in (plan, even))
+    assert work < its
     fine, own = taut(200, diameter=1e-2)
     exact = ancf.simulate(fine, 0.02, plan.dt / 8, integrator=plan.integrator, save_every=8)
-    far = run.position(middle) - exact.position(own.at(0.5 * own.length))[:: plan.save_every]
-    assert np.linalg.norm(far, axis=1).max() <= plan.predictions[0].tolerance
-
-
-def run_work(plan):
-    return plan.cost["operations"] / plan.cost["work"]
+    places = exact.position(own.at(0.5 * own.length))[:: plan.save_every]
+    assert largest_distance(run.position(middle), places) <= plan.predictions[0].tolerance
 
 
 def test_where_nothing_is_concentrated_no_more_trial_runs_are_run(monkeypatch):
@@ -123,8 +114,7 @@ def test_a_point_load_alone_needs_no_graded_mesh():
     rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", ancf.Circle(0.01), ancf.Material(1e9, 1e3))
     scene.clamp(rod.start)
     scene.point_force(rod.at(0.3), (0.0, 1e-4))
-    trial = pilot_of(scene, ancf.static_deflection(rod.end), 10)
-    assert grade_meshes(scene, trial) == ({}, 1.0)
+    assert grade_meshes(scene, equilibrium_of(scene, rod.end, 10)) == ({}, 1.0)
 
 
 def test_meshes_of_a_grade_keep_inner_places():

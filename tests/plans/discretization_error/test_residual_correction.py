@@ -10,18 +10,15 @@ from ancfsparse.plans.discretization_error.residual_correction import (
     estimate_from_corrections,
 )
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection import confirmation_run
-from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from benchmarks.adjoints import estimates as adjoints
+from tests.plans.comparison import build_trials
 from tests.plans.models.test_auto_meshes import hammock
 
 
-def changes(make, counts, *, quantity=ancf.plans.static_deflection):
+def changes(make, counts):
     scene, node = make("auto")
-    asked = check_goals(check_quantities(quantity(node), scene), "1 %")
-    trials = TrialRuns(scene, None, asked, ancf.GeneralizedAlpha(0.9))
+    trials = build_trials(scene, None, ancf.static_deflection(node), "1 %")
     name = scene.beams[0].name
     return [corrections(trials, trials.run(Model(counts={name: n}), 1)) for n in counts]
 
@@ -51,8 +48,7 @@ def test_two_trial_runs_show_the_order():
 
 def test_corrections_that_do_not_show_the_error_are_not_believed():
     scene, net = hammock("thin", "auto")
-    asked = check_goals(check_quantities(ancf.static_deflection(net.node(5)), scene), "1 %")
-    trials = TrialRuns(scene, None, asked, ancf.GeneralizedAlpha(0.9))
+    trials = build_trials(scene, None, ancf.static_deflection(net.node(5)), "1 %")
     assert corrections(trials, trials.run(Model(counts={net.name: 2}), 1)) is None
 
     # A rod that droops by its length: on eight elements forces are far from linear.

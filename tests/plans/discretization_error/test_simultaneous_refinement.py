@@ -7,31 +7,23 @@ from ancfsparse.plans.discretization_error import simultaneous_refinement as mod
 from ancfsparse.plans.discretization_error.simultaneous_refinement import refine_together
 from ancfsparse.plans.discretization_error.time_error import time_error
 from ancfsparse.plans.models.model import MIN_LONGEST_COUNT, Model
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection.discretization_search import search
-from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS, TrialRuns
-
-DAMPED = ancf.GeneralizedAlpha(0.9)
-
-
-def pilots_of(scene, t_end, quantity, error):
-    return TrialRuns(scene, t_end, check_goals(check_quantities(quantity, scene), error), DAMPED)
+from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS
+from tests.beams import build_beam
+from tests.plans.comparison import DAMPED, build_trials, largest_distance
 
 
 def long_pendulum(n="auto"):
     """A pendulum of 2 m whose steps gain energy without damping, and with it if they are long."""
-    scene = ancf.Scene()
-    rod = scene.add_beam(
-        "thin", (0, 0), (2, 0), n, ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000)
+    scene, rod = build_beam(
+        "thin", (0, 0), (2, 0), n, ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000), "pin"
     )
-    scene.pin(rod.start)
     return scene, rod.end
 
 
 def test_trial_runs_begin_with_damping_where_those_without_fail():
     scene, end = long_pendulum()
-    trials = pilots_of(scene, 10.0, ancf.position(end), "3 %")
+    trials = build_trials(scene, 10.0, ancf.position(end), "3 %")
     error_model = refine_together(trials, Model(), 4, 2)
     assert error_model is not None
     assert all(run.integrator == DAMPED for run in error_model.runs)
@@ -40,7 +32,7 @@ def test_trial_runs_begin_with_damping_where_those_without_fail():
     fine, its = long_pendulum(12)
     exact = ancf.simulate(fine, 10.0, 10.0 / (8 * last.steps), save_every=8)
     mine = trials.goals[0].quantity.in_scene(last.run.system.scene).history(last.run)
-    off = np.linalg.norm(mine - exact.position(its), axis=1).max()
+    off = largest_distance(mine, exact.position(its))
     assert 0.05 * error_model.combined_errors[0] <= off <= error_model.combined_errors[0]
     # Steps with which a run has failed are not tried on other meshes.
     failed = trials.failed
@@ -52,20 +44,19 @@ def test_trial_runs_begin_with_damping_where_those_without_fail():
 def test_motions_without_numerical_damping_must_agree_with_trial_runs_that_have_it(monkeypatch):
     scene, end = long_pendulum()
     monkeypatch.setattr(module, "agrees_with_undamped", lambda *_: False)
-    assert refine_together(pilots_of(scene, 10.0, ancf.position(end), "3 %"), Model(), 4, 2) is None
+    trials = build_trials(scene, 10.0, ancf.position(end), "3 %")
+    assert refine_together(trials, Model(), 4, 2) is None
 
 
 def test_responses_are_measured_with_the_cheaper_of_two_like_trial_runs():
-    scene = ancf.Scene()
-    rod = scene.add_beam(
+    scene, rod = build_beam(
         "thin", (0, 0), (0, -1), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
     )
     scene.drive(rod.start, lambda t: (0.1 * (1.0 - np.cos(6.0 * t)), 0.0))
     like = []
     for error in ("3 %", "0.3 %"):
-        error_model = search(
-            pilots_of(scene, 3.0, ancf.position(rod.end), error), Model(), None, None
-        )
+        trials = build_trials(scene, 3.0, ancf.position(rod.end), error)
+        error_model = search(trials, Model(), None, None)
         assert error_model.combined_errors is not None
         one, other = error_model.time.runs
         like.append(one.integrator == other.integrator)

@@ -9,12 +9,8 @@ import ancfsparse as ancf
 from ancfsparse.plans.execution.validity_range import ValidityRange, validity_range
 from ancfsparse.plans.trial_runs.solution_methods import Statics
 from ancfsparse.problems import pendulum
-
-
-def planned(error=1e-2):
-    scene, rod = pendulum("thin", "auto")
-    plan = ancf.plan(scene, 1.0, ancf.position(rod.end), error)
-    return replace(plan, result=None), rod
+from tests.beams import build_beam
+from tests.plans.comparison import largest_distance
 
 
 def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
@@ -34,7 +30,7 @@ def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
     assert np.array_equal(run.q[: len(kept.t)], kept.q)
     assert run.stats.steps > 50
     truth = ancf.simulate(plan.build(), 2.0, 0.04, accuracy=1e-4).position(rod.end)
-    assert np.linalg.norm(run.position(rod.end) - truth, axis=1).max() < 0.5
+    assert largest_distance(run.position(rod.end), truth) < 0.5
     # A file has one run: it is made again from its start.
     with pytest.warns(ancf.PlanChangedWarning, match="continues"):
         again = long.run(save_every=1)
@@ -42,7 +38,8 @@ def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
 
 
 def test_a_run_with_larger_strains_is_refined_until_two_agree():
-    plan, rod = planned()
+    scene, rod = pendulum("thin", "auto")
+    plan = replace(ancf.plan(scene, 1.0, ancf.position(rod.end), 1e-2), result=None)
     run = plan.run()
     known = validity_range(run, plan.steps)
     assert known.exceeded_by(known) == ""
@@ -55,7 +52,7 @@ def test_a_run_with_larger_strains_is_refined_until_two_agree():
     assert finer.plan.steps >= 2 * plan.steps
     exact, its = pendulum("thin", 64)
     truth = ancf.simulate(exact, 1.0, finer.t[1], accuracy=1e-5).position(its.end)
-    assert np.linalg.norm(finer.position(rod.end) - truth, axis=1).max() <= 1e-2
+    assert largest_distance(finer.position(rod.end), truth) <= 1e-2
     # With other arguments the run cannot be made again, but states that it left its range.
     with pytest.warns(ancf.PlanChangedWarning, match="its error may exceed the prediction"):
         assert small.run(save_every=1).plan.steps == plan.steps
@@ -63,11 +60,10 @@ def test_a_run_with_larger_strains_is_refined_until_two_agree():
 
 def test_a_load_that_trial_runs_have_missed_is_found():
     """A push of 2 ms between the steps of pilots."""
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), "auto", ancf.Circle(0.02), ancf.Material(1e8, 1000)
-    )
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Circle(0.02), ancf.Material(1e8, 1000), "clamp",
+        gravity=(0.0, 0.0),
+    )  # fmt: skip
     scene.point_force(
         rod.end, lambda t: (0.0, -0.1 * np.sin(3 * t) - 2.0 * (abs(t - 0.5031) < 1e-3))
     )
@@ -134,10 +130,8 @@ def test_contact_that_trial_runs_have_not_met_is_found():
     ):
         run = replace(rough, validity_range=blind).run()
     exact, its = swinging(24)
-    motion = ancf.simulate(exact, 1.2, run.t[1] / 4, save_every=4)
-    off = np.linalg.norm(run.position(rod.end) - motion.position(its.end), axis=1).max()
-    assert off <= plan.predictions[0].tolerance
-    free = ancf.simulate(swinging(24, 1e-3)[0], 1.2, run.t[1])
-    without = np.linalg.norm(free.position(free.system.scene.beams[0].end)
-                             - motion.position(its.end), axis=1).max()  # fmt: skip
-    assert without > 5.0 * plan.predictions[0].tolerance
+    motion = ancf.simulate(exact, 1.2, run.t[1] / 4, save_every=4).position(its.end)
+    assert largest_distance(run.position(rod.end), motion) <= plan.predictions[0].tolerance
+    free, its = swinging(24, 1e-3)
+    without = ancf.simulate(free, 1.2, run.t[1]).position(its.end)
+    assert largest_distance(without, motion) > 5.0 * plan.predictions[0].tolerance

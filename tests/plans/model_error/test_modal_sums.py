@@ -8,48 +8,49 @@ from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.trial_runs.load_resolution import steps_resolving_loads
 from ancfsparse.plans.trial_runs.solution_methods import ModalSum
 from ancfsparse.system import System
+from tests.beams import build_beam
+from tests.plans.comparison import (
+    DAMPED,
+    distance_from_shorter_steps,
+    largest_distance,
+)
 
 THIN, SOFT = ancf.Circle(0.004), ancf.Material(1e9, 1000)
 
 
 def let_go(force, element="thin", n=8):
     """A cantilever under a sudden force."""
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT)
-    scene.clamp(rod.start)
+    scene, rod = build_beam(element, (0, 0), (1, 0), n, THIN, SOFT, "clamp", gravity=(0.0, 0.0))
     scene.point_force(rod.end, (0.0, -force))
     return scene, rod.end
 
 
 def held(force, element="thin", n=8):
     """The same, clamped at both ends: what bends it stretches it."""
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT)
-    scene.clamp(rod.start)
-    scene.clamp(rod.end)
+    scene, rod = build_beam(
+        element, (0, 0), (1, 0), n, THIN, SOFT, "clamp", "clamp", gravity=(0.0, 0.0)
+    )
     scene.point_force(rod.at(0.5), (0.0, -force))
     return scene, rod.at(0.5)
 
 
 def thrown(speed, element="thin", n=8):
     """A cantilever whose points begin with speeds that grow along it."""
-    scene = ancf.Scene((0.0, 0.0))
 
     def velocity(r):
         return speed * r[:, :1] ** 2 * np.array([[0.0, 1.0]])
 
-    rod = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT, velocity=velocity)
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        element, (0, 0), (1, 0), n, THIN, SOFT, "clamp", gravity=(0.0, 0.0), velocity=velocity
+    )
     return scene, rod.end
 
 
-def off(run, point, made, size, time):
-    """Return how far a run is from the motion of 16 elements."""
-    scene, its = made(size, "thin", 16)
-    k = round(run.t[1] / 1e-3)
-    dt = time / (k * (len(run.t) - 1))
-    motion = ancf.simulate(scene, time, dt, integrator=ancf.Newmark(), save_every=k)
-    return np.linalg.norm(run.position(point) - motion.position(its), axis=1).max()
+def off(run, point, made, size):
+    """Return how far a run is from the motion of 16 elements in steps of 1 ms."""
+    division = round(run.t[1] / 1e-3)
+    fine = made(size, "thin", 16)
+    return distance_from_shorter_steps(run, point, *fine, division, integrator=ancf.Newmark())
 
 
 @pytest.mark.parametrize("time", [2.0, 10.0])
@@ -58,30 +59,27 @@ def test_what_a_sum_of_modes_leaves_out(made, size, time):
     scene, point = made(size)
     method = ModalSum(8)
     run = method.solve(scene, time, 400)
-    truth = off(run, point, made, size, time)
+    truth = off(run, point, made, size)
     error_model = sum(method.neglected(run, ancf.position(point)).values())
     assert truth / 1.1 <= error_model <= 10.0 * truth
 
 
-@pytest.mark.parametrize(
-    ("made", "size"), [pytest.param(let_go, 5e-5, marks=pytest.mark.slow), (thrown, 5e-3)]
-)
-def test_small_motions_are_sums_of_modes(made, size):
-    time = 120.0
+@pytest.mark.parametrize(("made", "size", "time"), [(let_go, 2e-5, 60.0), (thrown, 5e-3, 120.0)])
+def test_small_motions_are_sums_of_modes(made, size, time):
     scene, point = made(size, "auto", "auto")
     plan = ancf.plan(scene, time, ancf.position(point), "1 %")
     assert isinstance(plan.integrator, ModalSum)
     assert "the motion is small" in str(plan)
     run = plan.run(verify=True)
     asked = plan.predictions[0].tolerance
-    assert off(run, point, made, size, time) <= asked
+    assert off(run, point, made, size) <= asked
     assert run.measured[0] <= asked
 
 
 def test_large_motions_are_marched():
     scene, point = let_go(0.01, "auto", "auto")
     plan = ancf.plan(scene, 2.0, ancf.position(point), "3 %")
-    assert plan.integrator == ancf.GeneralizedAlpha(0.9)
+    assert plan.integrator == DAMPED
 
 
 def test_what_modes_do_not_have_is_marched():
@@ -98,9 +96,7 @@ def test_what_modes_do_not_have_is_marched():
     assert not fits(driven, ancf.position(point))
     still, point = let_go(0.0)
     assert not fits(still, ancf.position(point))
-    falling = ancf.Scene()
-    rod = falling.add_beam("thin", (0, 0), (1, 0), 4, THIN, SOFT)
-    falling.pin(rod.start)
+    falling, rod = build_beam("thin", (0, 0), (1, 0), 4, THIN, SOFT, "pin")
     assert not fits(falling, ancf.position(rod.end))
 
 
@@ -113,17 +109,14 @@ def test_modes_that_are_left_out_are_counted():
     for n in (1, 4, 8):
         method = ModalSum(n)
         run = method.solve(scene, 10.0, 400)
-        truth = np.linalg.norm(run.position(point) - full.position(point), axis=1).max()
+        truth = largest_distance(run.position(point), full.position(point))
         assert 0.5 * truth <= method.neglected(run, ancf.position(point))["modes"] <= 4.0 * truth
 
 
 def hanging(element, n):
     """A cable that hangs at its pins and is plucked slowly, eight times as fast as shown."""
-    scene = ancf.Scene()
     made = ancf.Circle(0.01), ancf.Material(1e8, 1000)
-    cable = scene.add_beam(element, (0, 0), (1, 0), n, *made, length=1.2)
-    scene.pin(cable.start)
-    scene.pin(cable.end)
+    scene, cable = build_beam(element, (0, 0), (1, 0), n, *made, "pin", "pin", length=1.2)
     point = cable.at(0.4)
     scene.point_force(point, lambda t: (0.0, 2e-3 * np.sin(4.0 * t) ** 2))
     return scene, point
@@ -131,10 +124,7 @@ def hanging(element, n):
 
 def taut(element, n):
     """A taut line that is clamped, sags by its weight, and is pushed beside its middle."""
-    scene = ancf.Scene()
-    line = scene.add_beam(element, (0, 0), (1, 0), n, THIN, SOFT, tension=20.0)
-    scene.clamp(line.start)
-    scene.clamp(line.end)
+    scene, line = build_beam(element, (0, 0), (1, 0), n, THIN, SOFT, "clamp", "clamp", tension=20.0)
     point = line.at(0.4 * line.length)
     scene.point_force(point, lambda t: (0.0, 2e-3 * np.sin(20.0 * t) ** 2))
     return scene, point
@@ -142,14 +132,9 @@ def taut(element, n):
 
 def far_from_steps(run, point, made, n, dt):
     """Return how far a run is from the motion of n elements in short steps."""
-    scene, its = made("thin", n)
-    time, states = float(run.t[-1]), len(run.t) - 1
-    more = -(-round(time / dt) // states)
-    motion = ancf.simulate(
-        scene, time, time / (more * states), integrator=ancf.Newmark(), save_every=more,
-        start="equilibrium",
-    )  # fmt: skip
-    return np.linalg.norm(run.position(point) - motion.position(its), axis=1).max()
+    division = -(-round(run.t[-1] / dt) // (len(run.t) - 1))
+    given = {"integrator": ancf.Newmark(), "start": "equilibrium"}
+    return distance_from_shorter_steps(run, point, *made("thin", n), division, **given)
 
 
 @pytest.mark.parametrize(("made", "time", "dt"), [(hanging, 5.0, 5e-4), (taut, 1.0, 5e-5)])
@@ -157,7 +142,7 @@ def test_sums_of_modes_about_an_equilibrium(made, time, dt):
     scene, point = made("thin", 8)
     method = ModalSum(16, start="equilibrium")
     run = method.solve(scene, time, 512)
-    size = np.linalg.norm(run.position(point) - run.position(point)[0], axis=1).max()
+    size = largest_distance(run.position(point), run.position(point)[0])
     left = sum(method.neglected(run, ancf.position(point)).values())
     truth = far_from_steps(run, point, made, 8, dt)
     assert truth <= 0.01 * size
@@ -190,20 +175,16 @@ def test_trial_runs_do_not_mistake_a_fast_load_for_a_slow_one():
     """A load of 12.7 Hz on a cantilever of 1.4 Hz: steps of 50 ms see one of 7.3 Hz."""
 
     def build_model(element, n):
-        scene = ancf.Scene((0.0, 0.0))
         made = ancf.Circle(0.01), ancf.Material(1e9, 1000)
-        rod = scene.add_beam(element, (0, 0), (1, 0), n, *made)
-        scene.clamp(rod.start)
+        scene, rod = build_beam(element, (0, 0), (1, 0), n, *made, "clamp", gravity=(0.0, 0.0))
         scene.point_force(rod.end, lambda t: (0.0, -0.01 * np.sin(40.0 * t) ** 2))
         return scene, rod.end
 
     scene, end = build_model("auto", "auto")
-    plan = ancf.plan(scene, 5.0, ancf.position(end), "5 %", integrator=ancf.GeneralizedAlpha(0.9))
+    plan = ancf.plan(scene, 5.0, ancf.position(end), "5 %", integrator=DAMPED)
     run = plan.run()
-    fine, its = build_model("thin", 16)
-    more = -(-10000 // (len(run.t) - 1))
-    motion = ancf.simulate(fine, 5.0, 5.0 / (more * (len(run.t) - 1)), save_every=more)
-    apart = np.linalg.norm(run.position(end) - motion.position(its), axis=1).max()
+    division = -(-10000 // (len(run.t) - 1))
+    apart = distance_from_shorter_steps(run, end, *build_model("thin", 16), division)
     assert plan.steps >= 400
     assert apart <= plan.predictions[0].tolerance
 

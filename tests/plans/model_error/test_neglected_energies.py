@@ -7,7 +7,9 @@ import ancfsparse as ancf
 from ancfsparse.plans.model_error.neglected_energies import neglected_effects
 from ancfsparse.plans.model_error.quasi_static_error import inertia_error
 from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
+from tests.beams import build_beam
 from tests.grids import level_grid
+from tests.plans.comparison import distance_from_shorter_steps
 
 FACTOR = 2.0
 """Within which estimates are right."""
@@ -31,10 +33,7 @@ def test_shear(height):
 
     scene, end = bent("thin", 4)
     run = ancf.quasi_static(scene, 1.0, 0.25)
-    rich = [
-        bent("thin", 16),
-        bent("thick", 16, curvature="section", section_strain="nodal"),
-    ]
+    rich = bent("thin", 16), bent("thick", 16, curvature="section", section_strain="nodal")
     y = [ancf.solve_static(each, t=1.0).position(point)[1] for each, point in rich]
     error_model = neglected_effects(scene, run, ancf.position(end))
     close(error_model["shear"], abs(y[1] - y[0]))
@@ -54,11 +53,10 @@ def test_rotary_inertia(height):
     section = ancf.Section(height**2, inertia, inertia, 2.0 * inertia, 1e4)
 
     def pinned(element, n, load, **options):
-        scene = ancf.Scene(gravity=(0.0, 0.0))
-        material = ancf.Material(1e9, 1000.0, 0.0)
-        beam = scene.add_beam(element, (0, 0), (1, 0), n, section, material, **options)
-        scene.pin(beam.start)
-        scene.pin(beam.end)
+        scene, beam = build_beam(
+            element, (0, 0), (1, 0), n, section, ancf.Material(1e9, 1000.0, 0.0), "pin", "pin",
+            gravity=(0.0, 0.0), **options,
+        )  # fmt: skip
         scene.point_force(beam.node(n // 2), (0.0, 0.048 * 1e9 * inertia * load))
         return scene, beam.node(n // 2)
 
@@ -83,11 +81,10 @@ def test_bending_of_strings(pull):
     bending = 1e8 * np.pi * 0.01**4 / 64.0
 
     def line(element):
-        scene = ancf.Scene(gravity=(0.0, 0.0))
-        made = ancf.Circle(0.01), ancf.Material(1e8, 500.0)
-        cord = scene.add_beam(element, (0, 0), (1, 0), 24, *made, tension=pull * bending)
-        scene.pin(cord.start)
-        scene.pin(cord.end)
+        scene, cord = build_beam(
+            element, (0, 0), (1, 0), 24, ancf.Circle(0.01), ancf.Material(1e8, 500.0), "pin", "pin",
+            gravity=(0.0, 0.0), tension=pull * bending,
+        )  # fmt: skip
         scene.distributed_force(cord, ancf.Ramp((0.0, -0.005 * pull * bending), 1.0))
         return scene, cord.node(12)
 
@@ -128,10 +125,8 @@ def test_stretch(youngs):
     """The pendulum with Green's and with Biot's strain, whose bending differs by the stretch."""
 
     def pendulum(**options):
-        scene = ancf.Scene(gravity=(0.0, -9.81))
         made = ancf.Rectangle(0.01, 0.01), ancf.Material(youngs, 4000.0)
-        rod = scene.add_beam("thin", (0, 0), (2, 0), 16, *made, **options)
-        scene.pin(rod.start)
+        scene, rod = build_beam("thin", (0, 0), (2, 0), 16, *made, "pin", **options)
         return scene, rod.end
 
     def march(scene):
@@ -151,10 +146,8 @@ def test_stretch_of_taut_lines(pull, element):
     """The sag of a line that is pulled: Green's strain makes it 1 + 3/2 of its strain tauter."""
 
     def sagging(kind, n, **options):
-        scene = ancf.Scene(gravity=(0.0, -9.81))
         made = ancf.Circle(0.002), ancf.Material(1e8, 1000.0)
-        line = scene.add_beam(kind, (0, 0), (1, 0), n, *made, **options)
-        scene.pin(line.start)
+        scene, line = build_beam(kind, (0, 0), (1, 0), n, *made, "pin", **options)
         scene.drive(line.end, (1.0 + pull, 0.0))
         rest = ancf.solve_static(scene)
         return scene, line.at(0.5), rest
@@ -174,30 +167,20 @@ def test_stretch_of_taut_lines(pull, element):
     assert error_model["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
 
 
-@pytest.mark.parametrize("slow", [8.0, 40.0])
-def test_inertia_of_a_quasi_static_run(slow):
-    scene = ancf.Scene(gravity=(0.0, 0.0))
+@pytest.mark.parametrize("load", [8.0, 40.0, "ramp"])
+def test_inertia_of_a_quasi_static_run(load):
+    """Of a load that is so many times as slow as the first mode, and of one that sets in."""
     made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
-    beam = scene.add_beam("thin", (0, 0), (1, 0), 6, *made)
-    scene.clamp(beam.start)
-    omega = 2.0 * np.pi * ancf.modes(scene, 1).frequencies[0] / slow
-    scene.point_force(beam.end, lambda t: (0.0, 1e-3 * (1.0 - np.cos(omega * t))))
-    t_end = 2.0 * np.pi / omega
-    run = ancf.quasi_static(scene, t_end, t_end / 200)
-    motion = ancf.simulate(scene, t_end, t_end / 10000, save_every=50)
-    truth = np.abs(run.position(beam.end) - motion.position(beam.end)).max()
-    close(inertia_error(run, ancf.position(beam.end)), truth)
-
-
-def test_inertia_of_a_load_that_sets_in_with_a_rate():
-    scene = ancf.Scene(gravity=(0.0, 0.0))
-    made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
-    beam = scene.add_beam("thin", (0, 0), (1, 0), 6, *made)
-    scene.clamp(beam.start)
-    scene.point_force(beam.end, ancf.Ramp((0.0, 0.05), 4.0))
-    run = ancf.quasi_static(scene, 4.0, 0.1)
-    motion = ancf.simulate(scene, 4.0, 2e-3, save_every=50)
-    truth = np.abs(run.position(beam.end) - motion.position(beam.end)).max()
+    scene, beam = build_beam("thin", (0, 0), (1, 0), 6, *made, "clamp", gravity=(0.0, 0.0))
+    if load == "ramp":
+        t_end, steps = 4.0, 40
+        scene.point_force(beam.end, ancf.Ramp((0.0, 0.05), 4.0))
+    else:
+        omega = 2.0 * np.pi * ancf.modes(scene, 1).frequencies[0] / load
+        t_end, steps = 2.0 * np.pi / omega, 200
+        scene.point_force(beam.end, lambda t: (0.0, 1e-3 * (1.0 - np.cos(omega * t))))
+    run = ancf.quasi_static(scene, t_end, t_end / steps)
+    truth = distance_from_shorter_steps(run, beam.end, scene, beam.end, 50)
     close(inertia_error(run, ancf.position(beam.end)), truth)
 
 
@@ -206,11 +189,10 @@ def test_torsion_of_a_moment_along_the_axis(twist):
     """Its energy beside that of bending, as the thick beam has them."""
 
     def bent(element, n):
-        scene = ancf.Scene(gravity=(0.0, 0.0, 0.0))
-        beam = scene.add_beam(
-            element, (0, 0, 0), (1, 0, 0), n, ancf.Circle(0.01), ancf.Material(2e9, 1000.0)
-        )
-        scene.clamp(beam.start)
+        scene, beam = build_beam(
+            element, (0, 0, 0), (1, 0, 0), n, ancf.Circle(0.01), ancf.Material(2e9, 1000.0),
+            "clamp", gravity=(0.0, 0.0, 0.0),
+        )  # fmt: skip
         scene.point_moment(beam.end, ancf.Ramp((0.05 * twist, 0.0, 0.05), 1.0))
         return scene, beam
 
@@ -250,15 +232,11 @@ def test_torsion_between_two_clamps_that_are_turned_against_each_other():
 
 
 def test_what_a_model_has_is_left_out_and_nothing_where_nothing_acts():
-    scene = ancf.Scene(gravity=(0.0, 0.0))
     made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
-    beam = scene.add_beam("thick", (0, 0), (1, 0), 4, *made)
-    scene.clamp(beam.start)
+    scene, beam = build_beam("thick", (0, 0), (1, 0), 4, *made, "clamp", gravity=(0.0, 0.0))
     run = ancf.simulate(scene, 0.01, dt=1e-3)
     assert neglected_effects(scene, run, ancf.position(beam.end)) == {}
-    still = ancf.Scene(gravity=(0.0, 0.0))
-    beam = still.add_beam("thin", (0, 0), (1, 0), 4, *made)
-    still.clamp(beam.start)
+    still, beam = build_beam("thin", (0, 0), (1, 0), 4, *made, "clamp", gravity=(0.0, 0.0))
     run = ancf.quasi_static(still, 1.0, 0.5)
     error_model = neglected_effects(still, run, ancf.position(beam.end))
     assert set(error_model) == {"shear", "stretch"}

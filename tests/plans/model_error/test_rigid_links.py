@@ -9,11 +9,10 @@ import ancfsparse as ancf
 from ancfsparse.plans.model_error.rigid_link_error import deflection, deflection_effect
 from ancfsparse.plans.models.model import RIGID, ElementChoice, Model, build_model
 from ancfsparse.plans.models.rigid_links import rigid_candidates, rigid_rod
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection.element_hierarchy import CABLE
 from ancfsparse.plans.selection.rigid_link_selection import select_rigid_links
-from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
+from tests.beams import build_beam
+from tests.plans.comparison import build_trials, distance_from_shorter_steps, largest_distance
 
 STEEL, SOFT = ancf.Material(2e11, 7800), ancf.Material(1e9, 1000)
 THICK, SLIM = ancf.Circle(0.05), ancf.Circle(0.01)
@@ -21,12 +20,9 @@ THICK, SLIM = ancf.Circle(0.05), ancf.Circle(0.01)
 
 def swing(element="auto", n="auto", radius=0.05, dim=2, slope=0.0):
     """A rod that swings about one end from the horizontal, or from a slope."""
-    method = np.array([np.cos(slope), -np.sin(slope), 0.0])[:dim]
-    scene = ancf.Scene(tuple(-9.81 * np.eye(dim)[1]))
-    made = ancf.Circle(radius), STEEL
-    rod = scene.add_beam(element, np.zeros(dim), method, n, *made)
-    scene.pin(rod.start)
-    return scene, rod
+    end = np.array([np.cos(slope), -np.sin(slope), 0.0])[:dim]
+    down = -9.81 * np.eye(dim)[1]
+    return build_beam(element, 0 * end, end, n, ancf.Circle(radius), STEEL, "pin", gravity=down)
 
 
 def whip(elements=("auto", "auto"), n="auto"):
@@ -65,22 +61,21 @@ def test_a_rod_has_the_mass_and_the_inertia_of_its_beam(dim):
 @pytest.mark.parametrize("slope", [0.0, 1.0])
 @pytest.mark.parametrize("ask", [ancf.position, ancf.velocity])
 def test_a_rod_that_its_weight_surely_bends_is_not_tried(dim, slope, ask, monkeypatch):
-    def error_model(radius, error):
+    def select(radius, error):
         scene, rod = swing(radius=radius, dim=dim, slope=slope)
-        asked = check_goals(check_quantities(ask(rod.end), scene), error)
-        trials = TrialRuns(scene, 0.5, asked, ancf.GeneralizedAlpha(0.9))
+        trials = build_trials(scene, 0.5, ask(rod.end), error)
         return select_rigid_links(trials), trials
 
     tried = 0
     for radius in (0.05, 0.01, 0.003):
         for error in ("3 %", "0.1 %", "0.003 %"):
-            mine, trials = error_model(radius, error)
+            mine, trials = select(radius, error)
             with monkeypatch.context() as patch:
                 patch.setattr(
                     "ancfsparse.plans.selection.rigid_link_selection._bends_at_start",
                     lambda *_: False,
                 )
-                whole, other = error_model(radius, error)
+                whole, other = select(radius, error)
             assert mine == whole
             tried += bool(other.done) - bool(trials.done)
     assert tried >= 2
@@ -105,7 +100,7 @@ def test_deflections_are_foreseen_from_the_forces_of_a_rod(radius, slope):
     run = ancf.simulate(rigid, 1.0, 2e-3)
     beam = build_model(scene, Model({rod.name: CABLE}, {rod.name: 6}))
     motion = ancf.simulate(beam, 1.0, 1e-4, save_every=20)
-    truth = np.linalg.norm(run.position(rod.end) - motion.position(rod.end), axis=1).max()
+    truth = largest_distance(run.position(rod.end), motion.position(rod.end))
     far = deflection(run, rigid.bodies[0], rod)
     quantity = ancf.position(rod.end).in_scene(rigid)
     assert truth <= deflection_effect(far, rod.length, quantity, run) <= 30.0 * truth
@@ -119,8 +114,7 @@ def test_short_stiff_links_are_rigid():
     assert f"{link.name} may be rigid" in str(plan)
     run = plan.run(verify=True)
     fine, _, its = whip(("thin", "thin"), 24)
-    motion = ancf.simulate(fine, 0.5, run.t[1] / 64, save_every=64)
-    off = np.linalg.norm(run.position(rod.end) - motion.position(its.end), axis=1).max()
+    off = distance_from_shorter_steps(run, rod.end, fine, its.end, 64)
     assert off <= plan.predictions[0].tolerance
     assert run.measured[0] <= plan.predictions[0].tolerance
     assert np.allclose(run.position(link.end), run.position(rod.start))
@@ -154,9 +148,9 @@ def test_what_must_bend_is_not_rigid():
     loaded, rod = swing()
     loaded.point_force(rod.at(0.5), (0.0, -1.0))
     assert not rigid_candidates(loaded)
-    element_counts, rod = swing()
-    element_counts.distributed_force(rod, (0.0, -1.0))
-    assert not rigid_candidates(element_counts)
+    pressed, rod = swing()
+    pressed.distributed_force(rod, (0.0, -1.0))
+    assert not rigid_candidates(pressed)
     slack = ancf.Scene()
     slack.add_beam("auto", (0, 0), (1, 0), "auto", THICK, STEEL, length=1.1)
     assert not rigid_candidates(slack)
@@ -206,7 +200,7 @@ def test_what_both_ends_hold_is_not_rigid():
 
 
 def test_compression_bends_a_rod_that_is_about_to_buckle():
-    def error_model(load):
+    def under(load):
         scene, strut = swing(radius=0.01)
         rigid = build_model(scene, Model({strut.name: RIGID}))
         run = ancf.simulate(rigid, 0.1, 1e-2)
@@ -215,15 +209,11 @@ def test_compression_bends_a_rod_that_is_about_to_buckle():
         return deflection(rows, body, strut)
 
     critical = np.pi**2 * 2e11 * np.pi * 0.01**4 / 64.0
-    bent, pulled, pushed = (
-        error_model(0.0),
-        error_model(0.2 * critical),
-        error_model(-0.2 * critical),
-    )
+    bent, pulled, pushed = (under(share * critical) for share in (0.0, 0.2, -0.2))
     stretched = 0.2 * critical / (2e11 * np.pi * 0.005**2)
     assert pulled == pytest.approx(bent + 2.0 * stretched, rel=1e-4)
     assert pushed == pytest.approx(pulled / 0.8, rel=1e-2)
-    assert error_model(-0.6 * critical) == np.inf > error_model(0.6 * critical)
+    assert under(-0.6 * critical) == np.inf > under(0.6 * critical)
 
 
 def test_a_rod_in_space_hangs_on_two_links():

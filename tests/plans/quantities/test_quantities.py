@@ -8,6 +8,7 @@ from ancfsparse.plans.quantities.functions import check_quantities
 from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +33,14 @@ def test_values_are_those_of_the_run(motion):
 
 
 def test_the_slope_angle_is_the_rotation_of_a_rigid_turn():
-    scene = ancf.Scene((0.0, 0.0))
     steel = ancf.Material(1e11, 1000)
 
     def spin(r):
         return np.stack([-20.0 * r[:, 1], 20.0 * r[:, 0]], axis=1)
 
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.1), steel, velocity=spin)
-    scene.pin(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), 2, ancf.Circle(0.1), steel, "pin", gravity=(0.0, 0.0), velocity=spin
+    )
     run = ancf.simulate(scene, 1.0, 1e-3)
     angle = ancf.slope_angle(rod.end).value(run)[:, 0]
     assert angle[-1] == pytest.approx(20.0, rel=1e-2)

@@ -7,20 +7,19 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.models.model import Model, build_model
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection.confirmation_run import confirm_selection
 from ancfsparse.plans.selection.discretization_search import refine_separately
-from ancfsparse.plans.trial_runs.trial_runs import TrialRuns, goal_differences, round_steps
+from ancfsparse.plans.trial_runs.trial_runs import goal_differences, round_steps
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
+from tests.plans.comparison import build_trials
 
 T_END = 1.0
 
 
 def pilots_of(error):
     scene, rod = pendulum("thin", "auto")
-    asked = check_goals(check_quantities(ancf.position(rod.end), scene), error)
-    return TrialRuns(scene, T_END, asked, ancf.GeneralizedAlpha(0.9))
+    return build_trials(scene, T_END, ancf.position(rod.end), error)
 
 
 def test_a_system_that_was_marched_before_gives_the_same_numbers():
@@ -36,15 +35,13 @@ def test_a_system_that_was_marched_before_gives_the_same_numbers():
 
 def test_one_mesh_is_run_once_for_several_requested_counts():
     """Five places on a beam make ten elements of eight, of ten and of twelve."""
-    scene = ancf.Scene()
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
-    )
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000),
+        "clamp",
+    )  # fmt: skip
     for share in (0.1, 0.3, 0.5, 0.7, 0.9):
         scene.point_force(rod.at(share), (0.0, -0.01))
-    asked = check_goals(check_quantities(ancf.position(rod.end), scene), 1e-3)
-    trials = TrialRuns(scene, 0.1, asked, ancf.GeneralizedAlpha(0.9))
+    trials = build_trials(scene, 0.1, ancf.position(rod.end), 1e-3)
     model = Model()
     one, *others = (trials.run(model.with_counts({rod.name: n}), 100) for n in (8, 10, 12))
     assert one.run.system.scene.body(rod.name).n_elements == 10

@@ -16,16 +16,15 @@ from ancfsparse.plans.selection.element_hierarchy import (
     effects_neglected,
 )
 from ancfsparse.plans.selection.element_selection import _is_bending_negligible
+from tests.beams import build_beam
 from tests.grids import level_grid
 
 RUBBER = ancf.Material(1e7, 1000, 0.3)
 
 
 def cantilever(section, length, force, dim=2):
-    scene = ancf.Scene((0.0,) * dim)
     ends = np.zeros(dim), length * np.eye(dim)[0]
-    rod = scene.add_beam("auto", *ends, "auto", section, RUBBER)
-    scene.clamp(rod.start)
+    scene, rod = build_beam("auto", *ends, "auto", section, RUBBER, "clamp", gravity=(0.0,) * dim)
     scene.point_force(rod.end, force)
     return scene, rod
 
@@ -36,10 +35,8 @@ def rung_of(plan):
 
 
 def test_a_slender_pendulum_is_a_cable():
-    scene = ancf.Scene()
     bar, soft = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000)
-    rod = scene.add_beam("auto", (0, 0), (2, 0), "auto", bar, soft)
-    scene.pin(rod.start)
+    scene, rod = build_beam("auto", (0, 0), (2, 0), "auto", bar, soft, "pin")
     plan = ancf.plan(scene, 1.0, ancf.position(rod.end), 1e-2)
     assert rung_of(plan) == CABLE
     assert plan.is_met
@@ -139,11 +136,8 @@ def test_a_net_under_tension_gets_strings_where_bending_does_not_matter(pull, ra
 
 
 def test_strings_are_tried_for_a_single_line_too():
-    scene = ancf.Scene()
     made = ancf.Circle(0.002), ancf.Material(1e9, 1000)
-    line = scene.add_beam("auto", (0, 0), (1, 0), "auto", *made, tension=20.0)
-    scene.pin(line.start)
-    scene.pin(line.end)
+    scene, line = build_beam("auto", (0, 0), (1, 0), "auto", *made, "pin", "pin", tension=20.0)
     plan = ancf.plan(scene, 0.3, ancf.position(line.at(0.5)), "3 %")
     assert rung_of(plan) == STRING or "strings would suffice too" in str(plan)
     # Where a short run of cables is the answer, their pilots would take longer than they save.
@@ -157,10 +151,8 @@ def test_below_what_models_agree_on_a_cable_is_as_good_as_any():
     """A soft pendulum: Green's and Biot's strain differ by more than the shear of thick beams."""
 
     def pendulum(element, n, **options):
-        scene = ancf.Scene()
         made = ancf.Rectangle(0.01, 0.01), ancf.Material(1e7, 4000)
-        rod = scene.add_beam(element, (0, 0), (1, 0), n, *made, **options)
-        scene.pin(rod.start)
+        scene, rod = build_beam(element, (0, 0), (1, 0), n, *made, "pin", **options)
         return scene, rod.end
 
     def tip(n, element="thin", **options):

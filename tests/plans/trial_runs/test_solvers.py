@@ -10,15 +10,14 @@ from ancfsparse.plans.trial_runs.choose_solver import MIN_PAIRS_WORK, PAIRS, sel
 from ancfsparse.plans.trial_runs.cost_model import RunCost, cost_of_run
 from ancfsparse.plans.trial_runs.solution_methods import Statics
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 DAMPED = ancf.GeneralizedAlpha(0.9)
 BAR, STEEL = ancf.Rectangle(0.01, 0.01), ancf.Material(2.1e11, 7850.0, 0.3)
 
 
 def stiff_rod(n_elements="auto"):
-    scene = ancf.Scene()
-    rod = scene.add_beam("thin", (0, 0), (2, 0), n_elements, BAR, STEEL)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), n_elements, BAR, STEEL, "pin")
     return scene, rod.end
 
 

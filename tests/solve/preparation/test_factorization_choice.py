@@ -5,10 +5,11 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import chain, lattice, net
-from ancfsparse.seeds import Groups, SparseSeed
+from ancfsparse.seeds import Groups
 from ancfsparse.solve.preparation import choose_factorization, memory_estimate, switch_to_direct
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
+from tests.solve.preparation.factors import seed_of
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
 INCOMPLETE = "with an incomplete factorization"
@@ -89,9 +90,8 @@ def test_cycles_are_those_of_the_graph():
 
 @pytest.mark.parametrize("make", [lambda: lattice(7).scene, lambda: net(25).scene])
 def test_fill_is_that_of_the_exact_factor(make):
-    system = System(make())
-    exact = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    groups = groups_of(system)
+    scene = make()
+    exact, groups = seed_of(scene), groups_of(System(scene))
     fill = groups.exact_fill(np.inf)
     # Ordered by vectors and not by coordinates, which fills in a little more.
     assert fill.nnz == pytest.approx(exact.nnz, rel=0.2)
@@ -121,13 +121,8 @@ def test_if_neither_fits_both_are_named(monkeypatch):
     sentence = r"the factor .* GB as an incomplete one, and as a complete one up to .* GB"
     with pytest.raises(ancf.InputError, match=sentence):
         solver_of(scene)
-    exact = SparseSeed(*_pattern(scene))
+    exact = seed_of(scene)
     assert exact.nbytes <= estimated.complete <= 8.0 * exact.nbytes
-
-
-def _pattern(scene):
-    system = System(scene)
-    return system.pattern.indptr, system.pattern.indices, system.n_free
 
 
 def test_the_estimate_is_near_what_an_incomplete_factor_takes():

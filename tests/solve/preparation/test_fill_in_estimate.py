@@ -2,43 +2,20 @@
 
 import tracemalloc
 
-import numpy as np
 import pytest
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Newton
 from ancfsparse.problems import chain, net
-from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
 from ancfsparse.solve.preparation.memory_estimate import estimate_memory
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES
-from ancfsparse.system import System
-
-
-def lattice(n):
-    """A cube of n nodes a side."""
-    number = np.arange(n**3).reshape(n, n, n)
-    nodes = 0.1 * np.stack(np.unravel_index(np.arange(n**3), (n, n, n)), axis=1)
-    pairs = [
-        (np.take(number, range(n - 1), axis), np.take(number, range(1, n), axis))
-        for axis in range(3)
-    ]
-    edges = np.concatenate([np.reshape(each, (2, -1)).T for each in pairs])
-    scene = ancf.Scene((0.0, 0.0, -9.81))
-    mesh = scene.add_mesh(nodes, edges, "thin", ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
-    for k in (0, n - 1, n * n - 1):
-        scene.pin(mesh.node(k))
-    return scene
-
-
-def seed_of(scene):
-    system = System(scene)
-    return SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
+from tests.solve.preparation.factors import cubic_lattice, seed_of
 
 
 @pytest.mark.parametrize(
     "scene",
-    [lattice(6), lattice(9), net(12).scene, chain(50)[0], chain(50, element="thin")[0]],
+    [cubic_lattice(6), cubic_lattice(9), net(12).scene, chain(50)[0], chain(50, element="thin")[0]],
     ids=["lattice 6", "lattice 9", "net", "chain", "thin chain"],
 )
 def test_fill_is_counted_to_a_tenth(scene):
@@ -47,7 +24,7 @@ def test_fill_is_counted_to_a_tenth(scene):
 
 
 def test_the_factor_of_a_lattice_that_may_not_fit_is_not_taken_for_that_of_a_net(monkeypatch):
-    scene = lattice(10)
+    scene = cubic_lattice(10)
     seed = seed_of(scene)
     monkeypatch.setattr(
         "ancfsparse.solve.preparation.memory_estimate.available_memory", lambda: 2.0 * seed.nbytes
@@ -61,7 +38,7 @@ def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
         raise AssertionError("counted")
 
     monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.count_factor_entries", never)
-    estimate_memory(lattice(6), 1, 0, False, Newton())
+    estimate_memory(cubic_lattice(6), 1, 0, False, Newton())
 
 
 @pytest.mark.parametrize("kind", ["chain", "net"])

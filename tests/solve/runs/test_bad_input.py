@@ -10,6 +10,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.integrators.interface.time_grid import count_steps
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 
 def simulate(t_end=0.1, dt=1e-3, **options):
@@ -21,16 +22,12 @@ def simulate(t_end=0.1, dt=1e-3, **options):
     ("t_end", "dt", "message"),
     [
         (1.0, 0.0, "dt must be positive, got 0 s"),
-        (1.0, -1e-3, "dt must be positive, got -0.001 s"),
         (1.0, math.nan, "dt must be finite, got nan s"),
-        (1.0, math.inf, "dt must be finite, got inf s"),
-        (0.0, 1e-3, "t_end must be positive, got 0 s"),
-        (-1.0, 1e-3, "t_end must be positive"),
-        (math.nan, 1e-3, "t_end must be finite"),
+        (-1.0, 1e-3, "t_end must be positive, got -1 s"),
+        (math.inf, 1e-3, "t_end must be finite"),
         ("one", 1e-3, "t_end must be a number, got 'one'"),
         (5e-324, 5e-324, "t_end must be at least 1e-150 s, whose square"),
         (1e308, 1e306, "dt must be at most 1e+150 s"),
-        (1.0, "1e-3", "dt must be a number, got '1e-3'"),
         (1.0, None, "needs a time step or an accuracy"),
         (1.0, 3e-3, "does not divide t_end = 1 s"),
         (1.0, 2.0, "dt = 2 s is longer than the run, t_end = 1 s: try dt = 0.1 s"),
@@ -88,12 +85,9 @@ def test_more_states_than_fit():
     ("make", "message"),
     [
         (lambda: ancf.QuasiNewton("davidson"), "unknown update 'davidson': did you mean 'davidon'"),
-        (lambda: ancf.QuasiNewton("DFP"), "did you mean 'dfp'"),
         (lambda: ancf.QuasiNewton("sr1"), "valid are 'broyden', 'davidon', 'dfp', 'bfgs'"),
-        (lambda: ancf.QuasiNewton(None), "unknown update None"),
         (lambda: ancf.QuasiNewton("bfgs", memory="fulll"), "did you mean 'full'"),
         (lambda: ancf.QuasiNewton("bfgs", memory=0), "at least 1"),
-        (lambda: ancf.QuasiNewton("bfgs", memory=-3), "at least 1"),
         (lambda: ancf.QuasiNewton("bfgs", memory=2.5), "must be an integer"),
         (lambda: ancf.QuasiNewton("bfgs", seed="tangents"), "did you mean 'tangent'"),
         (lambda: ancf.QuasiNewton("bfgs", 10, seed="finite-difference"), "memory='full'"),
@@ -132,11 +126,9 @@ def test_solvers(make, message):
         ({"progress": "no"}, "progress must be True or False, got 'no'"),
         ({"integrator": np.zeros(2)}, "integrator must be Newmark(alpha)"),
         ({"dt": 5e-324, "accuracy": 1e-3}, "dt must be at least 1e-150 s"),
-        ({"integrator": 0.05}, "integrator must be Newmark(alpha)"),
         ({"integrator": "newmark"}, "integrator must be Newmark(alpha)"),
         ({"tolerance": "papers"}, "tolerance must be 'default', 'paper' or a number"),
         ({"tolerance": 0.0}, "tolerance must be positive"),
-        ({"tolerance": -1e-3}, "tolerance must be positive"),
         ({"tolerance": math.nan}, "tolerance must be finite"),
         ({"tolerance": None}, "tolerance must be"),
         ({"save_every": 0}, "save_every must be an integer of at least 1"),
@@ -177,12 +169,11 @@ def test_a_scene_without_beams_is_refused():
         ancf.simulate(ancf.Scene(), 1.0, 1e-3)
 
 
+SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+
+
 def test_a_velocity_at_a_pin_is_refused():
-    scene = ancf.Scene()
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1000.0), velocity=(0, 2.5)
-    )
-    scene.pin(rod.start)
+    scene, _ = build_beam("thin", (0, 0), (1, 0), 2, SECTION, MATERIAL, "pin", velocity=(0, 2.5))
     with pytest.raises(
         ancf.InputError,
         match=r"moves 1 held coordinate, of the position of beam 0 at s = 0 m by 2.5 m/s: give",
@@ -193,15 +184,14 @@ def test_a_velocity_at_a_pin_is_refused():
 @pytest.mark.parametrize("n_elements", [1, 2, 5])
 def test_a_wave_between_pins_is_no_velocity_of_the_pins(n_elements):
     # Where both nodes of a single element are pinned, no node says how large rounding is.
-    scene = ancf.Scene()
     section, material = ancf.Circle(0.01), ancf.Material(1e7, 1e3)
 
     def wave(x):
         return np.outer(np.sin(3 * np.pi * x[:, 0] / 0.7), (0.0, 2.0))
 
-    rod = scene.add_beam("thin", (0, 0), (0.7, 0), n_elements, section, material, velocity=wave)
-    scene.pin(rod.start)
-    scene.pin(rod.end)
+    scene, _ = build_beam(
+        "thin", (0, 0), (0.7, 0), n_elements, section, material, "pin", "pin", velocity=wave
+    )
     assert ancf.simulate(scene, 1e-3, 1e-3).stats.steps == 1
 
 
@@ -281,19 +271,14 @@ def test_a_blow_up_is_a_step_failure_and_no_warning():
     ],
 )
 def test_a_start_beyond_the_range_of_numbers_is_refused(integrator, force, velocity, message):
-    scene = ancf.Scene()
-    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material, velocity=velocity)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 2, SECTION, MATERIAL, "pin", velocity=velocity)
     scene.point_force(rod.end, force)
     with pytest.raises(ancf.InputError, match=message):
         ancf.simulate(scene, 1e-3, 1e-5, integrator=integrator)
 
 
 def test_constraints_that_need_an_infinite_acceleration_are_refused():
-    scene = ancf.Scene()
-    section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material, velocity=(3e154, 0.0))
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 2, SECTION, MATERIAL, velocity=(3e154, 0.0))
     scene.rod(rod.start, (0.0, 1.0))
     with pytest.raises(ancf.InputError, match=r"where the rod at beam 0 at s = 0 m would need an "):
         ancf.simulate(scene, 1e-3, 1e-5)

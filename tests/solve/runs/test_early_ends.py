@@ -14,14 +14,13 @@ from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from ancfsparse.solve.motion import fixed_step_run
 from ancfsparse.solve.stepping import file_recording, state_recorder
+from tests.beams import build_beam
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
 
 def pendulum(force=None, n=3):
-    scene = ancf.Scene()
-    rod = scene.add_beam("thin", (0, 0), (2, 0), n, SECTION, MATERIAL)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), n, SECTION, MATERIAL, "pin")
     if force is not None:
         scene.point_force(rod.end, force)
     return scene, rod

@@ -8,18 +8,18 @@ from ancfsparse.problems import pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import undamped_velocities
 from ancfsparse.system import System
+from tests.beams import build_beam
 
 DAMPED = [ancf.HHT(0.3), ancf.GeneralizedAlpha(0.5), ancf.GeneralizedAlpha(0.0)]
 
 
 def clamped(damping, velocity=None, gravity=-9.81):
     """A clamped steel beam of 1 m."""
-    scene = ancf.Scene((0.0, gravity))
     material = ancf.Material(2e11, 7850.0, axial_damping=damping, bending_damping=damping)
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), 6, ancf.Rectangle(0.02, 0.02), material, velocity=velocity
-    )
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), 6, ancf.Rectangle(0.02, 0.02), material, "clamp",
+        gravity=(0.0, gravity), velocity=velocity,
+    )  # fmt: skip
     return scene, rod
 
 

@@ -9,21 +9,19 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, StepError
 from ancfsparse.results.hdf5_reader import load
-from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation import memory_estimate
 from ancfsparse.solve.stepping import state_recorder
-from ancfsparse.system import System
+from tests.beams import build_beam
+from tests.solve.preparation.factors import cubic_lattice, seed_of
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
 
-def swing(n=6, joint="rod", **options):
-    scene = ancf.Scene()
-    rod = scene.add_beam("thin", (0, 0), (2, 0), n, SECTION, MATERIAL)
-    if joint == "rod":
+def swing(n=6, hold="", **options):
+    """A cable on a rod, or a pin, which a force swings."""
+    scene, rod = build_beam("thin", (0, 0), (2, 0), n, SECTION, MATERIAL, hold)
+    if not hold:
         scene.rod(rod.start, (0, 1))
-    else:
-        scene.pin(rod.start)
     scene.point_force(rod.end, lambda t: (np.sin(10 * t), 0.0))
     return scene, rod, ancf.simulate(scene, **{"t_end": 0.1, "dt": 1e-3, **options})
 
@@ -62,9 +60,7 @@ def test_a_file_holds_what_memory_would(tmp_path, save_every, small_buffers, mon
 
 @pytest.mark.parametrize("to_file", [False, True])
 def test_only_chosen_points_are_kept(tmp_path, to_file):
-    scene = ancf.Scene()
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 6, SECTION, MATERIAL)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), 6, SECTION, MATERIAL, "pin")
     points = [rod.end, rod.at(0.3)]
     path = tmp_path / "run.h5" if to_file else None
     plain = ancf.simulate(scene, 0.05, 1e-3)
@@ -101,8 +97,6 @@ def test_a_file_of_another_scene_is_refused(tmp_path):
     swing(output=path)
     with pytest.raises(InputError, match=r"run.h5 was written for another scene"):
         load(path, swing(5)[0])
-    with pytest.raises(InputError, match=r"run.h5 was written for another scene"):
-        load(path, swing(joint="pin")[0])
     (tmp_path / "text.h5").write_text("no")
     with h5py.File(tmp_path / "other.h5", "w"):
         pass
@@ -120,9 +114,7 @@ def test_a_file_of_another_scene_is_refused(tmp_path):
 
 
 def test_a_failed_run_leaves_its_states_in_the_file(tmp_path):
-    scene = ancf.Scene()
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 4, SECTION, MATERIAL)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), 4, SECTION, MATERIAL, "pin")
     scene.point_force(rod.end, lambda t: (0.0, 1e200 if t > 0.0105 else 0.0))
     with pytest.raises(StepError) as caught:
         ancf.simulate(scene, 0.02, 1e-3, output=tmp_path / "run.h5")
@@ -157,9 +149,7 @@ def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
     )
     with pytest.raises(InputError, match=message):
         swing(100, t_end=2.5e3)
-    scene = ancf.Scene()
-    rod = scene.add_beam("l2t2", (0, 0), (2e3, 0), 30000, SECTION, MATERIAL)
-    scene.pin(rod.start)
+    scene, _ = build_beam("l2t2", (0, 0), (2e3, 0), 30000, SECTION, MATERIAL, "pin")
     full = ancf.QuasiNewton("bfgs", memory="full")
     with pytest.raises(InputError, match=r"factor or inverse alone would take .* GB; try fewer"):
         ancf.simulate(scene, 1.0, 1e-3, save_every=1000, solver=full)
@@ -167,20 +157,8 @@ def test_a_run_that_cannot_fit_is_refused_before_it_starts(monkeypatch):
     swing()
 
 
-def lattice(n):
-    x = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
-    number = np.arange(len(x)).reshape((n + 1,) * 3)
-    pairs = [(np.delete(number, -1, k), np.delete(number, 0, k)) for k in range(3)]
-    edges = [np.stack([tail.ravel(), head.ravel()], axis=1) for tail, head in pairs]
-    scene = ancf.Scene((0.0, 0.0, -9.81))
-    cube = scene.add_mesh(x, np.concatenate(edges), "thin", ancf.Circle(0.05), MATERIAL)
-    for k in np.flatnonzero(x[:, 2] == 0.0):
-        scene.pin(cube.node(int(k)))
-    return scene
-
-
 def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monkeypatch):
-    scene = lattice(12)
+    scene = cubic_lattice(13)
     estimated = memory_estimate.estimate_memory(scene, 2, 1, False, "auto")
     seed = seed_of(scene)
     assert seed.nbytes > 2.0 * estimated.factor  # what a plane net of as many nodes would take
@@ -191,14 +169,9 @@ def test_a_lattice_whose_factor_cannot_fit_is_refused_before_it_is_factored(monk
         ancf.simulate(scene, 1e-4, 1e-5, integrator=ancf.CentralDifference())
 
 
-def seed_of(scene):
-    system = System(scene)
-    return SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-
-
-@pytest.mark.parametrize("joint", ["rod", "pin"])
-def test_the_memory_of_a_factor_is_known_before_it_is_made(joint):
-    for scene in (swing(3000, joint, t_end=1e-3)[0], lattice(8)):
+def test_the_memory_of_a_factor_is_known_before_it_is_made():
+    swinging = (swing(3000, hold, t_end=1e-3)[0] for hold in ("", "pin"))
+    for scene in (*swinging, cubic_lattice(9)):
         seed = seed_of(scene)
         assert seed.nbytes == pytest.approx(seed.own.nbytes, rel=0.5)
 

@@ -12,14 +12,14 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, LoadError, StepError
+from tests.beams import build_beam
 from tests.pickling import leave_out_cloudpickle
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
 
 def swing(output=None, force=None, velocity=None):
-    scene = ancf.Scene()
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 3, SECTION, MATERIAL, velocity=velocity)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), 3, SECTION, MATERIAL, velocity=velocity)
     scene.rod(rod.start, (0.0, 1.0))
     if force is not None:
         scene.point_force(rod.end, force)

@@ -1,24 +1,26 @@
 """Nothing depends on a scale: other units, other accelerations, the same motion and counts."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.solve.runs import unit_systems
 
-
-# The units furthest from SI and the extreme accelerations; all of them take a minute.
-@pytest.fixture(
-    scope="module",
-    params=[
-        {"systems": ("g um ms", "kg km h"), "gravities": (1e-6, 1e4)},
-        pytest.param({}, marks=pytest.mark.slow),
-    ],
-    ids=["extremes", "all"],
+# The units furthest from SI under the extreme accelerations, and all others one by one.
+EXTREMES = tuple(itertools.product(("g um ms", "kg km h"), (1e-6, 1e4)))
+OTHERS = (
+    *((system, unit_systems.STANDARD) for system in list(unit_systems.UNITS)[1:]),
+    *(("kg m s", gravity) for gravity in unit_systems.GRAVITIES),
 )
+
+
+@pytest.fixture(scope="module", params=[EXTREMES, OTHERS], ids=["extremes", "others"])
 def runs(request):
     """All integrators and solvers."""
-    return unit_systems.compare(**request.param)
+    return unit_systems.compare(request.param)
 
 
 def test_positions_are_the_same_in_all_units_and_under_all_accelerations(runs):
@@ -65,10 +67,9 @@ def test_a_tether_that_turns_in_space_turns_as_it_must(integrator, modulus):
     found = []
     rate, length = 1e-3, 1e3  # [1/s, m]
     for tolerance in ("default", 1e-10):
-        scene = ancf.Scene((0.0, 0.0))
-        tether = scene.add_beam(
+        scene, tether = build_beam(
             "thin", (-length / 2, 0), (length / 2, 0), 10, ancf.Circle(0.002),
-            ancf.Material(modulus, 1e3),
+            ancf.Material(modulus, 1e3), gravity=(0.0, 0.0),
             velocity=lambda x: rate * np.c_[-x[:, 1], x[:, 0]],
         )  # fmt: skip
         scene.point_force(tether.end, lambda t: (0.0, 1e-6 * np.sin(rate * t)))

@@ -3,6 +3,7 @@
 import numpy as np
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.grids import level_grid
 from tests.matrices import stiffness
 
@@ -29,10 +30,9 @@ def eigenvalues(equilibrium):
 
 def cable(length=1.0, thickness=0.02, n=8, hold="pin", **options):
     """A cable between two holds under gravity, with loads that bend it alike at any length."""
-    scene = ancf.Scene((0.0, -9.81))
     section = ancf.Circle(thickness * length)
     material = ancf.Material(1e9 * length, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (length, 0), n, section, material, **options)
+    scene, rod = build_beam("thin", (0, 0), (length, 0), n, section, material, **options)
     for node in (rod.start, rod.end):
         getattr(scene, hold)(node)
     return scene, rod

@@ -8,6 +8,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import AssemblyError, InputError
+from tests.beams import build_beam
 
 SOFT = ancf.Material(1e7, 1000.0)
 
@@ -81,9 +82,7 @@ def test_the_least_motion_by_mass():
 
 @pytest.mark.parametrize("element", ["thin", "string"])
 def test_a_slack_line_between_supports_that_are_nearer_than_its_length(element):
-    scene = ancf.Scene((0.0, -9.81))
-    rod = scene.add_beam(element, (0, 0), (2.2, 0), 16, ancf.Circle(0.01), SOFT)
-    scene.pin(rod.start)
+    scene, rod = build_beam(element, (0, 0), (2.2, 0), 16, ancf.Circle(0.01), SOFT, "pin")
     scene.drive(rod.end, lambda t: (2.2 - 0.2 * min(t, 1.0), 0.0))
     found = ancf.assemble(scene, t=1.0)
     assert found.violation == pytest.approx(0.2)

@@ -10,6 +10,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import chain, roll_up
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.solve.statics.equilibria import cable, square_net, unbalanced
 
 SIZES = [1e-9, 1e-6, 1.0, 1e4, 1e9]
@@ -20,9 +21,8 @@ SIZES = [1e-9, 1e-6, 1.0, 1e4, 1e9]
 def test_a_scene_bends_alike_at_any_size(hold, element):
     found, counts = [], []
     for size in SIZES:
-        scene = ancf.Scene((0.0, -9.81))
         material = ancf.Material(1e8 * size, 1000.0)
-        rod = scene.add_beam(element, (0, 0), (size, 0), 4, ancf.Circle(size / 50), material)
+        scene, rod = build_beam(element, (0, 0), (size, 0), 4, ancf.Circle(size / 50), material)
         if hold == "clamp":
             scene.clamp(rod.start)
         else:
@@ -65,12 +65,11 @@ def test_a_light_thread_beside_a_heavy_beam_is_solved_as_by_itself():
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 def test_where_slopes_alone_can_move_rounding_is_known_too(size, far):
     # Steel and so light that its forces are near their rounding.
-    scene = ancf.Scene()
     section, material = ancf.Circle(6e-3 * size), ancf.Material(7.5e10 * size, 600.0)
     start = np.array([far, -far]) * size
-    rod = scene.add_beam("thick", start, start + np.array([size, 0.0]), 1, section, material)
-    scene.pin(rod.start)
-    scene.pin(rod.end)
+    scene, rod = build_beam(
+        "thick", start, start + np.array([size, 0.0]), 1, section, material, "pin", "pin"
+    )
     equilibrium = ancf.solve_static(scene)
     assert equilibrium.stable
     assert equilibrium.stats.factorizations <= 8
@@ -95,10 +94,8 @@ def test_what_rounding_leaves_is_estimated():
     # So many elements that eps n^4 is not small: the rounding of forces moves the tip.
     tips, errors = [], []
     for n in (50, 5000):
-        scene = ancf.Scene()
         section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
-        rod = scene.add_beam("thin", (0, 0), (1, 0), n, section, material)
-        scene.clamp(rod.start)
+        scene, rod = build_beam("thin", (0, 0), (1, 0), n, section, material, "clamp")
         equilibrium = ancf.solve_static(scene)
         tips.append(equilibrium.position(rod.end))
         errors.append(equilibrium.stats.error)
@@ -106,10 +103,8 @@ def test_what_rounding_leaves_is_estimated():
 
 
 def test_elements_whose_forces_are_lost_in_rounding_are_too_many():
-    scene = ancf.Scene()
     section, material = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (5, 0), 50_000, section, material)
-    scene.clamp(rod.start)
+    scene, _ = build_beam("thin", (0, 0), (5, 0), 50_000, section, material, "clamp")
     with pytest.raises(ancf.EquilibriumError, match="Take fewer elements: their forces round"):
         ancf.solve_static(scene)
 
@@ -121,11 +116,8 @@ def test_elements_whose_forces_are_lost_in_rounding_are_too_many():
 @pytest.mark.parametrize("diameter", [1e-2, 1e-5])
 def test_a_cable_with_hardly_any_bending_stiffness_hangs(diameter, youngs_modulus):
     # Sag of a shallow taut cable: y^3 = 3 w L^4 / (64 E A), to second order in its slope.
-    scene = ancf.Scene()
     section, material = ancf.Circle(diameter), ancf.Material(youngs_modulus, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 20, section, material)
-    scene.pin(rod.start)
-    scene.pin(rod.end)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 20, section, material, "pin", "pin")
     equilibrium = ancf.solve_static(scene)
     assert equilibrium.stable
     assert equilibrium.stats.factorizations <= 25
@@ -252,9 +244,8 @@ def test_no_load_is_in_equilibrium_as_it_is():
 @pytest.mark.parametrize("anchor", [(1.0, 1.0), (0.3, 1.0)])
 def test_rods_and_pins_by_multipliers_hold_their_share_of_the_weight(anchor):
     # An anchor of ones once more: terms of its equation cancel at coordinates of one.
-    scene = ancf.Scene()
     section, material = ancf.Circle(0.02), ancf.Material(1e9, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 6, section, material)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 6, section, material)
     scene.pin(rod.start, as_constraint=True)
     scene.rod(rod.end, anchor)
     equilibrium = ancf.solve_static(scene)

@@ -6,6 +6,7 @@ from scipy.integrate import quad, solve_bvp
 from scipy.optimize import root
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.solve.statics.equilibria import eigenvalues, unbalanced
 
 G = 9.81
@@ -36,9 +37,7 @@ def box_on_cable(n=8, *, size=1.0, load=0.5, arm=0.1, offset=0.0, thick=0.02):
     section, modulus = ancf.Rectangle(thick * size, thick * size), 2e9
     weight = load * modulus * section.inertia_y / size**2
     material = ancf.Material(modulus, 1e-9 * weight / (G * section.area * size))
-    scene = ancf.Scene()
-    cable = scene.add_beam("thin", (0, 0), (size, 0), n, section, material)
-    scene.clamp(cable.start)
+    scene, cable = build_beam("thin", (0, 0), (size, 0), n, section, material, "clamp")
     box = scene.add_body(
         ancf.Box(length=0.2 * size, width=0.2 * size, height=0.2 * size),
         mass=weight / G,

@@ -10,6 +10,7 @@ import ancfsparse as ancf
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.problems import four_bar, pendulum, spatial_pendulum
 from ancfsparse.problems.mechanism import upper_intersection
+from tests.beams import build_beam
 from tests.grids import level_grid
 
 G = 9.81
@@ -57,10 +58,9 @@ def test_a_slack_cable_in_space_hangs_in_a_vertical_plane(element, length):
     """As the same cable in the plane, whose ends are as far apart and as high."""
 
     def hung(start, end, down):
-        scene = ancf.Scene(down)
-        rope = scene.add_beam(element, start, end, 24, SECTION, MATERIAL, length=length)
-        scene.pin(rope.start)
-        scene.pin(rope.end)
+        scene, rope = build_beam(
+            element, start, end, 24, SECTION, MATERIAL, "pin", "pin", gravity=down, length=length
+        )
         rest = ancf.solve_static(scene)
         assert rest.stable
         return rest.position(rope.at(0.5 * length)), rest.reaction(rope.start)
@@ -130,13 +130,10 @@ def test_a_net_on_two_corners_hangs_in_a_vertical_plane(factorization):
 
 
 def test_what_loads_do_not_restrain_is_refused():
-    scene = ancf.Scene((0.0, -G))
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
+    scene, _ = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
     with pytest.raises(SingularSceneError, match="loads move the scene as a whole"):
         ancf.solve_static(scene)
-    still = ancf.Scene((0.0, 0.0))
-    rod = still.add_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
-    still.pin(rod.start)
+    still, _ = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL, "pin", gravity=(0.0, 0.0))
     with pytest.raises(SingularSceneError, match=r"rotation about z .*no load restrains them"):
         ancf.solve_static(still)
     sled = ancf.Scene((0.0, -G))

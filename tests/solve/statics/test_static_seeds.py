@@ -13,6 +13,7 @@ from ancfsparse.solve.preparation import choose_factorization, memory_estimate
 from ancfsparse.solve.preparation.deflation_space import DeflationModes, divide_into_boxes
 from ancfsparse.solve.statics import static_equilibrium as solve_static
 from ancfsparse.system import System
+from tests.beams import build_beam
 
 STIFF = {"soft": (1e8, 1000.0), "steel": (2.1e11, 7800.0)}
 INCOMPLETE = "an incomplete factorization with deflation"
@@ -93,11 +94,9 @@ def test_planar_meshes_and_beams_work():
         return scene
 
     def cantilever():
-        scene = ancf.Scene(gravity=(0.0, -9.81))
-        rod = scene.add_beam(
-            "l2t2", (0, 0), (4, 0), 40, ancf.Circle(0.02), ancf.Material(1e8, 1000.0)
+        scene, _ = build_beam(
+            "l2t2", (0, 0), (4, 0), 40, ancf.Circle(0.02), ancf.Material(1e8, 1000.0), "clamp"
         )
-        scene.clamp(rod.start)
         return scene
 
     for make in (sheet, cantilever):

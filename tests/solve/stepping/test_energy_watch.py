@@ -11,6 +11,7 @@ from ancfsparse.errors import EnergyIncreaseError
 from ancfsparse.problems import pendulum
 from ancfsparse.system import System
 from benchmarks.stability.scenes import pushed
+from tests.beams import build_beam
 
 
 def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
@@ -154,13 +155,12 @@ def hung(solver, dt):
 
     Damping takes most of its energy, and the equations of its later steps have several solutions.
     """
-    scene = ancf.Scene((0.0, -9.81, 0.0))
-    cable = scene.add_beam(
+    scene, cable = build_beam(
         "thin", (0, 0, 0), (0.0930068372, 1.5615512765, 4.3628341781), 5,
         ancf.Rectangle(0.0097805325, 0.0097805325),
-        ancf.Material(700292.0593, 924.69330549, rayleigh=(0.64819332, 3.893958e-5)),
+        ancf.Material(700292.0593, 924.69330549, rayleigh=(0.64819332, 3.893958e-5)), "pin",
+        gravity=(0.0, -9.81, 0.0),
     )  # fmt: skip
-    scene.pin(cable.start)
     scene.rod(cable.end, (0.0127540505, -0.9548169591, 5.2652067936))
     run = ancf.simulate(scene, 84 * dt, dt, integrator=ancf.Newmark(0.0), solver=solver)
     return (run.energy.total - run.energy.total[0]) / run.energy.kinetic.max(), run.stats

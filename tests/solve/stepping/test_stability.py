@@ -8,6 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.problems import net, pendulum
 from ancfsparse.solve.linearization.matrices import highest_frequency, mass_seed
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.soak.trials.accuracy import trial
 
 CENTRAL, FOURTH = ancf.CentralDifference(), ancf.RungeKuttaNystrom(4)
@@ -173,10 +174,8 @@ def test_without_the_watch_a_run_ends_where_numbers_do():
 
 @pytest.mark.parametrize("dt", [1e-4, 1.0])
 def test_damping_is_refused(dt):
-    scene = ancf.Scene((0.0, -9.81))
     wet = ancf.Material(1e8, 4000.0, rayleigh=(1.0, 0.0))
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 3, ancf.Rectangle(0.01, 0.01), wet)
-    scene.pin(rod.start)
+    scene, _ = build_beam("thin", (0, 0), (2, 0), 3, ancf.Rectangle(0.01, 0.01), wet, "pin")
     with pytest.raises(ancf.InputError, match=r"damping .* depends on velocities"):
         ancf.simulate(scene, 10 * dt, dt, integrator=CENTRAL)
     with pytest.raises(ancf.InputError, match=r"damping .* depends on velocities"):

@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 DAMPED = ancf.GeneralizedAlpha(0.8)
 STEEL = 2.1e11
@@ -105,16 +106,22 @@ def test_a_number_bounds_the_forces_of_stiff_bodies(tolerance, hung):
     assert max(left) <= 10.0 * tolerance
 
 
+def on_rods(n, **options):
+    """A cable of steel that hangs on two rods."""
+    material = ancf.Material(STEEL, 7850.0, 0.3)
+    scene, cable = build_beam("thin", (0, 0), (2, 0), n, CABLE, material, **options)
+    scene.rod(cable.start, (0.0, 0.5))
+    scene.rod(cable.end, (2.3, 0.5))
+    return scene, cable
+
+
 @pytest.mark.parametrize("solver", [ancf.Newton(), "auto"])
 def test_a_fine_mesh_of_steel_hangs_on_rods(solver):
     # The rounding of a step falls with the mesh; with multipliers eliminated before their nodes
     # 5000 elements were 3e-5 m off after 60 steps, and 10 000 did not converge in step 5.
     ends = []
     for n in (50, 10_000):
-        scene = ancf.Scene(gravity=(0.0, -9.81))
-        cable = scene.add_beam("thin", (0, 0), (2, 0), n, CABLE, ancf.Material(STEEL, 7850.0, 0.3))
-        scene.rod(cable.start, (0.0, 0.5))
-        scene.rod(cable.end, (2.3, 0.5))
+        scene, cable = on_rods(n)
         run = ancf.simulate(scene, 0.01, 5e-4, solver=solver)
         ends.append(run.position(cable.end)[-1])
         assert run.stats.recoveries == 0
@@ -127,15 +134,11 @@ def test_rough_motion_of_steel_on_rods_completes_with_damping(n, solver):
     # In steps of 5 ms waves of 5 m/s are far from resolved.  Under GeneralizedAlpha(0.9) this gains
     # energy or fails, by Newton as well.
     modes = 2.5 * np.random.default_rng(1).normal(size=(4, 2))
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    cable = scene.add_beam(
-        "thin", (0, 0), (2, 0), n, CABLE, ancf.Material(STEEL, 7850.0, 0.3),
-        velocity=lambda x: sum(
-            np.outer(np.sin((k + 1) * np.pi * x[:, 0] / 2.0), mode) for k, mode in enumerate(modes)
-        ),
-    )  # fmt: skip
-    scene.rod(cable.start, (0.0, 0.5))
-    scene.rod(cable.end, (2.3, 0.5))
+
+    def rough(x):
+        return np.sin(np.pi * np.outer(x[:, 0] / 2.0, np.arange(1, 5))) @ modes
+
+    scene, cable = on_rods(n, velocity=rough)
     run = ancf.simulate(scene, 0.1, 5e-3, solver=solver, integrator=ancf.GeneralizedAlpha(0.5))
     assert run.stats.steps == 20
     lengths = np.linalg.norm(run.position(cable.end) - (2.3, 0.5), axis=1)

@@ -9,17 +9,17 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
+from tests.beams import build_beam
 
 SOLVERS = (ancf.Newton(), "auto", ancf.QuasiNewton("davidon"))
 
 
 def pulled(modulus, dt, force, jump=0.02, element="thin"):
     """A hanging cable whose end a force pulls up, suddenly; and how to march it."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    rod = scene.add_beam(
-        element, (0, 0), (2, 0), 10, ancf.Rectangle(0.01, 0.01), ancf.Material(modulus, 4000.0)
-    )
-    scene.pin(rod.start)
+    scene, rod = build_beam(
+        element, (0, 0), (2, 0), 10, ancf.Rectangle(0.01, 0.01), ancf.Material(modulus, 4000.0),
+        "pin",
+    )  # fmt: skip
     scene.point_force(rod.end, lambda t: (0.0, force if t > jump else 0.0))
     return scene, rod, {"t_end": round(0.06 / dt) * dt, "dt": dt}
 
@@ -75,12 +75,11 @@ def thrown(steps, dt=3e-3):
 
     Its stretching has h omega = 3.1, and keeps half of the acceleration at the start.
     """
-    scene = ancf.Scene((9.81, -0.2))
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), 1, ancf.Rectangle(0.05, 0.05), ancf.Material(2.5e8, 1000.0),
+    scene, _ = build_beam(
+        "thin", (0, 0), (1, 0), 1, ancf.Rectangle(0.05, 0.05), ancf.Material(2.5e8, 1000.0), "pin",
+        gravity=(9.81, -0.2),
         velocity=lambda x: np.outer(np.sin(0.5 * np.pi * x[:, 0]), (-0.02, 0.0)),
     )  # fmt: skip
-    scene.pin(rod.start)
     return {"scene": scene, "t_end": steps * dt, "dt": dt, "integrator": ancf.HHT(0.05)}
 
 
@@ -166,11 +165,10 @@ def test_the_trapezoidal_rule_needs_no_allowance(scheme):
 
 def unsure(load, dt, steps):
     """Work [J] that is unsure at the end of a march by HHT(0.3) under a load."""
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam(
-        "thin", (0, 0), (1, 0), 4, ancf.Rectangle(0.02, 0.02), ancf.Material(1e7, 2000.0)
-    )
-    scene.pin(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), 4, ancf.Rectangle(0.02, 0.02), ancf.Material(1e7, 2000.0), "pin",
+        gravity=(0.0, 0.0),
+    )  # fmt: skip
     scene.point_force(rod.end, lambda t: (0.0, load(t)))
     system = System(scene)
     march, iteration, *_ = prepare_implicit(system, dt, ancf.HHT(0.3), "auto", "default", math.inf)

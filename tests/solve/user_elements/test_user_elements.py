@@ -14,6 +14,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import build_element
+from tests.beams import build_beam
 
 SOURCES = Path(__file__).parent / "elements"
 SECTION = ancf.Circle(0.01)
@@ -74,10 +75,8 @@ def test_a_cable_of_a_user_s_own_vibrates_as_a_beam(elements):
 @pytest.mark.slow
 def test_an_own_parameter_enters_its_law(elements):
     limit, curvature = 3.0, 1.0
-    scene = ancf.Scene(gravity=(0, 0))
     kind = elements["weakening_cable"].with_values(curvature_limit=limit)
-    rod = scene.add_beam(kind, (0, 0), (1, 0), 16, SECTION, MATERIAL)
-    scene.clamp(rod.start)
+    scene, rod = build_beam(kind, (0, 0), (1, 0), 16, SECTION, MATERIAL, "clamp", gravity=(0, 0))
     moment = 1e8 * SECTION.inertia_z * curvature / (1 + (curvature / limit) ** 2) ** 2
     scene.point_moment(rod.end, moment)
     tip = ancf.solve_static(scene).position(rod.end)
@@ -85,11 +84,10 @@ def test_an_own_parameter_enters_its_law(elements):
 
 
 def ribbon(elements):
-    scene = ancf.Scene(gravity=(0, 0, 0))
-    rod = scene.add_beam(
-        elements["ribbon"], (0, 0, 0), (1, 0, 0), 16, ancf.Rectangle(0.02, 0.01), MATERIAL
-    )
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        elements["ribbon"], (0, 0, 0), (1, 0, 0), 16, ancf.Rectangle(0.02, 0.01), MATERIAL, "clamp",
+        gravity=(0, 0, 0),
+    )  # fmt: skip
     return scene, rod
 
 

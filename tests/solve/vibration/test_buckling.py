@@ -8,6 +8,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import ApproximateModesWarning, InputError, SingularSceneError
+from tests.beams import build_beam
 
 mpl.use("Agg")
 
@@ -27,8 +28,7 @@ EULER = {
 def column(ends, n, dim=2, element="thin"):
     """A column of which one end slides along its axis, under Euler's load EI / L^2."""
     z = (0.0,) * (dim - 1)
-    scene = ancf.Scene((0.0, *z))
-    rod = scene.add_beam(element, (0.0, *z), (LENGTH, *z), n, SECTION, STEEL)
+    scene, rod = build_beam(element, (0.0, *z), (LENGTH, *z), n, SECTION, STEEL, gravity=(0.0, *z))
     (scene.pin if ends == "pinned" else scene.clamp)(rod.start)
     if ends == "clamped":
         carriage = scene.add_body(
@@ -74,13 +74,11 @@ def test_higher_loads_and_the_shapes():
 
 def narrow(n, nu=0.3):
     """A cantilever in space, twenty times as high along z as wide along y."""
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    material = ancf.Material(YOUNGS, DENSITY, nu)
     section = ancf.Rectangle(0.02, 0.001)
-    rod = scene.add_beam(
-        "thick", (0, 0, 0), (LENGTH, 0, 0), n, section, material, section_strain="nodal"
-    )
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        "thick", (0, 0, 0), (LENGTH, 0, 0), n, section, ancf.Material(YOUNGS, DENSITY, nu), "clamp",
+        gravity=(0.0, 0.0, 0.0), section_strain="nodal",
+    )  # fmt: skip
     p = rod.parameters()
     return scene, rod, p["bending_stiffness_z"], p["torsion_stiffness"]
 
@@ -125,9 +123,7 @@ def test_buckling_shapes_start_what_bends_a_column():
 
 def test_what_cannot_buckle_is_named():
     scene, rod = column("free", 4)
-    none = ancf.Scene((0.0, 0.0))
-    beam = none.add_beam("thin", (0, 0), (1, 0), 4, SECTION, STEEL)
-    none.clamp(beam.start)
+    none, beam = build_beam("thin", (0, 0), (1, 0), 4, SECTION, STEEL, "clamp", gravity=(0.0, 0.0))
     with pytest.raises(InputError, match="no loads that could make it buckle"):
         ancf.buckling(none)
     none.point_force(beam.end, (1.0, 0.0))

@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 
 G, LENGTH, ABOVE, SIDE, MODULUS = 9.81, 1.0, 0.2, 0.01, 2e9
 EI = MODULUS * SIDE**4 / 12.0
@@ -22,13 +23,11 @@ def exact(k):
 
 def column(n, mass, element="thin", dim=2, density=1e-3):
     up = np.eye(dim)[-1]
-    scene = ancf.Scene(-G * up)
     options = {"curvature": "section"} if element == "thick" else {}
-    rod = scene.add_beam(
+    scene, rod = build_beam(
         element, 0.0 * up, LENGTH * up, n, ancf.Rectangle(SIDE, SIDE),
-        ancf.Material(MODULUS, density, 0.0), **options,
+        ancf.Material(MODULUS, density, 0.0), "clamp", gravity=-G * up, **options,
     )  # fmt: skip
-    scene.clamp(rod.start)
     box = scene.add_body(
         ancf.Box(length=0.1, width=0.1, height=0.1), mass=mass, position=(LENGTH + ABOVE) * up
     )
@@ -77,13 +76,10 @@ def test_a_body_that_is_too_heavy_has_a_load_below_its_weight():
 @pytest.mark.parametrize("size", [1e-3, 1e3])
 def test_loads_do_not_depend_on_units(size):
     """All lengths times a factor, forces as they are: one multiple of the weight."""
-    scene = ancf.Scene((0.0, -G))
-    section = ancf.Rectangle(SIDE * size, SIDE * size)
-    rod = scene.add_beam(
-        "thin", (0, 0), (0, LENGTH * size), 8, section,
-        ancf.Material(MODULUS / size**2, 1e-3 / size**3, 0.0),
+    scene, rod = build_beam(
+        "thin", (0, 0), (0, LENGTH * size), 8, ancf.Rectangle(SIDE * size, SIDE * size),
+        ancf.Material(MODULUS / size**2, 1e-3 / size**3, 0.0), "clamp", gravity=(0.0, -G),
     )  # fmt: skip
-    scene.clamp(rod.start)
     box = scene.add_body(
         ancf.Box(length=0.1 * size, width=0.1 * size, height=0.1 * size), mass=0.2,
         position=(0, (LENGTH + ABOVE) * size),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 
 SECTION = ancf.Rectangle(0.01, 0.01)
 MATERIAL = ancf.Material(youngs_modulus=2e9, density=1000.0)
@@ -42,10 +43,8 @@ def test_an_oscillator_is_exact_under_loads_linear_in_pieces(damping):
 
 def cantilever(size, **options):
     """A beam that sags under its weight by a third of its length, and is pushed at its end."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
     material = ancf.Material(2e9, 1000.0, **options)
-    beam = scene.add_beam("thin", (0, 0), (1, 0), 8, SECTION, material)
-    scene.clamp(beam.start)
+    scene, beam = build_beam("thin", (0, 0), (1, 0), 8, SECTION, material, "clamp")
     scene.point_force(beam.end, lambda t: (0.0, -size * np.sin(np.pi * t) ** 2))
     return ancf.solve_static(scene), beam.end
 

@@ -11,6 +11,7 @@ from ancfsparse.errors import ApproximateModesWarning, InputError, RedundantCons
 from ancfsparse.problems import chain, net
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.matrices import full
 
 SOFT, STEEL = ancf.Material(1e7, 1000.0), ancf.Material(2e11, 7800.0)
@@ -206,8 +207,7 @@ def test_the_ratio_of_a_dashpot_is_of_first_order():
 
 
 def test_masses_that_take_part_add_up():
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT, gravity=(0.0, 0.0))
     scene.rod(rod.end, (2.0, 3.0))
     found = ancf.modes(scene, 19)
     assert np.all(found.effective_masses >= 0.0)
