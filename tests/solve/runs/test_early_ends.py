@@ -32,28 +32,18 @@ def fails(t):
     return (0.0, 1.0)
 
 
-LATE = {
-    "raises": (fails, "failed at t = 0.4901 s: OSError: sensor table ends. The states up"),
-    "nan": (
-        lambda t: (0.0, np.nan if t > 0.49005 else 1.0),
-        "must be finite, but its y component is",
-    ),
-    "nan in arrays": (
-        lambda t: (0.0, np.where(t > 0.49005, np.nan, 1.0)),
-        "must be finite, but its",
-    ),
-    "shape": (lambda t: (0.0, 1.0) if t < 0.49005 else (0.0, 1.0, 0.0), "has 3 components"),
-    "table": (
-        ancf.Table([0.0, 0.49005], [(0.0, 1.0)] * 2),
-        "the table has values from t = 0 s to 0.4",
-    ),
-}
-
-
-@pytest.mark.parametrize("kind", LATE)
+@pytest.mark.parametrize(
+    ("force", "message"),
+    [
+        (fails, "failed at t = 0.4901 s: OSError: sensor table ends. The states up"),
+        (lambda t: (0.0, np.where(t > 0.49005, np.nan, 1.0)), "must be finite, but its y comp"),
+        (lambda t: (0.0, 1.0) if t < 0.49005 else (0.0, 1.0, 0.0), "has 3 components"),
+        (ancf.Table([0.0, 0.49005], [(0.0, 1.0)] * 2), "the table has values from t = 0 s to 0.4"),
+    ],
+    ids=["raises", "nan in arrays", "shape", "table"],
+)
 @pytest.mark.parametrize("to_file", [False, True])
-def test_a_load_that_fails_late_leaves_everything_before(tmp_path, kind, to_file):
-    force, message = LATE[kind]
+def test_a_load_that_fails_late_leaves_everything_before(tmp_path, force, message, to_file):
     scene, rod = pendulum(force)
     path = tmp_path / "run.h5" if to_file else None
     with pytest.raises(LoadError, match=message) as caught:
@@ -176,12 +166,8 @@ class Interrupter:
     def __call__(self, frame, event, _):
         name, me = frame.f_code.co_name, frame.f_locals.get("self")
         steps = isinstance(me, fixed_step_run.FixedStepRun) and name != "__init__"
-        kept = isinstance(me, (state_recorder.MemoryRecorder, Writer)) and name in (
-            "append",
-            "finish",
-            "_reserve",
-        )
-        if not steps and not kept:
+        kept = isinstance(me, (state_recorder.MemoryRecorder, Writer))
+        if not steps and not (kept and name in ("append", "finish", "_reserve")):
             return None
         if steps and getattr(me, "_recorder", None) is not None and me._recorder.rows:
             self.time_loop = me._time_loop  # the start is recorded

@@ -47,6 +47,3 @@ def square_net(n, side=4.0, youngs_modulus=1e8, diameter=0.02, **options):
     for k in np.unique([number[0], number[-1], number[:, 0], number[:, -1]]):
         scene.pin(net.node(int(k)))
     return scene, net.node(int(number[n // 2, n // 2]))
-
-
-# One law at all sizes.

@@ -69,7 +69,6 @@ def test_a_driven_crank_takes_the_linkage_with_it(apart):
 
 
 def test_the_least_motion_by_mass():
-    # Two equal point-like discs on a distance: each moves half of what is missing.
     scene = ancf.Scene((0.0, 0.0))
     one = scene.add_body(mass=1.0, inertia=0.1, position=(0.0, 0.0))
     other = scene.add_body(mass=3.0, inertia=0.1, position=(1.0, 0.0))
@@ -123,7 +122,8 @@ def test_statics_from_a_state_finds_the_other_equilibrium():
     above = ancf.solve_static(scene)
     assert above.position(left.end)[1] == pytest.approx(0.2, abs=0.02)
     q = above.q.copy()
-    q[_heights(above)] *= -0.9
+    heights = np.concatenate([table[:, 1::2].ravel() for table in above.state.layout.places])
+    q[np.unique(heights)] *= -0.9
     below = ancf.solve_static(scene, start=replace(above.state, q=q))
     assert below.position(left.end)[1] == pytest.approx(-0.2, abs=0.02)
     assert below.stable
@@ -131,17 +131,12 @@ def test_statics_from_a_state_finds_the_other_equilibrium():
     np.testing.assert_allclose(again.q, below.q, atol=1e-12)
 
 
-def _heights(rest):
-    return np.unique(np.concatenate([table[:, 1::2].ravel() for table in rest.state.layout.places]))
-
-
 def test_what_is_in_place_stays_there_and_what_cannot_be_is_named():
     scene, *_ = four_bar(0.0)
     found = ancf.assemble(scene)
     assert found.moved < 1e-8
     apart = ancf.Scene((0.0, 0.0))
-    one = apart.add_body(ancf.Rod(1.0), mass=1.0, position=(0, 0), orientation=0.4)
-    other = apart.add_body(ancf.Rod(1.0), mass=1.0, position=(5, 0), orientation=2.5)
+    one, other = (apart.add_body(ancf.Rod(1.0), mass=1.0, position=(x, 0)) for x in (0, 5))
     apart.pin(one.origin)
     apart.pin(other.origin)
     apart.connect(one.end, other.end, apart=True)

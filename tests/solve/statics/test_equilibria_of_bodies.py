@@ -53,19 +53,11 @@ def chain_of_two(size=1.0):
     hooks = np.array([[1.2, 0.6], [1.5, 0.2]]) * size
     stiffness = np.array([40.0, 15.0]) / size
     scene = ancf.Scene()
-    bars = [
-        scene.add_body(
-            ancf.Box(length=each, width=0.1 * size, height=0.1 * size),
-            mass=m,
-            centre=(0.0, 0.0),
-            position=(start + 0.5 * each, 0.0),
-        )
-        for each, m, start in zip(length, mass, (0.0, length[0]), strict=True)
-    ]
-    ends = [
-        (bar.at((-0.5 * each, 0)), bar.at((0.5 * each, 0)))
-        for bar, each in zip(bars, length, strict=True)
-    ]
+    bars, ends = [], []
+    for each, m, start in zip(length, mass, (0.0, length[0]), strict=True):
+        box = ancf.Box(length=each, width=0.1 * size, height=0.1 * size)
+        bars.append(scene.add_body(box, mass=m, position=(start + 0.5 * each, 0.0)))
+        ends.append([bars[-1].at((side * each, 0)) for side in (-0.5, 0.5)])
     scene.pin(ends[0][0])
     scene.connect(ends[0][1], ends[1][0])
     for (_, end), hook, k in zip(ends, hooks, stiffness, strict=True):
@@ -99,11 +91,8 @@ def between_cables(join, size=1.0, *, apart=0.4):
         scene.connect(left.end, right.start)
         scene.point_force(left.end, (0.0, -3.0 * G))
         return scene, left, right, None
-    box = scene.add_body(
-        ancf.Box(length=0.4 * size, width=0.1 * size, height=0.1 * size),
-        mass=3.0,
-        position=(1.2 * size, 0.0),
-    )
+    shape = ancf.Box(length=0.4 * size, width=0.1 * size, height=0.1 * size)
+    box = scene.add_body(shape, mass=3.0, position=(1.2 * size, 0.0))
     getattr(scene, join)(left.end, box.at((-0.2 * size, 0.0)))
     getattr(scene, join)(right.start, box.at((0.2 * size, 0.0)))
     return scene, left, right, box
@@ -126,12 +115,9 @@ def test_a_box_beginning_along_an_axis_hangs_where_a_rod_does(stiffness, turn):
     """There no equation of its vectors meets the stiffness of the spring at first."""
     scene = ancf.Scene()
     box = scene.add_body(
-        ancf.Box(length=1.0, width=0.1, height=0.2),
-        mass=2.0,
-        centre=(0.5, 0.0),
-        position=(0, 0),
-        orientation=turn,
-    )
+        ancf.Box(length=1.0, width=0.1, height=0.2), mass=2.0, centre=(0.5, 0.0),
+        position=(0, 0), orientation=turn,
+    )  # fmt: skip
     scene.pin(box.origin)
     scene.spring(box.at((1.0, 0.0)), (0.4, 0.3), stiffness=stiffness, length=0.0)
     pull = stiffness * np.array([0.4, 0.3]) - [0.0, G]
@@ -201,11 +187,9 @@ def test_a_heavy_box_bends_a_cable_to_the_elastica(load):
 def test_two_hinged_bars_on_springs_balance_their_moments(size):
     scene, _, ends, tips = chain_of_two(size)
     found = ancf.solve_static(scene)
-    for (_, end), tip in zip(ends, tips, strict=True):
-        np.testing.assert_allclose(found.position(end) / size, tip / size, atol=1e-9)
-    np.testing.assert_allclose(
-        found.position(ends[1][0]), found.position(ends[0][1]), atol=1e-12 * size
-    )
+    places = [found.position(end) / size for _, end in ends]
+    np.testing.assert_allclose(places, tips / size, atol=1e-9)
+    np.testing.assert_allclose(found.position(ends[1][0]) / size, places[0], atol=1e-12)
     assert unbalanced(found) < 1e-9
     assert found.stable
 
@@ -284,9 +268,7 @@ def test_two_bars_in_line_without_loads_are_held_by_what_stresses_them(natural, 
     bars = [
         scene.add_body(ancf.Rod(size), mass=1.0, position=(start * size, 0.0)) for start in (0, 1)
     ]
-    slider = scene.add_body(ancf.Box(length=0.2 * size, width=0.1 * size, height=0.1 * size),
-                            mass=1.0,
-                            position=(2.0 * size, 0.0))  # fmt: skip
+    slider = scene.add_body(mass=1.0, inertia=size**2, position=(2.0 * size, 0.0))
     scene.pin(bars[0].origin)
     scene.connect(bars[0].end, bars[1].origin)
     scene.connect(bars[1].end, slider.origin)

@@ -12,6 +12,7 @@ import ancfsparse as ancf
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.problems import cantilever, elastica, roll_up
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.matrices import stiffness
 from tests.paths import REFERENCES
 
@@ -67,9 +68,8 @@ def test_a_slender_beam_is_bent_by_its_whole_load_at_once():
     scene, rod = elastica(10.0, "thin", 16, slenderness=1e4)
     equilibrium = ancf.solve_static(scene)
     fine = ancf.solve_static(scene, load_steps=80)
-    np.testing.assert_allclose(
-        equilibrium.position(rod.end), fine.position(rod.end), rtol=0, atol=1e-9
-    )
+    ends = equilibrium.position(rod.end), fine.position(rod.end)
+    np.testing.assert_allclose(*ends, rtol=0, atol=1e-9)
     assert equilibrium.stats.steps == 1
     assert equilibrium.stats.factorizations <= 25
     assert fine.stats.steps == 80
@@ -78,8 +78,7 @@ def test_a_slender_beam_is_bent_by_its_whole_load_at_once():
 def test_an_oblique_cantilever_is_the_same_one_turned():
     # The clamp is then an equation with a multiplier, not a number.
     scene, rod = cantilever("thin", 4)
-    reference = ancf.solve_static(scene)
-    straight = reference.displacement(rod.end)
+    straight = ancf.solve_static(scene).displacement(rod.end)
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, -s], [s, c]])
     turned = ancf.Scene((0.0, 0.0))
@@ -184,9 +183,8 @@ def test_a_rod_holds_a_cantilever_up():
     scene, rod = cantilever("thin", 4)
     scene.rod(rod.end, (2.0, 1.5))
     equilibrium = ancf.solve_static(scene)
-    assert np.linalg.norm(equilibrium.position(rod.end) - [2.0, 1.5]) == pytest.approx(
-        1.5, abs=1e-12
-    )
+    length = np.linalg.norm(equilibrium.position(rod.end) - [2.0, 1.5])
+    assert length == pytest.approx(1.5, abs=1e-12)
     total = equilibrium.reaction(rod.start) + equilibrium.reaction(rod.end)
     np.testing.assert_allclose(total, -scene.loads[0].at(0.0), rtol=1e-8, atol=1e-2)
 
@@ -202,13 +200,16 @@ def test_elastic_energy_is_the_work_of_a_linear_load():
 # The thick beam.
 
 
+def thick_beam(n, length=1.0, **options):
+    """A clamped beam of steel in space."""
+    section, material = ancf.Rectangle(0.1, 0.1), ancf.Material(2.1e11, 7850.0, 0.3)
+    options["gravity"] = (0.0, 0.0, 0.0)
+    return build_beam("thick", (0, 0, 0), (length, 0, 0), n, section, material, "clamp", **options)
+
+
 def thick_cantilever(n, length=1.0, load=1e-5, **options):
     """Tip deflection over Euler-Bernoulli's, for a load that bends by about 1e-5."""
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    material = ancf.Material(2.1e11, 7850.0, 0.3)
-    section = ancf.Rectangle(0.1, 0.1)
-    rod = scene.add_beam("thick", (0, 0, 0), (length, 0, 0), n, section, material, **options)
-    scene.clamp(rod.start)
+    scene, rod = thick_beam(n, length, **options)
     stiffness = rod.parameters()["bending_stiffness"]
     scene.point_force(rod.end, (0.0, -load * stiffness / length**2, 0.0))
     moved = ancf.solve_static(scene, load_steps=1).displacement(rod.end)
@@ -244,10 +245,7 @@ def test_a_planar_thick_beam_bends_like_a_spatial_one(curvature):
 @pytest.mark.parametrize("options", [{}, {"curvature": "section"}, {"section_strain": "nodal"}])
 def test_torsion_is_exact_with_one_element(options):
     # The linear problem itself: a couple of forces on the section vectors of the free end.
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    section, material = ancf.Rectangle(0.1, 0.1), ancf.Material(2.1e11, 7850.0, 0.3)
-    rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 1, section, material, **options)
-    scene.clamp(rod.start)
+    scene, rod = thick_beam(1, **options)
     system = System(scene)
     k = stiffness(system, system.q0).toarray()
     f, end = np.zeros(len(k)), system.place(rod.end)
@@ -260,10 +258,7 @@ def test_torsion_is_exact_with_one_element(options):
 
 
 def test_a_twisting_moment_on_a_thick_beam_twists_it():
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    section, material = ancf.Rectangle(0.1, 0.1), ancf.Material(2.1e11, 7850.0, 0.3)
-    rod = scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 1, section, material)
-    scene.clamp(rod.start)
+    scene, rod = thick_beam(1)
     moment = 30.0
     scene.point_moment(rod.end, (moment, 0.0, 0.0))
     equilibrium = ancf.solve_static(scene)
@@ -277,10 +272,9 @@ def test_a_twisting_moment_on_a_thick_beam_twists_it():
 
 @pytest.mark.parametrize("element", ["l2t2", "thin", "thick"])
 def test_statics_without_joints_names_the_free_motion(element):
-    scene = ancf.Scene((0.0, -9.81, 0.0) if element == "thick" else (0.0, -9.81))
-    dim = scene.dim
+    along, down = np.eye(3 if element == "thick" else 2)[:2]
     section, material = ancf.Circle(0.01), ancf.Material(1e8, 4000.0)
-    rod = scene.add_beam(element, (0.0,) * dim, np.eye(dim)[0], 4, section, material)
+    scene, rod = build_beam(element, 0 * along, along, 4, section, material, gravity=-9.81 * down)
     with pytest.raises(SingularSceneError, match=r"not held: .* free, .*translation along"):
         ancf.solve_static(scene)
     scene.pin(rod.start)
@@ -289,10 +283,10 @@ def test_statics_without_joints_names_the_free_motion(element):
 
 
 def test_an_oblique_spatial_cable_on_a_clamp_is_held():
-    scene = ancf.Scene((0.0, 0.0, -9.81))
     section, material = ancf.Circle(0.02), ancf.Material(2e9, 4000.0)
-    rod = scene.add_beam("thin", (0, 0, 0), (1, 2, 3), 4, section, material)
-    scene.clamp(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0, 0), (1, 2, 3), 4, section, material, "clamp", gravity=(0.0, 0.0, -9.81)
+    )
     equilibrium = ancf.solve_static(scene)
     weight = section.area * material.density * rod.length * 9.81
     np.testing.assert_allclose(equilibrium.reaction(rod.start), [0, 0, weight], atol=1e-6 * weight)
@@ -314,14 +308,10 @@ def test_no_equilibrium_is_named_with_its_place(monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"load_steps": 0}, "load_steps must be an integer of at least 1"),
         ({"load_steps": 2.5}, "load_steps must be an integer"),
         ({"tolerance": 0.0}, "tolerance must be positive"),
         ({"tolerance": float("nan")}, "tolerance must be finite"),
-        (
-            {"tolerance": 1.0},
-            "tolerance is the largest residual over the loads.* from 1e-14 to 0.001, got 1",
-        ),
+        ({"tolerance": 1.0}, "tolerance is the largest residual.* from 1e-14 to 0.001, got 1"),
         ({"tolerance": 1e-16}, "tolerance is the largest residual over the loads.*got 1e-16"),
         ({"load_steps": 10**20}, "load_steps must be at most 100000, got 1000"),
         ({"progress": "no"}, "progress must be True or False"),

@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 
 @pytest.mark.parametrize(
@@ -36,9 +37,8 @@ def test_the_drift_is_of_second_order():
 @pytest.mark.parametrize("changing", [False, True])
 def test_work_of_a_force_becomes_energy(changing):
     # On a free straight beam along its axis: force times way.
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 4, ancf.Rectangle(0.02, 0.02),
-                         ancf.Material(1e9, 1000.0))  # fmt: skip
+    section, material = ancf.Rectangle(0.02, 0.02), ancf.Material(1e9, 1000.0)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), 4, section, material, gravity=(0.0, 0.0))
     force = np.array([3.0, -1.0])
     scene.distributed_force(rod, (lambda t: force / 2) if changing else force / 2)
     run = ancf.simulate(scene, 1.0, 1e-3)
@@ -62,10 +62,8 @@ def test_work_is_accounted_for_on_a_bending_beam(moment):
 
 
 def test_work_of_a_moment_is_moment_times_angle():
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Rectangle(0.02, 0.02),
-                         ancf.Material(1e11, 1000.0))  # fmt: skip
-    scene.pin(rod.start)
+    section, material = ancf.Rectangle(0.02, 0.02), ancf.Material(1e11, 1000.0)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 2, section, material, "pin", gravity=(0.0, 0.0))
     scene.point_moment(rod.start, 2.0)
     run = ancf.simulate(
         scene, 0.3, 1e-4, integrator=ancf.Newmark(0.0), solver=ancf.Newton(), tolerance=1e-6

@@ -35,8 +35,8 @@ def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
     advice = "GeneralizedAlpha(0.8)", "smaller dt", "accuracy=", "max_energy_gain=inf"
     for part in (f"step {gain.step} ", "allowed: 1 %", *advice):
         assert part in str(gain)
-    again = pickle.loads(pickle.dumps(EnergyIncreaseError(1.0, 2.0, 0.01, 0.5, 3, 0.1)))
-    assert str(again) == str(EnergyIncreaseError(1.0, 2.0, 0.01, 0.5, 3, 0.1))
+    error = EnergyIncreaseError(1.0, 2.0, 0.01, 0.5, 3, 0.1)
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
 
 
 @pytest.mark.parametrize("solver", ["auto", ancf.ModifiedNewton(), ancf.Newton()], ids=repr)
@@ -49,9 +49,7 @@ def test_a_gain_in_one_state_is_seen_however_steps_are_solved(solver):
     rod = scene.add_beam("thin", (0, 0, 0), end, 4, ancf.Rectangle(side, side), material)
     scene.pin(rod.start)
     dt, trapezoidal = 0.008029104017247476, ancf.Newmark(0.0)
-    with pytest.raises(
-        EnergyIncreaseError, match="after step 137 the motion had gained "
-    ) as caught:
+    with pytest.raises(EnergyIncreaseError, match="after step 137 the motion had") as caught:
         ancf.simulate(scene, 249 * dt, dt, integrator=trapezoidal, solver=solver)
     energy = caught.value.trajectory.energy
     above = (energy.total - energy.total[0]) / energy.kinetic.max()

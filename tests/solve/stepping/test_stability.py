@@ -108,14 +108,11 @@ def test_a_stiff_scene_is_told_the_step_it_would_need():
 
 def test_multipliers_are_refused_by_the_name_of_their_joint():
     scene, _ = pendulum(as_constraint=True)
-    for attempt in (
-        lambda: ancf.simulate(scene, 0.01, 1e-4, integrator=ancf.RungeKuttaNystrom(4)),
-        lambda: ancf.stable_step(scene, ancf.RungeKuttaNystrom(4)),
-    ):
-        with pytest.raises(
-            ancf.InputError, match=r"the pin .* needs them.*numbering.*GeneralizedAlpha"
-        ):
-            attempt()
+    refused = r"the pin .* needs them.*numbering.*GeneralizedAlpha"
+    with pytest.raises(ancf.InputError, match=refused):
+        ancf.simulate(scene, 0.01, 1e-4, integrator=FOURTH)
+    with pytest.raises(ancf.InputError, match=refused):
+        ancf.stable_step(scene, FOURTH)
 
 
 @pytest.mark.parametrize("option", [{"solver": ancf.Newton()}, {"tolerance": "paper"}])
@@ -139,6 +136,9 @@ def stretched(velocity):
     return scene, rod
 
 
+GROWS = "without work of a load; the stable step"
+
+
 def pulled(x):
     return np.stack([12.0 * x[:, 0], 0.0 * x[:, 0]], axis=1)
 
@@ -150,9 +150,7 @@ def shaken(x):
 def test_a_run_that_outgrows_its_limit_stops():
     scene, _ = stretched(pulled)
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
-    with pytest.raises(
-        ancf.InstabilityError, match="without work of a load; the stable step"
-    ) as stop:
+    with pytest.raises(ancf.InstabilityError, match=GROWS) as stop:
         ancf.simulate(scene, 4000 * dt, dt, integrator=CENTRAL)
     assert "GeneralizedAlpha(0.9)" in str(stop.value)
     assert isinstance(stop.value, ancf.StepError)
@@ -187,9 +185,7 @@ def test_a_run_under_changing_loads_that_outgrows_its_limit_stops():
     scene.point_force(rod.end, lambda t: (2e3 * min(t / 0.5, 1.0), 0.0))
     dt = 0.999 * ancf.stable_step(scene, CENTRAL)
     steps = int(1.0 / dt)
-    with pytest.raises(
-        ancf.InstabilityError, match="without work of a load; the stable step"
-    ) as stop:
+    with pytest.raises(ancf.InstabilityError, match=GROWS) as stop:
         ancf.simulate(scene, steps * dt, dt, integrator=CENTRAL)
     assert np.isfinite(stop.value.trajectory.q).all()
     ancf.simulate(scene, steps * dt, dt / 2, integrator=CENTRAL)

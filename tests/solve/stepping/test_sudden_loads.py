@@ -91,17 +91,15 @@ def test_what_a_start_gains_is_judged_by_the_whole_motion(solver):
     assert gain[1] > 0.02 * energy.kinetic[0]
     assert gain.max() < 0.01 * energy.kinetic.max()
     # Over 0.06 s it does not.
-    with pytest.raises(
-        ancf.EnergyIncreaseError, match=r"after step 1 .* had gained .* kinetic energy"
-    ) as stop:
+    gained = r"after step 1 .* had gained .* kinetic energy"
+    with pytest.raises(ancf.EnergyIncreaseError, match=gained) as stop:
         ancf.simulate(**thrown(20), solver=solver)
     path = stop.value.trajectory
     assert path.stats.steps == stop.value.step == 20
     assert stop.value.when == 1
     energy = path.energy
-    assert stop.value.gain == pytest.approx(
-        energy.total[1] - energy.total[0], rel=1e-2
-    )  # less noise
+    # Less noise.
+    assert stop.value.gain == pytest.approx(energy.total[1] - energy.total[0], rel=1e-2)
     assert stop.value.gain > 0.01 * stop.value.exchanged
 
 

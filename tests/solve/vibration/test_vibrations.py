@@ -10,49 +10,33 @@ from scipy.special import jn_zeros
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError, UnstableEquilibriumWarning
+from tests.beams import build_beam
 
 E, RHO, SIDE, LENGTH = 2.1e11, 7800.0, 0.01, 1.0
 AREA, INERTIA = SIDE**2, SIDE**4 / 12.0
 SECTION, STEEL = ancf.Rectangle(SIDE, SIDE), ancf.Material(E, RHO)
-# Rigid motions, and the equation of beta L, for Euler and Bernoulli's beam.
+# The equation of beta L and brackets of its roots, for Euler and Bernoulli's beam.
 ENDS = {
-    "free": (3, lambda x: math.cos(x) - 1.0 / math.cosh(x)),
-    "clamped": (0, lambda x: math.cos(x) - 1.0 / math.cosh(x)),
-    "cantilever": (0, lambda x: math.cos(x) + 1.0 / math.cosh(x)),
-    "pinned": (0, lambda x: math.sin(x)),
-    "clamped and pinned": (0, lambda x: math.tan(x) - math.tanh(x)),
-}
-BRACKETS = {
-    "free": [(4, 5), (7, 8)],
-    "clamped": [(4, 5), (7, 8)],
-    "cantilever": [(1, 3), (4, 5)],
-    "pinned": [(3, 4), (6, 7)],
-    "clamped and pinned": [(3.5, 4.5), (6.9, 7.8)],
+    ("", ""): (lambda x: math.cos(x) - 1.0 / math.cosh(x), [(4, 5), (7, 8)]),
+    ("clamp", "clamp"): (lambda x: math.cos(x) - 1.0 / math.cosh(x), [(4, 5), (7, 8)]),
+    ("clamp", ""): (lambda x: math.cos(x) + 1.0 / math.cosh(x), [(1, 3), (4, 5)]),
+    ("pin", "pin"): (lambda x: math.sin(x), [(3, 4), (6, 7)]),
+    ("clamp", "pin"): (lambda x: math.tan(x) - math.tanh(x), [(3.5, 4.5), (6.9, 7.8)]),
 }
 
 
-def beam(n, ends="free", dim=2, element="thin"):
-    scene = ancf.Scene((0.0,) * dim)
-    rod = scene.add_beam(element, np.zeros(dim), LENGTH * np.eye(dim)[0], n, SECTION, STEEL)
-    if ends == "pinned":
-        scene.pin(rod.start)
-        scene.pin(rod.end)
-    elif ends != "free":
-        scene.clamp(rod.start)
-    if ends == "clamped":
-        scene.clamp(rod.end)
-    elif ends == "clamped and pinned":
-        scene.pin(rod.end)
-    return scene, rod
+def beam(n, ends=(), dim=2, element="thin"):
+    end = LENGTH * np.eye(dim)[0]
+    return build_beam(element, 0 * end, end, n, SECTION, STEEL, *ends, gravity=0 * end)
 
 
 @pytest.mark.parametrize("ends", ENDS)
 @pytest.mark.parametrize("element", ["thin", "l2t2"])
 def test_beams_vibrate_as_euler_and_bernoulli_say_to_the_order_of_the_mesh(ends, element):
-    rigid, equation = ENDS[ends]
-    roots = np.array([brentq(equation, *bracket, xtol=1e-14) for bracket in BRACKETS[ends]])
+    equation, brackets = ENDS[ends]
+    roots = np.array([brentq(equation, *bracket, xtol=1e-14) for bracket in brackets])
     exact = roots**2 / (2.0 * math.pi * LENGTH**2) * math.sqrt(E * INERTIA / (RHO * AREA))
-    errors = []
+    rigid, errors = 0 if any(ends) else 3, []
     for n in (8, 16, 32):
         found = ancf.modes(beam(n, ends, element=element)[0], rigid + 2)
         assert (found.frequencies[:rigid] == 0.0).all()
@@ -78,10 +62,10 @@ def test_a_free_beam_in_space_has_five_rigid_motions_and_pairs(n):
 
 def test_a_string_under_tension_that_resists_bending():
     slender, strain, n = 1e-3, 1e-6, 60
-    scene = ancf.Scene((0.0, 0.0))
-    section = ancf.Rectangle(slender, slender)
-    rod = scene.add_beam("thin", (0, 0), (1, 0), n, section, STEEL, strain="biot")
-    scene.pin(rod.start)
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), n, ancf.Rectangle(slender, slender), STEEL, "pin",
+        gravity=(0.0, 0.0), strain="biot",
+    )  # fmt: skip
     scene.drive(rod.end, lambda t: (1.0 + strain, 0.0))
     found = ancf.modes(ancf.solve_static(scene), 4)
     wave = math.pi * np.arange(1, 5)
@@ -93,18 +77,12 @@ def test_a_string_under_tension_that_resists_bending():
 
 
 def test_a_hanging_chain_has_the_zeros_of_a_bessel_function():
-    def rope():
-        scene = ancf.Scene((0.0, -9.81))
-        thread = ancf.Rectangle(1e-6, 1e-6)
-        return scene, scene.add_beam(
-            "thin", (0, 0), (0, -2), 40, thread, ancf.Material(1e9, 1000.0)
-        )
+    def rope(hold):
+        thread, material = ancf.Rectangle(1e-6, 1e-6), ancf.Material(1e9, 1000.0)
+        return build_beam("thin", (0, 0), (0, -2), 40, thread, material, hold)[0]
 
-    held, clamped = rope()
-    held.clamp(clamped.start)  # which holds it while it is not yet stretched
-    scene, pinned = rope()
-    scene.pin(pinned.start)
-    found = ancf.modes(scene, 5, at=ancf.solve_static(held))
+    # A clamp holds it while it is not yet stretched.
+    found = ancf.modes(rope("pin"), 5, at=ancf.solve_static(rope("clamp")))
     exact = 0.5 * jn_zeros(0, 5) * math.sqrt(9.81 / 2.0) / (2.0 * math.pi)
     np.testing.assert_allclose(found.frequencies, exact, rtol=1e-4)
 
