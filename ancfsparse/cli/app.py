@@ -72,10 +72,10 @@ JsonOption = Annotated[
 ]
 
 
-def pendulum(json_to: str | None, **given: Any) -> None:
+def pendulum(json_to: str | None, **options: Any) -> None:
     """Simulate the flexible pendulum of the paper: a rod of 2 m that falls from rest."""
     with in_options():
-        run, summary = run_pendulum(PendulumRun(**given))
+        run, summary = run_pendulum(PendulumRun(**options))
     if json_to is None:
         tip = ", ".join(f"{x:.9f}" for x in summary["tip"][-1])
         typer.echo(f"{run!r}\n  tip at t = {run.t[-1]:.6g} s: ({tip}) m\n  {run.energy!r}")

@@ -31,7 +31,7 @@ ELEMENT_OPTIONS = ("strain", "section_strain", "curvature")
 
 @dataclass(frozen=True)
 class PendulumRun:
-    """Options of the command; None where one is not given."""
+    """Options of the command; None where one is left out."""
 
     element: Annotated[str, typer.Option(help="string, l2t2, thin or thick.")] = "thin"
     elements: Annotated[int, typer.Option(help="Number of elements.")] = 10
@@ -119,8 +119,8 @@ def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
     solver = request.solver or ("davidon" if fixed else "auto")
     memory = request.memory or "full"
     check_options(request, solver)
-    given = asdict(request)
-    chosen = {each: given.pop(each) for each in ELEMENT_OPTIONS}
+    values = asdict(request)
+    chosen = {each: values.pop(each) for each in ELEMENT_OPTIONS}
     options: dict[str, Any] = {each: value for each, value in chosen.items() if value is not None}
     nu = POISSON if request.nu is None else request.nu
     problem = pendulum(request.element, request.elements, request.dim, nu, **options)
@@ -137,7 +137,7 @@ def run_pendulum(request: PendulumRun) -> tuple[Trajectory, dict[str, Any]]:
         save_every=request.save_every,
         output=request.output,
     )
-    settings = given | {
+    settings = values | {
         "solver": solver,
         "tolerance": tolerance,
         **{

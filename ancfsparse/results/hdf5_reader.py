@@ -131,9 +131,9 @@ def read_run(path: str | Path, system: System) -> Trajectory:
     """Open the file of a run of this system, without checks."""
     path = Path(path)
     with open_file(path) as file:
-        place = path.absolute()
-        ending = StoredState(place, read_text(file, "run")) if LAST_STATE in file else None
-        return Trajectory(system, *_read_states(place, file), ending)
+        absolute = path.absolute()
+        ending = StoredState(absolute, read_text(file, "run")) if LAST_STATE in file else None
+        return Trajectory(system, *_read_states(absolute, file), ending)
 
 
 class StoredRun(NamedTuple):

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.mode_shapes import ModeShapes, check_amplitude
 from ancfsparse.system.coordinates.state import State
-from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -19,32 +18,23 @@ class ComplexModes(ModeShapes):
 
     Parameters
     ----------
-    system : System
-        The discrete system.
-    about : State
-        State of linearisation.
+    system, about, shapes
+        As in `ModeShapes`.
     eigenvalues : ndarray of complex, shape (n,)
         The w [1/s]; of each conjugate pair the one with positive imaginary part.
-    shapes : ndarray of complex, shape (n, n_all)
-        Motions of the coordinates, m for positions and dimensionless for slopes, with ``x^H M x``
-        of 1 kg m2, with a phase for which ``x.M x`` is real and positive.
     rounding : ndarray, shape (n,)
         Bound on the error of each eigenvalue by rounding of the matrices [1/s].  Errors are larger
         if two eigenvalues nearly coincide, as at the onset of flutter.
     """
 
-    system: System
-    about: State
     eigenvalues: NDArray[np.complex128]
-    shapes: NDArray[np.complex128]
     rounding: Array
 
     def __repr__(self) -> str:
         """Summarise the modes in one line."""
-        first = ", ".join(f"{each:.6g}" for each in self.frequencies[:6])
         unstable = int(np.count_nonzero(self._growing))
         return (
-            f"ComplexModes: {len(self)} modes, {first}{', ...' * (len(self) > 6)} Hz"
+            f"ComplexModes: {len(self)} modes, {self._first(self.frequencies)} Hz"
             + f", unstable ({unstable} growing)" * (unstable > 0)
         )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,18 +29,20 @@ def check_amplitude(amplitude: object) -> float:
     return size
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class ModeShapes(ABC):
     """Small motions about a state.
 
-    Attributes
+    Parameters
     ----------
     system : System
         The discrete system.
     about : State
         State of linearisation.
     shapes : ndarray, shape (n, n_all)
-        Motions of the coordinates, m for positions and dimensionless for slopes; they may be
-        complex.
+        Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
+        mass ``x.M x`` of 1 kg m2; complex ones with ``x^H M x`` of 1 kg m2, and with a phase for
+        which ``x.M x`` is real and positive.
     """
 
     system: System
@@ -50,6 +52,10 @@ class ModeShapes(ABC):
     @abstractmethod
     def _name(self, mode: int) -> str:
         """Return the label of a mode in plots."""
+
+    def _first(self, values: Array) -> str:
+        """Return the first six of some values of the modes."""
+        return ", ".join(f"{each:.6g}" for each in values[:6]) + ", ..." * (len(self) > 6)
 
     def __len__(self) -> int:
         """Return the number of modes."""

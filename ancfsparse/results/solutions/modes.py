@@ -8,8 +8,6 @@ import numpy as np
 
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.mode_shapes import ModeShapes
-from ancfsparse.system.coordinates.state import State
-from ancfsparse.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -18,16 +16,11 @@ class Modes(ModeShapes):
 
     Parameters
     ----------
-    system : System
-        The discrete system.
-    about : State
-        State of linearisation.
+    system, about, shapes
+        As in `ModeShapes`.
     eigenvalues : ndarray, shape (n,)
         Squares of the angular frequencies [1/s2]: negative for unstable modes, and 0
         within rounding errors for free rigid-body motions.
-    shapes : ndarray, shape (n, n_all)
-        Motions of the coordinates, m for positions and dimensionless for slopes, with the modal
-        mass ``x.M x`` of 1 kg m2.
     damping_rates : ndarray, shape (n,)
         ``x.C x`` with the damping matrix C [1/s].
     rounding : ndarray, shape (n,)
@@ -37,20 +30,16 @@ class Modes(ModeShapes):
         mass of the scene.
     """
 
-    system: System
-    about: State
     eigenvalues: Array
-    shapes: Array
     damping_rates: Array
     rounding: Array
     effective_masses: Array
 
     def __repr__(self) -> str:
         """Summarise the modes in one line."""
-        first = ", ".join(f"{each:.6g}" for each in self.frequencies[:6])
         unstable = int(np.count_nonzero(self.eigenvalues < 0.0))
         return (
-            f"Modes: {len(self)} modes, {first}{', ...' * (len(self) > 6)} Hz"
+            f"Modes: {len(self)} modes, {self._first(self.frequencies)} Hz"
             + f", unstable ({unstable} growing)" * (unstable > 0)
         )
 

@@ -98,7 +98,7 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
         warnings.warn(ApproximateModesWarning(), stacklevel=2)
     shapes = np.zeros((len(multiples), system.n_all))
     shapes[:, : system.n_free] = motions
-    return Buckling(system, linearized.state, base + multiples, shapes)
+    return Buckling(system, linearized.state, shapes, base + multiples)
 
 
 class _StressPath:

@@ -88,4 +88,4 @@ def complex_modes(
     system = linearized.system
     shapes = np.zeros((n, system.n_all), dtype=complex)
     shapes[:, : system.n_free] = roots.motions
-    return ComplexModes(system, linearized.state, roots.values, shapes, roots.rounding)
+    return ComplexModes(system, linearized.state, shapes, roots.values, roots.rounding)

@@ -103,4 +103,4 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     values[np.abs(values) <= rounding] = 0.0
     forces = [system.assembly.inertia(system.uniform(d)) for d in range(system.dim)]
     masses = np.stack([shapes @ force for force in forces], axis=1) ** 2
-    return Modes(system, linearized.state, values, shapes, damping, rounding, masses)
+    return Modes(system, linearized.state, shapes, values, damping, rounding, masses)
