@@ -254,7 +254,7 @@ def _lattice_waves(waves: list[tuple[float, int]], side: float) -> VelocityField
 
     def lattice_wave(x: Array, speed: float, elements: int) -> Array:
         number = _wave_number(side, elements)
-        return 0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True)
+        return np.asarray(0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True))
 
     return _sum_waves(waves, lattice_wave)
 

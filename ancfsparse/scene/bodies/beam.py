@@ -305,11 +305,6 @@ class Beam(ElasticBody):
         ----------
         i : int
             Number of the node, from 0.
-
-        Returns
-        -------
-        Point
-            Its handle.
         """
         return replace(super().node(i), offsets=self.line)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
-from ancfsparse.scene.kinematics.linear_forms import Coordinates
+from ancfsparse.scene.kinematics.linear_forms import Coordinates, RheonomicTerm
 from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.record import BodyRef, PointRef
 
@@ -229,11 +229,6 @@ class Body(ABC):
         ----------
         i : int
             Number of the node, from 0: along a beam, or in the order of the array of a mesh.
-
-        Returns
-        -------
-        Point
-            Its handle.
         """
         number = check_integer(f"the number of a node of {self.name}", i)
         if isinstance(i, bool) or not 0 <= number < self.n_nodes:
@@ -255,7 +250,7 @@ class Point:
     index : int
         Number of the node if `xi` is 0, else of the element the point is inside of.
     xi : float, optional
-        Share of the element's length, in (0, 1) inside an element, 0 at a node.
+        Fraction of the element's length, in (0, 1) inside an element, 0 at a node.
     offsets : tuple of float, optional
         Coordinates along the vectors of a rigid body, or of the section of a beam [m]; empty at the
         origin and on the axis.
@@ -315,28 +310,6 @@ class Point:
         return position
 
 
-LINEAR = -1  # in place of the second coordinate of a linear term
-
-
-class RheonomicTerm(NamedTuple):
-    """The prescribed right-hand side of a rheonomic constraint ``g(q) = s(t)``.
-
-    Attributes
-    ----------
-    motion : PrescribedMotion
-        The prescribed motion.
-    column : int
-        Component of the motion.
-    scale : callable, optional
-        Maps its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; the default is the
-        identity.
-    """
-
-    motion: PrescribedMotion
-    column: int
-    scale: Callable[[Vector], Vector] | None = None
-
-
 class ConstraintBuilder(Protocol):
     """The interface to which joints are lowered; it numbers the coordinates.
 
@@ -353,39 +326,30 @@ class ConstraintBuilder(Protocol):
 
     def kind(self, node: Point) -> ElementKind:
         """Return the element type at a node, which names its coordinates."""
-        ...
 
     def rows(self, node: Point) -> Coordinates:
         """Return the coordinates of all rows of a node, (k, n_c): position first, then slopes."""
-        ...
 
     def position(self, node: Point) -> Coordinates:
         """Return the coordinates of the position of a node, (dim,)."""
-        ...
 
     def ends(self, node: Point) -> Coordinates:
         """Return the coordinates of all rows that determine a point, (k, n_c)."""
-        ...
 
     def point(self, node: Point) -> tuple[Coordinates, Vector]:
         """Return coordinates (dim, p) and weights (p,) whose weighted sum is a point."""
-        ...
 
     def fix(self, coordinates: Coordinates) -> None:
         """Fix coordinates at their reference values; the required force is the reaction."""
-        ...
 
     def hold(self, coordinates: Coordinates) -> None:
         """Fix coordinates as `fix` does, in place of equations for single coordinates."""
-        ...
 
     def drive(self, coordinates: Coordinates, motion: PrescribedMotion) -> None:
         """Prescribe coordinates by the components of a motion."""
-        ...
 
     def share(self, one: Coordinates, other: Coordinates) -> None:
         """Identify coordinates, pair by pair."""
-        ...
 
     def equation(
         self,
@@ -420,4 +384,3 @@ class ConstraintBuilder(Protocol):
         measures : sequence of (float, JointCoordinate), optional
             Further terms: factors [m or 1] and joint coordinates.
         """
-        ...

@@ -76,16 +76,10 @@ class Rope(Attachment):
 
     Attributes
     ----------
-    points : tuple of Point or (dim,) ndarray
-        Points of bodies and beams, or fixed in space [m].
-    stiffness : float
-        Tension over strain, E A [N].
-    damping : float
-        Tension over the rate of the strain [N s].
+    points, stiffness, damping, slack
+        As in `Scene.rope`.
     length : float
         Natural length at t = 0 [m].
-    slack : float
-        Transition strain to zero tension [-].
     change : PrescribedValue, optional
         Change of the natural length over time [m].
     given : float, Signal or callable

@@ -58,16 +58,8 @@ class Spring(Attachment):
 
     Attributes
     ----------
-    a : Point
-        One end.
-    b : Point or ndarray of shape (dim,)
-        The other end: a point of a beam, or one fixed in space [m].
-    stiffness : float or callable
-        Stiffness [N/m], or the force [N] as a function of the elongation [m].
-    damping : float
-        Damping [N s/m].
-    length : float
-        Free length [m].
+    a, b, stiffness, damping, length
+        As in `Scene.spring`.
     """
 
     a: Point

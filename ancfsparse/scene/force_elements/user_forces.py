@@ -50,13 +50,8 @@ class Force(Attachment):
 
     Attributes
     ----------
-    points : tuple of Point
-        The points.
-    function : callable
-        Takes positions (k, dim) [m], velocities (k, dim) [m/s] and the time [s], and returns the
-        forces (k, dim) [N].
-    coupled : bool
-        True if the force on a point depends on the motion of other points.
+    points, function, coupled
+        As in `Scene.force`.
     """
 
     points: tuple[Point, ...]

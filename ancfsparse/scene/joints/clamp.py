@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark
-from ancfsparse.scene.kinematics.linear_forms import Coordinates
+from ancfsparse.scene.kinematics.linear_forms import LINEAR, Coordinates
 from ancfsparse.scene.records.record import At, PointRef, Record
 
 MAX_AXIS_DEVIATION = 1e-14  # of a unit slope along a coordinate axis
@@ -35,11 +35,8 @@ class Clamp(Joint):
 
     Attributes
     ----------
-    node : Point
-        The clamped node.
-    stretch : str
-        ``"free"`` leaves the length of the axial slope free, and with ``curvature="section"`` the
-        whole slope; ``"fixed"`` fixes it.  With ``curvature="axis"`` it is always fixed.
+    node, stretch
+        As in `Scene.clamp`.
     """
 
     node: Point

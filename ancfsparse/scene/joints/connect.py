@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, planar_coordinates
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.scene.records.record import At, PointRef, Record
 
 
@@ -30,10 +31,8 @@ class Connect(Joint):
 
     Attributes
     ----------
-    a, b : Point
-        The points.
-    apart : bool
-        True if they may differ in the reference shape, so that equations make them coincide.
+    a, b, apart
+        As in `Scene.connect`.
     """
 
     a: Point

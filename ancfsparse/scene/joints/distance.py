@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.messages import format_numbers
-from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point, RheonomicTerm
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.frame_vectors import point
 from ancfsparse.scene.joints.joint import Joint, Mark
+from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.scene.records.record import At, PointRef, Record, text
 
 if TYPE_CHECKING:

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.kinematics.linear_forms import (
     COMPONENT_TOLERANCE,
+    LINEAR,
     Coordinates,
     LinearForm,
     Vector,

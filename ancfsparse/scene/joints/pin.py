@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark, planar_coordinates
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.scene.records.record import At, PointRef, Record
 
 
@@ -29,10 +30,8 @@ class Pin(Joint):
 
     Attributes
     ----------
-    node : Point
-        The fixed node.
-    as_constraint : bool
-        Add equations with multipliers instead of fixing coordinates.
+    node, as_constraint
+        As in `Scene.pin`.
     """
 
     node: Point

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ancfsparse.scene.bodies.body import LINEAR, ConstraintBuilder, Point, RheonomicTerm
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark
+from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.scene.records.record import At, PointRef, Record, text
 
 if TYPE_CHECKING:
@@ -40,12 +41,10 @@ class PrescribedPoint(Joint):
 
     Attributes
     ----------
-    node : Point
-        The node.
+    node, as_constraint
+        As in `Scene.drive`.
     motion : PrescribedMotion
         The motion of its position.
-    as_constraint : bool
-        Add equations with multipliers instead of prescribing coordinates.
     """
 
     node: Point

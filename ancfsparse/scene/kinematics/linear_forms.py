@@ -1,17 +1,41 @@
-"""Vectors that are linear forms of the coordinates."""
+"""Terms of constraints: linear forms of the coordinates, and prescribed right-hand sides."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
 Vector = NDArray[np.float64]
 Coordinates = NDArray[np.int32]  # numbers given by a constraint builder
 
 COMPONENT_TOLERANCE = 1e-12  # of unit vectors that are equal
+LINEAR = -1  # in place of the second coordinate of a linear term
+
+
+class RheonomicTerm(NamedTuple):
+    """The prescribed right-hand side of a rheonomic constraint ``g(q) = s(t)``.
+
+    Attributes
+    ----------
+    motion : PrescribedMotion
+        The prescribed motion.
+    column : int
+        Component of the motion.
+    scale : callable, optional
+        Maps its value and rates [m, m/s, m/s2], (k, 3), to s, s' and s''; the default is the
+        identity.
+    """
+
+    motion: PrescribedMotion
+    column: int
+    scale: Callable[[Vector], Vector] | None = None
 
 
 @dataclass(frozen=True)

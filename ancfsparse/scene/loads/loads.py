@@ -27,12 +27,8 @@ class PointForce(TimeDependentValue):
 
     Attributes
     ----------
-    node : Point
-        Point of a beam or of a rigid body at which it acts.
-    value : number, ndarray of shape (dim,), or callable
-        The force [N], or a function of t [s] that returns it; see `Scene.point_force`.
-    follow : bool
-        True for a follower force, along the axes of the section.
+    node, value, follow
+        As in `Scene.point_force`.
     """
 
     node: Point
@@ -58,13 +54,8 @@ class PointMoment(TimeDependentValue):
 
     Attributes
     ----------
-    node : Point
-        Node at which it acts.
-    value : float, ndarray of shape (3,), or callable
-        The moment [N m], or a function of t [s] that returns it: a number about +z in a planar
-        scene, three components in a spatial one.
-    follow : bool
-        True for a follower moment, about the axes of the section.
+    node, value, follow
+        As in `Scene.point_moment`.
     """
 
     node: Point
@@ -89,14 +80,8 @@ class DistributedForce(TimeDependentValue):
 
     Attributes
     ----------
-    beam : Beam or Mesh
-        Body on which it acts.
-    value : number, ndarray of shape (dim,), or callable
-        The force per length [N/m], or a function of t [s] that returns it.
-    along : callable or None
-        Factor of the force as a function of the arc coordinate s [m].
-    follow : bool
-        True for a follower force, along the axes of the sections.
+    beam, value, along, follow
+        As in `Scene.distributed_force`, where `along` is `shape`.
     """
 
     beam: ElasticBody
@@ -150,7 +135,7 @@ class ChangingGravity(TimeDependentValue):
     dim : int
         Dimension of the scene.
     value : ndarray, shape (dim,), or callable
-        The acceleration [m/s2], or a function of t [s] that returns it.
+        As in `Scene.changing_gravity`.
     """
 
     dim: int

@@ -33,7 +33,7 @@ class Weld(TwoBodyJoint):
     Attributes
     ----------
     stretch : str
-        ``"free"`` or ``"fixed"``, of beams.
+        As in `Scene.weld`.
     """
 
     stretch: str = "free"

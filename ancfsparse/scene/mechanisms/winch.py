@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ancfsparse.scene.bodies.body import ConstraintBuilder, Point, RheonomicTerm
+from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.kinematics.linear_forms import Vector
+from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm, Vector
 from ancfsparse.scene.mechanisms.coordinate_functions import distance, joint_coordinate
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 

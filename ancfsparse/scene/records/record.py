@@ -37,7 +37,6 @@ class References(Protocol):
 
     def body(self, name: str) -> Any:
         """Return the handle of a body."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -73,18 +72,8 @@ REFERENCE_TYPES[BodyRef.kind()] = BodyRef
 class PointRef(BodyRef):
     """A point of a beam, a mesh or a rigid body.
 
-    Parameters
-    ----------
-    body : str
-        Name of the beam, mesh or rigid body.
-    index : int
-        Number of the node if `xi` is 0, else of the element the point is inside of.
-    xi : float, optional
-        Fraction of the element's length, in (0, 1) inside an element, 0 at a node.  Along an edge
-        of a mesh it counts from the first node of the edge, as given.
-    offsets : tuple of float, optional
-        Coordinates in the frame of a rigid body [m], empty at its origin; or along r_x, r_y and r_z
-        of a beam [m], empty on its axis.
+    Its fields are those of `Point`, with the name of the body; along an edge of a mesh `xi` counts
+    from the first node of the edge, as given.
     """
 
     index: int

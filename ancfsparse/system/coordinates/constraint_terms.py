@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.scene.bodies.body import LINEAR
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 
 if TYPE_CHECKING:
     import scipy.sparse as sp

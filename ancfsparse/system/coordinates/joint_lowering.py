@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Body, Point, Scene
-from ancfsparse.scene.bodies.body import LINEAR, RheonomicTerm
+from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.system.coordinates.constraint_terms import Constraints
 from ancfsparse.system.coordinates.nodal_vectors import weigh_ends, weigh_offsets
 

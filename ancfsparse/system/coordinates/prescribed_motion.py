@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import LoadError
-from ancfsparse.scene.bodies.body import RheonomicTerm
+from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 
 if TYPE_CHECKING:

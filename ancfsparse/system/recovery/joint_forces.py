@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point, Scene
-from ancfsparse.scene.bodies.body import LINEAR, RheonomicTerm
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import direction
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
+from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 from ancfsparse.system.contributions.force_elements.ropes import RopeContribution

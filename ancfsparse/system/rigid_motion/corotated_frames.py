@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.scene.bodies.body import LINEAR
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:

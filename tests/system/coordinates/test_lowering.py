@@ -11,8 +11,8 @@ import ancfsparse as ancf
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.problems import pendulum
 from ancfsparse.scene import Clamp, Point
-from ancfsparse.scene.bodies.body import LINEAR
 from ancfsparse.scene.joints.joint import Joint
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.scene.records.record import PointRef, Record
 from ancfsparse.system import System
 

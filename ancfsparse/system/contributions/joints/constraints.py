@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.scene.bodies.body import LINEAR
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
 from ancfsparse.system.contributions.interface import (
     Compiled,
