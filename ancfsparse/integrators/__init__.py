@@ -16,10 +16,9 @@ if TYPE_CHECKING:
         Explicit,
         RungeKuttaNystrom,
     )
-    from ancfsparse.integrators.names import EXAMPLES
+    from ancfsparse.integrators.names import EXAMPLES as EXAMPLES
 
 __all__ = [
-    "EXAMPLES",
     "HHT",
     "CentralDifference",
     "DormandPrince",
