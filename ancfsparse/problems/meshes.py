@@ -260,7 +260,7 @@ def _lattice_waves(waves: list[tuple[float, int]], side: float) -> VelocityField
 
 
 def _wave_number(side: float, elements: int) -> float:
-    """Return the wave number nearest to that of a number of elements, with nodes at both ends."""
+    """Return the wave number nearest to waves of some elements, with nodes at both ends."""
     return max(1, round(2.0 * side / (ELEMENT_LENGTH * elements))) * math.pi / side
 
 

@@ -39,6 +39,8 @@ class Scene(
 ):
     """Beams, rigid bodies, joints, loads and attachments in one gravity field.
 
+    Its methods that add something return a handle of it, of the class that their signature names.
+
     Parameters
     ----------
     gravity : array_like, shape (2,) or (3,), optional

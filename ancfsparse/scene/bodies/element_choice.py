@@ -2,8 +2,7 @@
 
 In all functions `label` is the name of the beam in messages, `dim` the dimension of the scene,
 `element` the argument of `Scene.add_beam`, and `given` has a value for every option of every
-element.  What does not exist or is not applicable is refused by an `InputError` whose message
-suggests something else.
+element.  An `InputError` for an invalid argument suggests a valid one.
 """
 
 from __future__ import annotations
@@ -142,6 +141,14 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
             f"but its section has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: "
             "make them equal, or take the element 'thick'"
         )
+
+
+def refuse_in_plane(label: str, argument: str) -> None:
+    """Refuse a direction of the section in a planar scene."""
+    raise InputError(
+        f"`{argument}` of {label} has no meaning in a planar scene, where the height of the "
+        "section lies in the plane: leave it out"
+    )
 
 
 def curved_kind(label: str, name: str, kind: ElementKind) -> ElementKind:

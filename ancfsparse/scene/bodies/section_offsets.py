@@ -19,17 +19,7 @@ Offsets = tuple[float, ...]
 def offsets_of(beam: ElasticBody, y: object, z: object) -> Offsets:
     """Return the coordinates of a point of a section along r_x, r_y (and r_z) of its beam [m].
 
-    Parameters
-    ----------
-    beam : ElasticBody
-        The beam.
-    y, z : float
-        The point in the axes of the section, from its centroid [m].
-
-    Returns
-    -------
-    tuple of float
-        Empty for the centroid itself.
+    The point is given in the axes of the section, from its centroid [m], for which they are empty.
 
     Raises
     ------

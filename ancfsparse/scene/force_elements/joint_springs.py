@@ -110,11 +110,6 @@ class JointSprings(SceneBase):
         of : str, optional
             ``"angle"`` or ``"displacement"``, where the joint has both.
 
-        Returns
-        -------
-        JointSpring
-            The spring.
-
         Raises
         ------
         InputError
@@ -165,11 +160,6 @@ class JointSprings(SceneBase):
             Relative growth of the stiffness with the rate [s/rad or s/m].
         of : str, optional
             ``"angle"`` or ``"displacement"``, where the joint has both.
-
-        Returns
-        -------
-        JointSpring
-            The stop.
 
         Raises
         ------
@@ -233,11 +223,6 @@ class JointSprings(SceneBase):
             Coefficient of friction [1], instead of a size.
         radius : float, optional
             Of the bearing [m], for angles with a coefficient.
-
-        Returns
-        -------
-        JointSpring
-            The friction.
 
         Raises
         ------

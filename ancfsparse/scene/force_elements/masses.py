@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative, check_reals, check_vector
+from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
-from ancfsparse.scene.kinematics.rigid_motion import second_moments, spin_matrix
+from ancfsparse.scene.kinematics.rigid_motion import check_inertia, second_moments, spin_matrix
 from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, PointRef, Record, as_data
@@ -117,11 +117,6 @@ class Masses(SceneBase):
             has no frame.  It turns with the vectors r_x, r_y, r_z of the node, so it grows with
             the squares of their lengths: by twice the strain at the node.
 
-        Returns
-        -------
-        PointMass
-            The mass.
-
         Raises
         ------
         InputError
@@ -166,11 +161,6 @@ class Masses(SceneBase):
             Of the frame [rad/s]; in a planar scene one number, counterclockwise.
         point : array_like, shape (dim,), optional
             A point of the axis [m], by default the origin.
-
-        Returns
-        -------
-        RotatingFrame
-            The frame.
 
         Raises
         ------
@@ -223,19 +213,10 @@ class Masses(SceneBase):
 
 
 def _tensor(what: str, inertia: ArrayLike) -> Matrix:
-    needed = "3 principal moments or a 3 x 3 matrix"
-    given = check_reals(what, inertia, needed)
-    if given.shape not in ((3,), (3, 3)):
-        raise InputError(f"{what} must be {needed}, got {format_value(inertia)}")
-    if not np.isfinite(given).all():
-        raise InputError(f"{what} must be finite, got {format_value(inertia)}")
-    matrix = np.diag(given) if given.ndim == 1 else given
-    largest = float(np.abs(matrix).max())
-    if np.abs(matrix - matrix.T).max() > ROUNDING_RATIO * largest:
-        raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
+    matrix = check_inertia(what, inertia, "matrix", ROUNDING_RATIO)
     # The second moments of the mass along each axis are sums of squares.
     least = float(np.linalg.eigvalsh(second_moments(matrix)).min())
-    if least < -ROUNDING_RATIO * largest:
+    if least < -ROUNDING_RATIO * np.abs(matrix).max():
         raise InputError(
             f"{what} is not physical: each principal moment is at most the sum of the other two "
             f"and not negative, got {format_value(inertia)}"

@@ -166,23 +166,18 @@ class Ropes(SceneBase):
             Strain about which it goes slack smoothly [-], as of strings: its tension at its natural
             length is stiffness slack / 4.  By default its tension has a kink there.
 
-        Returns
-        -------
-        Rope
-            The rope.
-
         Raises
         ------
         InputError
             If a point is invalid, two consecutive ones coincide, or a number is out of range.
         """
-        ends, spans = self._points_of_rope("a rope", points)
+        ends, places, natural = self._points_of_rope("a rope", points)
         width = check_not_negative("slack of a rope", slack)
         if width > 1.0:
             raise InputError(f"slack of a rope is a strain from 0 to 1, got {width:.6g}")
         viscosity = check_not_negative("damping of a rope", damping, "N s")
         subject = "the length of a rope"
-        change, natural = None, sum(spans)
+        change = None
         if callable(length):
             if viscosity:
                 raise InputError(
@@ -196,9 +191,6 @@ class Ropes(SceneBase):
             natural = check_moderate(subject, length, "m")
         elasticity = check_moderate("stiffness of a rope", stiffness, "N")
         rope = Rope(ends, elasticity, viscosity, natural, width, change, length)
-        places = tuple(
-            end.reference if isinstance(end, Point) else tuple(end.tolist()) for end in ends
-        )
         given = length if callable(length) or length is None else natural
         record = RopeSpec(places, elasticity, viscosity, given, width)
         return self._attach(rope, record)

@@ -140,11 +140,6 @@ class Springs(SceneBase):
         length : float, optional
             Free length [m], by default the distance of the points in the reference shape.
 
-        Returns
-        -------
-        Spring
-            The spring.
-
         Raises
         ------
         InputError

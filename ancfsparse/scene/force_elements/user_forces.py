@@ -135,11 +135,6 @@ class Forces(SceneBase):
             matrix, which then costs more iterations.  If it is True, the matrix has a dense block
             for all k points, made by 4 k dim calls: for a few points only.
 
-        Returns
-        -------
-        Force
-            The force.
-
         Raises
         ------
         InputError

@@ -17,16 +17,14 @@ MIN_SINE_UP = 1e-6  # of the angle between a beam and `up`
 
 
 def section_axes(axis: Vector, up: Vector | None, where: str) -> Vector:
-    """Return the unit vectors of a section.
+    """Return the unit vectors of a section of a straight beam.
 
     Parameters
     ----------
     axis : ndarray, shape (dim,)
         From the start of the beam to its end [m], not zero.
     up : ndarray, shape (3,), or None
-        Approximate direction of e_y in a spatial scene, of which the part normal to the beam is
-        used.  None: as in the plane, e_z is as near to +z as possible, and e_y = e_z x e_x; a beam
-        along z has e_y = +y.
+        As in `Scene.add_beam`.
     where : str
         Name of the beam, for the message.
 

@@ -27,17 +27,7 @@ COINCIDENCE_RATIO = 1e-12  # distance of coincident points, over the length
 
 
 def path_of(what: str, curve: AnyCurve, dim: int) -> Path:
-    """Return a curve as a function of its arc length.
-
-    Parameters
-    ----------
-    what : str
-        Name in messages.
-    curve : Arc, Helix, array_like of shape (k, dim) or callable
-        A shape; points [m], through which a spline runs; or a function that maps parameters (k,)
-        from 0 to 1 to positions (k, dim) [m].
-    dim : int
-        Dimension of the scene.
+    """Return the `curve` of `Scene.add_beam` as a function of its arc length.
 
     Raises
     ------

@@ -101,11 +101,9 @@ class RigidRod(DistanceConstraint):
 
     Attributes
     ----------
-    node : Point
-        The constrained node.
-    anchor : ndarray, shape (dim,)
-        The fixed point [m], read-only.
-    length, course
+    node, anchor
+        As in `Scene.rod`.
+    length, motion
         As in `DistanceConstraint`.
     """
 
@@ -140,9 +138,9 @@ class Distance(DistanceConstraint):
 
     Attributes
     ----------
-    a, b : Point
-        The points.
-    length, course
+    a, b
+        As in `Scene.distance`.
+    length, motion
         As in `DistanceConstraint`.
     """
 

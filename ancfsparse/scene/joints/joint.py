@@ -99,7 +99,7 @@ class Joint(ABC):
 
     @property
     def arm(self) -> float:
-        """Length of the larger body, which scales angles to lengths [m]."""
+        """Length of the larger body, which scales angles and directions to lengths [m]."""
         return max(node.beam.size for node in self.nodes)
 
     @property

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import check_finite, check_vector
+from ancfsparse.checks import check_finite, check_reals, check_vector
+from ancfsparse.errors import InputError
+from ancfsparse.messages import format_value
 
 Vector = NDArray[np.float64]
 
@@ -45,6 +47,23 @@ def spin_matrix(what: str, angular_velocity: ArrayLike, dim: int) -> Vector:
         return check_finite(what, angular_velocity, "rad/s") * np.array([[0.0, -1.0], [1.0, 0.0]])
     x, y, z = check_vector(what, angular_velocity, 3, "rad/s").tolist()
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def check_inertia(what: str, inertia: ArrayLike | None, noun: str, tolerance: float) -> Vector:
+    """Return a symmetric matrix (3, 3) [kg m2] from itself or from three principal moments.
+
+    Rounding errors are at most `tolerance`, over the largest moment.
+    """
+    needed = f"3 principal moments or a 3 x 3 {noun}"
+    given = check_reals(what, inertia, needed)
+    if given.shape not in ((3,), (3, 3)) or not np.isfinite(given).all():
+        raise InputError(
+            f"{what} must be {needed} of finite numbers [kg m2], got {format_value(inertia)}"
+        )
+    matrix = np.diag(given) if given.ndim == 1 else given
+    if np.abs(matrix - matrix.T).max() > tolerance * np.abs(matrix).max():
+        raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
+    return matrix
 
 
 def second_moments(inertia: Vector) -> Vector:

@@ -15,12 +15,10 @@ class Gear(Joint):
 
     Attributes
     ----------
-    one, other : Joint
-        The joints.
+    one, other, ratio
+        As in `Scene.gear`.
     of : (str, str)
         ``"angle"`` or ``"displacement"`` of each.
-    ratio : float
-        Transmission ratio [1, rad/m or m/rad].
     """
 
     one: Joint

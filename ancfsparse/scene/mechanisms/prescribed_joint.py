@@ -79,14 +79,10 @@ class PrescribedJoint(Joint):
 
     Attributes
     ----------
-    joint : Joint
-        The joint.
-    of : str
-        ``"angle"`` or ``"displacement"``.
+    joint, of, as_constraint
+        As in `Scene.drive_joint`.
     motion : PrescribedMotion
         The coordinate over time [rad or m].
-    as_constraint : bool
-        Always use an equation, also where coordinates could be prescribed.
     """
 
     joint: Joint

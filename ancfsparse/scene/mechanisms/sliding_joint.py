@@ -21,10 +21,8 @@ class Slide(Joint):
 
     Attributes
     ----------
-    point : Point
-        The point.
-    along : Beam or Mesh
-        The beam, or the mesh with the line.
+    point, along
+        As in `Scene.slide`.
     elements : (n,) int
         Its elements, or the elements of the line, in order.
     lateral : (dim,) ndarray

@@ -55,11 +55,6 @@ class TwoBodyJoint(Joint):
         return f"{self.name} joint of {self.a!r} and {other}"
 
     @property
-    def size(self) -> float:
-        """Length of the larger body, which scales directions to lengths [m]."""
-        return self.arm
-
-    @property
     def axis(self) -> Vector | None:
         """Its only axis; None if it has none or two."""
         return self.axes[0] if len(self.axes) == 1 else None
@@ -68,38 +63,32 @@ class TwoBodyJoint(Joint):
         other = self.a.position if self.b is None else self.b
         return point(builder, self.a), point(builder, other)
 
-    def _of_a(self, builder: ConstraintBuilder, vector: Vector) -> LinearForm:
-        return direction(builder, self.a, vector)
-
-    def _of_b(self, builder: ConstraintBuilder, vector: Vector) -> LinearForm:
-        return direction(builder, self.b, vector)
-
     def _share_point(self, builder: ConstraintBuilder) -> None:
-        equate(builder, self.label, *self._points(builder), self.size)
+        equate(builder, self.label, *self._points(builder), self.arm)
 
     def _share_axis(self, builder: ConstraintBuilder, axis: Vector) -> None:
         """Keep an axis of both parallel: identify vectors if possible, else add two equations."""
-        one, other = self._of_a(builder, axis), self._of_b(builder, axis)
+        one, other = direction(builder, self.a, axis), direction(builder, self.b, axis)
         if can_identify(one, other):
-            equate(builder, f"{self.label}, axis", one, other, self.size, self.size)
+            equate(builder, f"{self.label}, axis", one, other, self.arm, self.arm)
             return
         for k, normal in enumerate(normals(axis)):
             label = f"{self.label}, axis {k + 1}"
-            make_orthogonal(builder, label, one, self._of_b(builder, normal), self.size)
+            make_orthogonal(builder, label, one, direction(builder, self.b, normal), self.arm)
 
     def _share_frame(self, builder: ConstraintBuilder) -> None:
         """Keep the frames of both parallel."""
         axes = self.a.beam.axes_of(self.a.beam.rows_of(self.a.index).start)
-        ones = [self._of_a(builder, axis) for axis in axes]
-        others = [self._of_b(builder, axis) for axis in axes]
+        ones = [direction(builder, self.a, axis) for axis in axes]
+        others = [direction(builder, self.b, axis) for axis in axes]
         if all(can_identify(*pair) for pair in zip(ones, others, strict=True)):
             for one, other in zip(ones, others, strict=True):
-                equate(builder, f"{self.label}, axes", one, other, self.size, self.size)
+                equate(builder, f"{self.label}, axes", one, other, self.arm, self.arm)
             return
         pairs = [(0, 1)] if len(axes) == 2 else [(0, 1), (0, 2), (1, 2)]
         for i, j in pairs:
             label = f"{self.label}, turn {i + j}"
-            make_orthogonal(builder, label, ones[i], others[j], self.size)
+            make_orthogonal(builder, label, ones[i], others[j], self.arm)
 
     def _share_line(self, builder: ConstraintBuilder, axis: Vector) -> None:
         """Keep the point of `a` on the line through the point of `b` along an axis of `b`.
@@ -113,7 +102,7 @@ class TwoBodyJoint(Joint):
                 builder.hold(coordinate)
                 continue
             label = f"{self.label}, across {k + 1}"
-            make_orthogonal(builder, label, one - other, self._of_b(builder, normal), 1.0)
+            make_orthogonal(builder, label, one - other, direction(builder, self.b, normal), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +127,11 @@ class Universal(TwoBodyJoint):
     def lower(self, builder: ConstraintBuilder) -> None:
         """Share the point, and keep the axes orthogonal."""
         self._share_point(builder)
-        one, other = self._of_a(builder, self.axes[0]), self._of_b(builder, self.axes[1])
-        make_orthogonal(builder, f"{self.label}, angle", one, other, self.size)
+        one, other = (
+            direction(builder, self.a, self.axes[0]),
+            direction(builder, self.b, self.axes[1]),
+        )
+        make_orthogonal(builder, f"{self.label}, angle", one, other, self.arm)
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,7 +70,7 @@ class Weld(TwoBodyJoint):
                 label = f"{self.label}, direction {k + 1}"
                 wall_normal = direction(builder, wall, normal)
                 make_orthogonal(
-                    builder, label, direction(builder, node, tangent), wall_normal, self.size
+                    builder, label, direction(builder, node, tangent), wall_normal, self.arm
                 )
             return
         row = row_of(builder, node)
@@ -79,7 +79,7 @@ class Weld(TwoBodyJoint):
                 vector_of_beam = LinearForm.of([row[kind.columns(name)]], [1.0])
                 vector_of_wall = direction(builder, wall, vector)
                 label = f"{self.label}, {name}"
-                equate(builder, label, vector_of_beam, vector_of_wall, self.size, self.size)
+                equate(builder, label, vector_of_beam, vector_of_wall, self.arm, self.arm)
 
     @staticmethod
     def _needs_stiff_section(node: Point, wall: Point) -> bool:
@@ -101,7 +101,7 @@ class Weld(TwoBodyJoint):
         mass = float(np.mean(wall.beam.stiffnesses()["mass_per_length"])) * wall.beam.size
         for k, (u, first) in enumerate(zip(vectors, frame, strict=True)):
             for j, (v, second) in enumerate(zip(vectors[: k + 1], frame, strict=False)):
-                factor = 0.5 * self.size if j == k else self.size
+                factor = 0.5 * self.arm if j == k else self.arm
                 label = f"rigidity of {wall!r}, {VECTOR_NAMES[j]}.{VECTOR_NAMES[k]}"
                 terms = ((factor, a, b) for a, b in zip(u, v, strict=True))
                 builder.equation(

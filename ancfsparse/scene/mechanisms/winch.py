@@ -20,16 +20,12 @@ class Winch(Joint):
 
     Attributes
     ----------
-    points : tuple of Point or (dim,) ndarray
-        Points of bodies and beams, or fixed in space [m].
+    points, drum, radius
+        As in `Scene.winch`.
     length : float
         Length of the rope in the reference shape [m].
     motion : PrescribedMotion, optional
         Prescribed length over time, if it changes.
-    drum : Joint, optional
-        A hinge whose angle winds the rope up.
-    radius : float
-        Radius of the drum [m].
     """
 
     points: tuple[Point | Vector, ...]

@@ -6,7 +6,7 @@
    or tapered (`curved_beam`).
 4. An offset of the centroid (`offset_beam`), and eigenstrains (`eigenstrain`).
 
-`gravity` is that of the scene [m/s2], with as many components as it has dimensions.
+`gravity` is the acceleration of gravity in the scene [m/s2], shape (dim,).
 """
 
 from __future__ import annotations

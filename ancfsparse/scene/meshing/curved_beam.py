@@ -14,6 +14,7 @@ from ancfsparse.scene.bodies.element_choice import (
     chosen_element,
     curved_kind,
     given_options,
+    refuse_in_plane,
 )
 from ancfsparse.scene.geometry.positions import MAX_COORDINATE, check_ends, place
 from ancfsparse.scene.geometry.section_frames import along_principal_axes
@@ -78,10 +79,7 @@ def _check_directions(record: BeamSpec, element: str, kind: ElementKind) -> None
     if kind.dim == 2:
         for argument in ("up", "twist"):
             if getattr(record, argument) is not None:
-                raise InputError(
-                    f"`{argument}` of {record.name} has no meaning in a planar scene, where the "
-                    "height of the section lies in the plane: leave it out"
-                )
+                refuse_in_plane(record.name, argument)
     if (kind.is_cable or kind.is_string) and record.twist is not None:
         raise InputError(
             f"{record.name} is made of {element!r}, which has no torsion and no section to twist: "

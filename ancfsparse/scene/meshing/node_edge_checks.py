@@ -19,18 +19,9 @@ EPSILON = float(np.finfo(np.float64).eps)
 def check_graph(
     label: str, dim: int, nodes: ArrayLike, edges: ArrayLike
 ) -> tuple[Vector, Numbers, Vector]:
-    """Check the arrays of a mesh.
+    """Check the `nodes` and `edges` of `Scene.add_mesh`.
 
-    Parameters
-    ----------
-    label : str
-        Name of the mesh, for messages.
-    dim : int
-        Dimension of the scene.
-    nodes : array_like, shape (n, dim)
-        Positions [m].
-    edges : array_like, shape (m, 2)
-        Numbers of the nodes at the ends of each edge.
+    The message of an error names the first offender and their number.
 
     Returns
     -------
@@ -40,11 +31,6 @@ def check_graph(
         A copy, int32.
     lengths : ndarray, shape (m,)
         Lengths of the edges [m].
-
-    Raises
-    ------
-    InputError
-        If they are invalid; the message names the first offender and their number.
     """
     positions = _positions(label, dim, nodes)
     pairs = _pairs(label, edges)

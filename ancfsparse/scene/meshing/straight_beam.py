@@ -8,10 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count, check_vector
-from ancfsparse.errors import InputError, MessageTemplate, Parameter
+from ancfsparse.errors import MessageTemplate, Parameter
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
-from ancfsparse.scene.bodies.element_choice import check_make, chosen_element, given_options
+from ancfsparse.scene.bodies.element_choice import (
+    check_make,
+    chosen_element,
+    given_options,
+    refuse_in_plane,
+)
 from ancfsparse.scene.geometry.positions import check_ends
 from ancfsparse.scene.geometry.section_frames import along_principal_axes, section_axes
 from ancfsparse.scene.meshing.initial_velocity import velocity_field
@@ -33,10 +38,7 @@ def build_straight_beam(record: BeamSpec, dim: int) -> Beam:
     check_element_memory(label, count, BYTES_PER_DIM * dim + BYTES_PER_ELEMENT)
     tail, head = check_ends(label, record.start, record.end, dim)
     if record.up is not None and dim == 2:
-        raise InputError(
-            f"`up` of {label} has no meaning in a planar scene, where the height of the section "
-            "lies in the plane: leave it out"
-        )
+        refuse_in_plane(label, "up")
     up = None if record.up is None else check_vector(f"`up` of {label}", record.up, 3)  # type: ignore[arg-type]
     positions = np.linspace(tail, head, count + 1)
     axes = along_principal_axes(section_axes(head - tail, up, label), record.section)
@@ -55,19 +57,7 @@ def build_straight_beam(record: BeamSpec, dim: int) -> Beam:
 
 
 def new_beam(record: BeamSpec, *, positions: Vector, kind: ElementKind, **arrays: Any) -> Beam:
-    """Return the handle of a beam; its arrays become read-only.
-
-    Parameters
-    ----------
-    record : BeamSpec
-        The arguments of the beam.
-    positions : ndarray, shape (n + 1, dim)
-        Reference positions of the nodes [m].
-    kind : ElementKind
-        Its element.
-    **arrays
-        Other attributes of `Beam`.
-    """
+    """Return the handle of a beam with some attributes of `Beam`; its arrays become read-only."""
     rows = np.arange(len(positions), dtype=np.int32)
     arrays |= {
         "positions": positions,

@@ -116,11 +116,6 @@ class Couplings(SceneBase):
         as_constraint : bool, optional
             Always use an equation; `EnergyMomentum` then conserves the energy to rounding.
 
-        Returns
-        -------
-        PrescribedJoint
-            The drive.
-
         Raises
         ------
         InputError
@@ -130,17 +125,13 @@ class Couplings(SceneBase):
         """
         reference = self._joint("a drive", joint)
         coordinate = select_coordinate("a drive", joint, of)
-        for other in self.joints:
-            if (
-                isinstance(other, mechanisms.PrescribedJoint)
-                and other.joint is joint
-                and other.of == coordinate
-            ):
-                raise SingularSceneError(
-                    f"the {coordinate} of the {joint.label} is prescribed already: leave one drive "
-                    "out"
-                )
         subject = f"the {coordinate} of the {joint.label}"
+        if any(
+            isinstance(other, mechanisms.PrescribedJoint)
+            and (other.joint, other.of) == (joint, coordinate)
+            for other in self.joints
+        ):
+            raise SingularSceneError(f"{subject} is prescribed already: leave one drive out")
         motion = records.define_motion(
             subject, 0, value, rate, second_rate, COORDINATE_UNITS[coordinate]
         )
@@ -234,11 +225,6 @@ class Couplings(SceneBase):
         of_one, of_other : str, optional
             ``"angle"`` or ``"displacement"``, where a joint has both.
 
-        Returns
-        -------
-        Gear
-            The gear.
-
         Raises
         ------
         InputError
@@ -286,17 +272,12 @@ class Couplings(SceneBase):
         radius : float, optional
             Radius of the drum [m].
 
-        Returns
-        -------
-        Winch
-            The winch.
-
         Raises
         ------
         InputError
             If a point is invalid, two consecutive ones coincide, or an argument is missing.
         """
-        ends, distances = self._points_of_rope("a winch", points)
+        ends, places, initial = self._points_of_rope("a winch", points)
         if (drum is None) != (radius is None):
             raise InputError("a winch needs drum and radius together, a hinge and its radius [m]")
         if drum is not None and length is not None:
@@ -304,17 +285,11 @@ class Couplings(SceneBase):
         motion = self._length_over_time("the length of the winch", length, rate, second_rate)
         wound, by = None, 0.0
         if drum is not None:
-            wound, by = (
-                self._joint("a winch", drum),
-                check_moderate("radius of a drum", radius, "m"),
-            )
-            radius = by
+            wound = self._joint("a winch", drum)
+            radius = by = check_moderate("radius of a drum", radius, "m")
             select_coordinate("a winch", drum, "angle")
-        places = tuple(
-            end.reference if isinstance(end, Point) else tuple(end.tolist()) for end in ends
-        )
         record = WinchSpec(places, length, rate, second_rate, wound, radius)
-        return self._add_partial(mechanisms.Winch(ends, sum(distances), motion, drum, by), record)
+        return self._add_partial(mechanisms.Winch(ends, initial, motion, drum, by), record)
 
 
 SlideSpec = record_type("SlideSpec", Couplings.slide)

@@ -12,7 +12,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies, meshing
-from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element
+from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element, refuse_in_plane
 from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_mechanisms import Mechanisms
 from ancfsparse.scene.sections.material import Material
@@ -123,10 +123,7 @@ def _section_directions(
     if up is None:
         return [None] * len(chords)
     if dim == 2:
-        raise InputError(
-            f"`up` of {label} has no meaning in a planar scene, where the height of the section "
-            "lies in the plane: leave it out"
-        )
+        refuse_in_plane(label, "up")
     needed = f"one direction, or one for each of its {len(chords)} edges"
     given = check_reals(f"`up` of {label}", up, needed)
     if given.shape not in ((3,), chords.shape) or not np.isfinite(given).all():

@@ -37,11 +37,6 @@ class Joints(SceneBase):
         as_constraint : bool, optional
             Add constraint equations, whose multipliers are the reaction, instead of eliminating
             coordinates.  The motion is the same.
-
-        Returns
-        -------
-        Pin
-            The joint.
         """
         own = self._mine("a pin", check_point("a pin", node))
         check_flag("as_constraint of a pin", as_constraint)
@@ -60,11 +55,6 @@ class Joints(SceneBase):
             ``"fixed"`` also fixes the whole slope r_x: a cable cannot stretch at the wall, and a
             beam with ``curvature="section"`` can neither stretch nor shear there, which makes the
             first element too stiff.
-
-        Returns
-        -------
-        Clamp
-            The joint.
         """
         check_choice("stretch of a clamp", stretch, ("free", "fixed"))
         own = check_turns("a clamp", self._mine("a clamp", check_end("a clamp", node)))
@@ -99,11 +89,6 @@ class Joints(SceneBase):
         as_constraint : bool, optional
             Add equations, whose multipliers are the reaction, instead of prescribing coordinates.
             The motion is the same.
-
-        Returns
-        -------
-        Drive
-            The joint.
         """
         own = self._mine("a drive", check_point("a drive", node))
         check_flag("as_constraint of a drive", as_constraint)
@@ -135,11 +120,6 @@ class Joints(SceneBase):
             it is constant.  The rod transmits tension and compression.
         rate, second_rate : callable, optional
             Its derivatives, as in `drive`.
-
-        Returns
-        -------
-        RigidRod
-            The joint.
         """
         self._mine("a rod", check_point("a rod", node))
         point = check_position(f"anchor of the rod at {node!r}", anchor, self.dim)

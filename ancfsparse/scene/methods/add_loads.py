@@ -63,11 +63,6 @@ class Loads(SceneBase):
             along the slope and its left normal, in space along the vectors r_x (the slope), r_y and
             r_z of a thick beam or a rigid body.  A cable in space has only its slope, so the force
             is one number.
-
-        Returns
-        -------
-        PointForce
-            The load.
         """
         own = self._mine("a force", check_point("a force", node))
         if check_flag("follow", follow) and own.beam.kind.is_string and own.is_node:
@@ -101,11 +96,6 @@ class Loads(SceneBase):
         follow : bool, optional
             True for a follower moment, about the axes r_x, r_y and r_z of the section.  In the
             plane it makes no difference.
-
-        Returns
-        -------
-        PointMoment
-            The load.
         """
         own = check_turns("a moment", self._mine("a moment", check_node("a moment", node)))
         load = PointMoment(own, value, check_flag("follow", follow))
@@ -151,11 +141,6 @@ class Loads(SceneBase):
             True for a follower force along the axes of the sections, as in `point_force`; in the
             plane ``(0, p)`` is a pressure on the right-hand side of the beam.  It remains a force
             per reference length.
-
-        Returns
-        -------
-        DistributedForce
-            The load.
         """
         if not isinstance(beam, ElasticBody):
             raise InputError(

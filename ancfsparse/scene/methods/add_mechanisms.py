@@ -98,11 +98,6 @@ class Mechanisms(SceneBase):
             As in `revolute`.
         axis_a, axis_b : array_like, shape (3,)
             Orthogonal directions in the reference shape, fixed in `a` and in `b`.
-
-        Returns
-        -------
-        Universal
-            The joint.
         """
         self._check_spatial("universal", "connect")
         ends = self._ends("a universal joint", a, b)
@@ -180,11 +175,6 @@ class Mechanisms(SceneBase):
             ``"free"`` leaves beams free to stretch there; ``"fixed"`` also constrains their slope
             r_x: to its reference length at a body or the ground, to the stretch of another beam.
             Two cables in space with a common tangent can be welded by ``"fixed"`` only.
-
-        Returns
-        -------
-        Weld
-            The joint.
         """
         ends = self._ends("a weld", a, b)
         beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]

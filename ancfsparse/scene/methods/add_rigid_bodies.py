@@ -21,7 +21,12 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.body import Vector
 from ancfsparse.scene.geometry.positions import check_position
-from ancfsparse.scene.kinematics.rigid_motion import RigidMotion, second_moments, spin_matrix
+from ancfsparse.scene.kinematics.rigid_motion import (
+    RigidMotion,
+    check_inertia,
+    second_moments,
+    spin_matrix,
+)
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import as_data, record_type
 
@@ -185,16 +190,8 @@ def _second_moments(
     if dim == 2:
         # In the plane any division of the moment between the two vectors is the same rotation.
         return 0.5 * check_moderate(what, inertia, "kg m2") * np.eye(2)
-    moments = check_reals(what, inertia, "3 principal moments or a 3 x 3 tensor")
-    if moments.shape not in ((3,), (3, 3)) or not np.isfinite(moments).all():
-        raise InputError(
-            f"{what} must be 3 principal moments or a 3 x 3 tensor of finite numbers [kg m2], got "
-            f"{format_value(inertia)}"
-        )
-    tensor = np.diag(moments) if moments.ndim == 1 else moments
-    largest = check_moderate(f"largest moment of the {what}", np.abs(tensor).max(), "kg m2")
-    if np.abs(tensor - tensor.T).max() > ROUNDING_RATIO * largest:
-        raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
+    tensor = check_inertia(what, inertia, "tensor", ROUNDING_RATIO)
+    check_moderate(f"largest moment of the {what}", np.abs(tensor).max(), "kg m2")
     principal = np.linalg.eigvalsh(tensor)
     if principal[0] <= ROUNDING_RATIO * principal[2]:
         raise InputError(

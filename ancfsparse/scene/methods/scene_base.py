@@ -21,7 +21,7 @@ from ancfsparse.scene.joints.constrained_points import ConstrainedPoints
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.loads.loads import Load
-from ancfsparse.scene.records.record import JointRef, Record
+from ancfsparse.scene.records.record import JointRef, PointRef, Record
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
@@ -194,8 +194,8 @@ class SceneBase:
 
     def _points_of_rope(
         self, what: str, points: object
-    ) -> tuple[tuple[Point | Vector, ...], list[float]]:
-        """Return the points of a rope, and the distances of consecutive ones [m].
+    ) -> tuple[tuple[Point | Vector, ...], tuple[PointRef | tuple[float, ...], ...], float]:
+        """Return the points of a rope, as handles and as data, and its length [m].
 
         Raises
         ------
@@ -228,7 +228,8 @@ class SceneBase:
                 f"points {k} and {k + 1} of {what} coincide, so its rope has no direction there: "
                 "leave one of them out"
             )
-        return tuple(ends), distances.tolist()
+        data = (end.reference if isinstance(end, Point) else tuple(end.tolist()) for end in ends)
+        return tuple(ends), tuple(data), sum(distances.tolist())
 
 
 def _check_range(body: ElasticBody) -> None:

@@ -84,14 +84,10 @@ def define_motion(
 
     Parameters
     ----------
-    subject : str
-        Name in messages.
-    width : int
-        Number of components of a value; 0 for a scalar.
-    value : array_like or callable
-        The motion [`unit`], or a function of t [s] that returns it.
+    subject, width, value
+        As in `PrescribedValue`.
     rate, second_rate : callable, optional
-        Its derivatives [`unit`/s, `unit`/s2], as functions of t; both or none.
+        Derivatives of the value [`unit`/s, `unit`/s2], as functions of t; both or none.
     unit : str, optional
         ``"m"`` or ``"rad"``.
 

@@ -21,16 +21,6 @@ def digest(scene: SceneBase) -> dict[str, str]:
 
     Shape and velocities are numbers, and compared as such.  A load that is a function of time is
     described by its position only, unless the function is a `Signal`.
-
-    Parameters
-    ----------
-    scene : Records
-        The scene.
-
-    Returns
-    -------
-    dict of str to str
-        A description of every part, by the name of the part.
     """
     number = {body.name: f"body {k}" for k, body in enumerate(scene.bodies)}
 

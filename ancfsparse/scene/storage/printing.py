@@ -36,9 +36,7 @@ def format_argument(given: Any, scene: SceneBase) -> str:
         return f"{given:.6g}"
     if isinstance(given, tuple):
         return "(" + ", ".join(format_argument(item, scene) for item in given) + ")"
-    if isinstance(given, ElementKind):
-        return repr(given)
-    if isinstance(given, Signal):
+    if isinstance(given, ElementKind | Signal):
         return repr(given)
     if is_dataclass(given):
         words = (
