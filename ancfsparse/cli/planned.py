@@ -57,18 +57,7 @@ class Planned:
 
 
 def plan_scene(name: str, error: str | None, is_run: bool) -> Planned:
-    """Plan a scene by name.
-
-    Parameters
-    ----------
-    name : str
-        One of `AUTO_SCENES`.
-    error : str or None
-        As in `ancfsparse.plan`, a number [m] or a fraction such as ``"1 %"``; by default that
-        of the scene.
-    is_run : bool
-        Run the plan, and verify it with a finer model.
-    """
+    """Plan one of `AUTO_SCENES` with the options of the command, by default to its own error."""
     scene, point, t_end, usual = AUTO_SCENES[check_choice("scene", name, AUTO_SCENES)]()
     quantity = static_deflection(point) if t_end is None else position(point)
     result = plan(scene, t_end, quantity, _parse_error(usual if error is None else error))

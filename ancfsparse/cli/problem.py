@@ -36,18 +36,7 @@ def list_problems() -> str:
 def run_problem(
     name: str, at: str, given: list[str], step: float | None, accuracy: float | None
 ) -> dict[str, Any]:
-    """Solve a problem; return settings, times and quantities.
-
-    Parameters
-    ----------
-    name : str
-        One of `MECHANISMS`.
-    at : str
-        Times [s], separated by commas.
-    given : list of str
-        ``key=value``; components of a vector are separated by commas.
-    step, accuracy : float, optional
-        Time step [s] or accuracy [m] of one run; by default two runs are extrapolated.
+    """Solve a problem with the options of the command; return settings, times and quantities.
 
     Raises
     ------

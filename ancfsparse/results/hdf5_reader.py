@@ -164,11 +164,6 @@ def read_contents(path: str | Path) -> tuple[StoredRun, dict[str, str]]:
 def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
     """Read outline, times and coordinates of a file, without its scene.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
     Returns
     -------
     outline : Outline

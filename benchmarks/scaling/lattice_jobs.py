@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -136,9 +136,7 @@ def jobs_of(
         job = Job(case, size, stiff, motion, dt, steps, "complete", jitter, rods)
         more = min(10, max(1, MIN_ELEMENTS // job.elements)) if motion == "rest" else 1
         for factorization in ("complete", "incomplete") if exact else ("incomplete",):
-            entries.append(
-                Job(case, size, stiff, motion, dt, more * steps, factorization, jitter, rods)
-            )
+            entries.append(replace(job, steps=more * steps, factorization=factorization))
 
     for n in _sizes(NETS, largest_net):
         add("net", n, NET_RUN, True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Annotated, Any
 
 import typer
@@ -170,18 +170,9 @@ def pairs(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
 def threaded(rows: Sequence[Row]) -> list[tuple[Row, Row]]:
     """Return pairs of rows of the same run on one and on more threads."""
 
-    def key(row: Row) -> tuple[object, ...]:
-        job = row.job
-        return (
-            job.case,
-            job.size,
-            job.stiff,
-            job.motion,
-            job.dt,
-            job.jitter,
-            job.rods,
-            job.factorization,
-        )
+    def key(row: Row) -> Job:
+        job: Job = row.job
+        return replace(job, steps=0, threads=1)
 
     ones = {key(row): row for row in rows if row.job.threads == 1 and not row.note}
     return [

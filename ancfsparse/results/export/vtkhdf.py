@@ -43,21 +43,10 @@ def write_vtk(
     forces: Forces | None = None,
     progress: bool = True,
 ) -> Path:
-    """Write a VTKHDF file; see `Trajectory.to_vtk`.
+    """Write coordinates q and velocities v (k, n) at times t (k,) [s]; see `Trajectory.to_vtk`.
 
-    Parameters
-    ----------
-    outline : Outline
-        The outline of the scene.
-    t : ndarray, shape (k,)
-        Times [s].
-    q, v : table, shape (k, n)
-        Coordinates and velocities.
-    path, per_element, progress
-        As there.
-    forces : callable, optional
-        Function of coordinates, velocities and times; returns the axial forces of every body, each
-        (k, n_elements) [N].
+    `forces` returns from coordinates, velocities and times the axial forces of every body, each
+    (k, n_elements) [N].
     """
     target = check_file_name("a VTKHDF file", path)
     if target.suffix.lower() not in (".vtkhdf", ".hdf"):

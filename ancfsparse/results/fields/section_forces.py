@@ -86,25 +86,10 @@ def section_force(
     body: ElasticBody,
     s: SectionPoints = None,
 ) -> SectionForce:
-    """Evaluate section forces and moments.
+    """Evaluate section forces and moments for every state and point; see `Trajectory.strain`.
 
-    Parameters
-    ----------
-    system : System
-        The system of the states.
-    q, v : table, shape (k, n)
-        Coordinates and velocities; the latter are read if the body is damped.
-    t : table, shape (k,)
-        Times, which are read if the stress-free shape of the body changes [s].
-    body : Beam or Mesh
-        A body of the system.
-    s : float, array_like of shape (p,), or sequence of Point, optional
-        Points, see `Trajectory.strain`.
-
-    Returns
-    -------
-    SectionForce
-        Values for every state and point.
+    Coordinates q and velocities v are tables (k, n); the latter are read if the body is damped, and
+    times t (k,) [s] if its stress-free shape changes.
     """
     body, where = _locate_points(system, body, s)
     kind = system.kind_of(body)

@@ -45,20 +45,9 @@ def animate(
     paths: Sequence[Array] = (),
     progress: bool = True,
 ) -> Path:
-    """Write an animation; see `Trajectory.animate`.
+    """Write an animation of coordinates q (k, n) at times t (k,) [s]; see `Trajectory.animate`.
 
-    Parameters
-    ----------
-    outline : Outline
-        The outline of the scene.
-    t : ndarray, shape (k,)
-        Times [s].
-    q : table, shape (k, n)
-        Coordinates.
-    paths : sequence of ndarray, each of shape (k, dim)
-        Paths of points [m].
-    path, seconds, fps, dpi, view, progress
-        As there.
+    `paths` are the positions (k, dim) of the traced points [m].
     """
     target = check_file_name("an animation", path)
     writer = _writer(target, check_count("fps", fps))

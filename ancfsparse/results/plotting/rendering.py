@@ -43,17 +43,7 @@ def render(
     size: tuple[int, int] = (1000, 750),
     strain: bool = False,
 ) -> Path:
-    """Render one state; see `Trajectory.render`.
-
-    Parameters
-    ----------
-    outline : Outline
-        The outline of the scene.
-    q : ndarray, shape (n,)
-        Coordinates.
-    path, view, size, strain
-        As there.
-    """
+    """Render one state with coordinates q (n,); see `Trajectory.render`."""
     target = check_file_name("an image", path)
     if target.suffix.lower() not in (".png", ".jpg"):
         raise InputError(f"an image must end in .png or .jpg, got {str(target)!r}")

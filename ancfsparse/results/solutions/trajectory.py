@@ -152,18 +152,7 @@ class Trajectory(TrajectoryOutput):
         return interpolate(self.system.point(node), self.v)
 
     def acceleration(self, node: Point) -> Array:
-        """Return the acceleration of a point.
-
-        Parameters
-        ----------
-        node : Point
-            Any point of a body.
-
-        Returns
-        -------
-        ndarray, shape (k, dim)
-            Accelerations [m/s2].
-        """
+        """Return the acceleration of a point, (k, dim) [m/s2], as `velocity` does."""
         return interpolate(self.system.point(node), self.a)
 
     def body(self, body: RigidBody) -> BodyMotion:
