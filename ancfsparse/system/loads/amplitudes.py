@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from copy import copy
 from typing import Any, Protocol
 
 import numpy as np
@@ -125,7 +126,7 @@ class FunctionAmplitude:
         failure = None
         try:
             for t in times.tolist():
-                values.append(function(t))
+                values.append(copy(function(t)))  # it may return one array again and again
         except Exception as error:  # user functions may raise anything
             failure = self.load.failure(t, error)
             failure.__cause__ = error
