@@ -90,12 +90,16 @@ def _solve_dense(linearized: LinearizedSystem, n: int, motions: Vector) -> Eigen
 
     stiffness, mass = (motions.T @ (x @ motions) for x in (linearized.stiffness, linearized.mass))
     # A search for the lowest alone fails where many frequencies are equal or zero.
-    values, mixes = (pairs[..., :n] for pairs in eigh(stiffness, mass))
+    values = eigh(stiffness, mass, eigvals_only=True)[:n]
     # The shift must not be close to eigenvalues that are zero up to rounding.
-    _factor_below(
+    shift = _factor_below(
         linearized,
         -max(SHIFT_RATIO * float(np.abs(values).max()), MIN_SHIFT_RATIO * linearized.size),
     )
+    # Where some parts have next to no mass, rounding of the highest eigenvalues exceeds the lowest;
+    # of the inverse problem, these are the largest.
+    _, mixes = eigh(mass, stiffness - shift * mass)
+    mixes = mixes[:, : -n - 1 : -1]
     return _refine(linearized, motions @ mixes)
 
 
