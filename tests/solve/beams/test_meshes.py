@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.errors import SingularSceneError
 from ancfsparse.system import System
 from tests.grids import level_grid
+from tests.solve.refusals import assert_refused
 
 SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(1e8, 4000.0)
 
@@ -121,11 +122,9 @@ def test_a_slope_at_a_crossing_must_say_of_which_line():
     scene = ancf.Scene()
     mesh = scene.add_mesh(*net(3, 2), "thin", SECTION, MATERIAL)
     run = ancf.simulate(scene, 1e-3, 1e-3)
-    with pytest.raises(InputError, match="node 4 has 2 slopes, one for each line"):
-        run.slope(mesh.node(4))
+    assert_refused("node 4 has 2 slopes, one for each line", run.slope, mesh.node(4))
     scene.point_moment(mesh.node(4), 1.0)
-    with pytest.raises(InputError, match="has 2 slopes"):
-        ancf.simulate(scene, 1e-3, 1e-3)
+    assert_refused("has 2 slopes", ancf.simulate, scene, 1e-3, 1e-3)
 
 
 @pytest.mark.parametrize("legs", [1, 210])
@@ -140,8 +139,7 @@ def test_a_floating_part_is_named_in_statics(legs):
     for k in range(legs + 1):
         scene.pin(mesh.node(k))
     floating = rf"3 rigid motions are free, .* of fans \(nodes {legs + 1} to {legs + 2}\)"
-    with pytest.raises(SingularSceneError, match=floating):
-        ancf.solve_static(scene)
+    assert_refused(floating, ancf.solve_static, scene, error=SingularSceneError)
 
 
 def test_a_net_between_held_edges_sags_alike_as_mesh_and_as_beam():

@@ -4,16 +4,11 @@ import pickle
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import ancfsparse as ancf
 from tests.grids import grid
+from tests.solve.beams.cords import CORD, RUBBER, STIFFNESS, elastic_catenary
 
-# Rubber cord: E A = 785 N, weight 0.77 N over 1 m, strained by 1e-3 under 1 m of it.
-CORD = ancf.Circle(0.01)
-RUBBER = ancf.Material(youngs_modulus=1e7, density=1000.0)
-STIFFNESS = 1e7 * CORD.area
-PER_LENGTH = 1000.0 * CORD.area * 9.81
 LENGTH = 1.3
 
 
@@ -33,23 +28,11 @@ def line(n, slack, end=1.32, over=1.0, damping=0.0):
     return scene, cord
 
 
-def elastic_catenary(span):
-    """Sag and horizontal force of the line (Irvine, Cable Structures, 1981, section 1.3)."""
-    half = LENGTH / 2
-
-    def ends(h):
-        return h * half / STIFFNESS + h / PER_LENGTH * np.arcsinh(PER_LENGTH * half / h) - span / 2
-
-    h = brentq(ends, 1e-3, 1e3, xtol=1e-14)
-    up = np.hypot(1.0, PER_LENGTH * half / h) - 1.0
-    return PER_LENGTH * half**2 / (2.0 * STIFFNESS) + h / PER_LENGTH * up, h
-
-
 @pytest.mark.parametrize("t", [0.0, 0.4, 0.7, 1.0])
 def test_a_slack_line_that_is_tightened_is_an_elastic_catenary(t):
     """From 1 m, far below its length, to 1.32 m, above it; error of the mesh of second order."""
     span = 1.0 + 0.32 * smooth(t, 1.0)
-    sag, force = elastic_catenary(span)
+    sag, force = elastic_catenary(LENGTH, span)
     errors = []
     for n in (16, 32):
         scene, cord = line(n, 1e-4)

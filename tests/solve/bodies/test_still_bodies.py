@@ -25,8 +25,7 @@ def test_a_hanging_body_stays_and_its_pin_bears_its_weight(integrator, size):
     )
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
-def test_a_force_that_changes_works_on_no_body_that_is_held(integrator):
+def welded():
     """Welded beside its origin and turned, without gravity: all that moves is rounding."""
     scene = ancf.Scene((0.0, 0.0, 0.0))
     body = scene.add_body(
@@ -36,6 +35,12 @@ def test_a_force_that_changes_works_on_no_body_that_is_held(integrator):
         orientation=(0.5, 0.5, 0.5, 0.5),
     )
     scene.weld(body.at((0.0, 0.1, 0.5)))
+    return scene, body
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
+def test_a_force_that_changes_works_on_no_body_that_is_held(integrator):
+    scene, body = welded()
     scene.point_force(body.origin, ancf.Ramp((1.0, 0.0, 3.0), 0.02, smooth=True))
     run = ancf.simulate(scene, 0.05, 1e-3, integrator=integrator)
     assert np.ptp(run.body(body).centre, axis=0).max() < 1e-13
@@ -44,14 +49,7 @@ def test_a_force_that_changes_works_on_no_body_that_is_held(integrator):
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
 def test_a_run_of_a_held_body_can_be_continued(integrator):
     """Its velocities are the rounding of places over the step, and nothing to compare them with."""
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    body = scene.add_body(
-        ancf.Box(length=0.2, width=1.0, height=0.2),
-        mass=3.0,
-        position=(0.3, 0.1, 0.7),
-        orientation=(0.5, 0.5, 0.5, 0.5),
-    )
-    scene.weld(body.at((0.0, 0.1, 0.5)))
+    scene, body = welded()
     scene.point_force(body.origin, ancf.Sine((1.0, 0.0, 3.0), 20.0))
     start = None
     for end in (0.1, 0.2, 0.3):

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from scipy.special import ellipe, ellipk
 
 import ancfsparse as ancf
+from tests.solve.equilibrium_paths.elastica import elastica
 
 STEEL = ancf.Material(2.07e11, 7850.0)
 SIZES = [1e-3, 1.0, 1e3]
@@ -21,16 +20,6 @@ def column(n=16, size=1.0, dim=2, element="thin", **options):
     stiffness = rod.parameters()["bending_stiffness"]
     scene.point_force(rod.end, (-(np.pi**2) / 4.0 * stiffness / size**2, 0.0, *pad))
     return scene, rod
-
-
-def elastica(multiple):
-    """Where the tip of a cantilever of length 1 is under a multiple of Euler's load (x, y).
-
-    With k = sin(a / 2) of the angle a at the tip: P / P_Euler = (2 K / pi)^2 (Timoshenko and Gere,
-    Theory of Elastic Stability, article 2.7).
-    """
-    m = brentq(lambda m: (2.0 * ellipk(m) / np.pi) ** 2 - multiple, 1e-12, 0.99, xtol=1e-15)
-    return 2.0 * ellipe(m) / ellipk(m) - 1.0, 2.0 * np.sqrt(m) / ellipk(m)
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -11,6 +11,7 @@ from ancfsparse.cli import main
 from ancfsparse.errors import AccuracyError
 from ancfsparse.problems import pendulum
 from tests.solve.error_control.accuracy_problems import MATERIAL, SECTION, swing, swinging_pendulum
+from tests.solve.refusals import assert_refused
 
 
 @pytest.mark.parametrize(
@@ -31,8 +32,7 @@ from tests.solve.error_control.accuracy_problems import MATERIAL, SECTION, swing
     ],
 )
 def test_what_cannot_be_meant_is_refused(options, part):
-    with pytest.raises(ancf.InputError, match=part):
-        ancf.simulate(swinging_pendulum(), 1.0, **options)
+    assert_refused(part, ancf.simulate, swinging_pendulum(), 1.0, **options)
 
 
 def test_the_rounding_limit_of_accuracy_follows_from_positions():
@@ -111,11 +111,9 @@ def test_times_that_steps_cannot_cross_are_refused(integrator):
         ancf.simulate(swinging_pendulum(), t_end, accuracy=1e-4, integrator=integrator)
 
     run(1e-30)
-    with pytest.raises(ancf.InputError, match="would take more than 9e\\+15"):
-        run(1e30)
+    assert_refused("would take more than 9e\\+15", run, 1e30)
     for t_end in (1e-300, 1e308):
-        with pytest.raises(ancf.InputError, match="in the range of floating-point numbers"):
-            run(t_end)
+        assert_refused("in the range of floating-point numbers", run, t_end)
 
 
 def test_a_motion_that_forgets_its_start_ends_early():
@@ -131,7 +129,7 @@ def test_a_motion_that_forgets_its_start_ends_early():
 
 
 def test_a_motion_that_amplifies_rounding_is_recognised_by_repeating_it():
-    # Two cables in a chaotic double pendulum: runs in ever shorter steps took 31 million forces.
+    # Two cables in a chaotic double pendulum: runs in ever shorter steps took eight million forces.
     scene = ancf.Scene((0.0, -9.81))
     stiff = ancf.Material(1e8, 4000)
     cables = [
@@ -141,9 +139,9 @@ def test_a_motion_that_amplifies_rounding_is_recognised_by_repeating_it():
     scene.pin(cables[0].start)
     scene.connect(cables[0].end, cables[1].start)
     with pytest.raises(AccuracyError, match="chaotic motions cannot be predicted") as caught:
-        ancf.simulate(scene, 10.0, 0.2, accuracy=1e-7)
+        ancf.simulate(scene, 6.0, 0.2, accuracy=1e-7)
     assert caught.value.error > 0.05
-    assert caught.value.trajectory.stats.residual_evaluations < 8_000_000
+    assert caught.value.trajectory.stats.residual_evaluations < 2_000_000
 
 
 def test_a_way_that_failed_is_named(monkeypatch):

@@ -1,4 +1,4 @@
-"""Bars and cables that carry masses, springs and forces; shared by tests."""
+"""Bars and cables that carry masses, springs and forces, or are driven; shared by tests."""
 
 import ancfsparse as ancf
 
@@ -34,3 +34,19 @@ def oscillator(speed, stiffness=law, **options):
     scene.add_mass(beam.start, 3.0)
     scene.spring(beam.start, (-1.0, 0.0), stiffness=stiffness, **options)
     return scene, beam
+
+
+MOVE = ancf.Ramp((0.5, 0.3), 0.4, smooth=True)
+
+
+def pendulum(
+    motion=MOVE, *, youngs_modulus=1e6, damping=0.0, velocity=None, start=(0, 0), **options
+):
+    """Return a soft pendulum whose support moves, and its rod."""
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    material = ancf.Material(youngs_modulus, 4000.0, bending_damping=damping)
+    section = ancf.Rectangle(0.01, 0.01)
+    end = (start[0] + 2, start[1])
+    rod = scene.add_beam("thin", start, end, 6, section, material, velocity=velocity)
+    scene.drive(rod.start, motion, **options)
+    return scene, rod

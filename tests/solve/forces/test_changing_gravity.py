@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import InputError, LoadError
+from ancfsparse.errors import LoadError
+from tests.solve.refusals import assert_refused
 
 SOFT = ancf.Material(1e7, 1000.0)
 
@@ -138,13 +139,10 @@ def test_changing_gravity_is_printed_and_checked():
     scene.changing_gravity((1.0, 2.0))
     scene.changing_gravity(ancf.Sine(amplitude=(0.0, 3.0), frequency=2.0))
     assert "changing gravity: value (1, 2) m/s2" in str(scene)
-    with pytest.raises(InputError, match="changing gravity has 3 components"):
-        scene.changing_gravity((1.0, 2.0, 3.0))
-    with pytest.raises(InputError, match="t "):
-        ancf.solve_static(scene, t=math.nan)
+    assert_refused("changing gravity has 3 components", scene.changing_gravity, (1.0, 2.0, 3.0))
+    assert_refused("t ", ancf.solve_static, scene, t=math.nan)
     scene = ancf.Scene((0.0, -9.81))
     rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT)
     scene.clamp(rod.start)
     scene.changing_gravity(lambda t: (0.0, 1.0) if t < 1.0 else (0.0, math.inf))
-    with pytest.raises(LoadError, match="changing gravity"):
-        ancf.solve_static(scene, t=2.0)
+    assert_refused("changing gravity", ancf.solve_static, scene, error=LoadError, t=2.0)

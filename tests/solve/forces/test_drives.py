@@ -15,6 +15,8 @@ from scipy.interpolate import CubicSpline
 import ancfsparse as ancf
 from ancfsparse.results.hdf5_reader import load
 from tests.paths import REFERENCES
+from tests.solve.forces.carriers import MOVE, pendulum
+from tests.solve.refusals import assert_refused
 
 MOVING_SUPPORTS = REFERENCES / "moving_supports.toml"
 NEWTON = ancf.Newton()
@@ -24,20 +26,6 @@ INTEGRATORS = [
     ancf.HHT(0.1),
     ancf.EnergyMomentum(),
 ]
-MOVE = ancf.Ramp((0.5, 0.3), 0.4, smooth=True)
-
-
-def pendulum(
-    motion=MOVE, *, youngs_modulus=1e6, damping=0.0, velocity=None, start=(0, 0), **options
-):
-    """Return a soft pendulum whose support moves, and its rod."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    material = ancf.Material(youngs_modulus, 4000.0, bending_damping=damping)
-    section = ancf.Rectangle(0.01, 0.01)
-    end = (start[0] + 2, start[1])
-    rod = scene.add_beam("thin", start, end, 6, section, material, velocity=velocity)
-    scene.drive(rod.start, motion, **options)
-    return scene, rod
 
 
 def hanging(as_constraint=False):
@@ -188,8 +176,7 @@ def test_differences_at_the_start_are_believed_as_far_as_they_are_exact(path, dt
     expected = [[path(t), 2.15 + path(t)] for t in run.t]
     np.testing.assert_allclose(run.position(rod.start), expected, atol=1e-10)
     scene, _ = pendulum(lambda t: (1e-5 * t, 0.0), as_constraint=True)
-    with pytest.raises(ancf.InputError, match=r"velocities violate the drive .* by 1e-05 m/s"):
-        ancf.simulate(scene, 0.05, dt)
+    assert_refused(r"velocities violate the drive .* by 1e-05 m/s", ancf.simulate, scene, 0.05, dt)
 
 
 def test_given_rates_are_those_of_a_signal():
@@ -292,8 +279,7 @@ def test_a_driven_run_is_read_back_from_its_file(tmp_path, save):
 
 def refused(match, motion=MOVE, **options):
     """Assert that a sentence refuses a drive, or a run with it."""
-    with pytest.raises(ancf.InputError, match=match):
-        ancf.simulate(pendulum(motion, **options)[0], 0.1, 1e-3)
+    assert_refused(match, lambda: ancf.simulate(pendulum(motion, **options)[0], 0.1, 1e-3))
 
 
 def test_bad_drives_are_refused():
@@ -306,8 +292,7 @@ def test_bad_drives_are_refused():
     refused(r"rate of the position .* must be a function", lambda t: (t, t), rate=1, second_rate=2)
     refused(r"has shape \(\), but the scene is planar", lambda t: 1.0)
     scene, rod = pendulum()
-    with pytest.raises(ancf.InputError, match="a drive needs a point on a beam"):
-        scene.drive(rod, (0.0, 0.0))
+    assert_refused("a drive needs a point on a beam", scene.drive, rod, (0.0, 0.0))
 
 
 @pytest.mark.parametrize("steps", [100, 200, 400])
@@ -326,8 +311,7 @@ def test_errors_of_differences_are_no_impact(steps):
         scene.drive(line.start, motion)
         marched = partial(ancf.simulate, scene, far, far / steps, start="equilibrium")
         if begins:
-            with pytest.raises(ancf.InputError, match="is an impact"):
-                marched()
+            assert_refused("is an impact", marched)
         else:
             run = marched()
             assert np.linalg.norm(run.velocity(line.start)[0]) < 0.05
@@ -336,20 +320,23 @@ def test_errors_of_differences_are_no_impact(steps):
 
 def test_a_node_is_not_held_twice_by_a_drive():
     scene, rod = pendulum()
-    with pytest.raises(ancf.InputError, match="already fixes its position"):
-        scene.pin(rod.start)
+    assert_refused("already fixes its position", scene.pin, rod.start)
 
 
-def test_a_drive_that_fails_keeps_the_motion_so_far():
+@pytest.mark.parametrize("integrator", ["auto", ancf.RungeKuttaNystrom(4)])
+def test_a_drive_that_fails_keeps_the_motion_so_far(integrator):
     def motion(t):
         if t > 0.2:
             raise ValueError("the motor is off")
         return (0.0, 0.0)
 
-    scene, _ = pendulum(motion, rate=lambda t: (0.0, 0.0), second_rate=lambda t: (0.0, 0.0))
+    rest = {"rate": lambda t: (0.0, 0.0), "second_rate": lambda t: (0.0, 0.0)}
+    scene, _ = pendulum(motion, youngs_modulus=1e5, **rest)
     with pytest.raises(ancf.LoadError, match=r"the drive at beam 0 .*the motor is off") as stop:
-        ancf.simulate(scene, 0.5, 1e-3)
+        ancf.simulate(scene, 0.4, 1e-3, integrator=integrator)
     assert stop.value.trajectory.t[-1] == pytest.approx(0.2)
+
+
+def test_a_drive_that_is_not_finite_is_named():
     scene, _ = pendulum(lambda t: (math.nan, 0.0) if t > 0.3 else (0.0, 0.0))
-    with pytest.raises(ancf.LoadError, match="the drive at beam 0"):
-        ancf.simulate(scene, 0.5, 1e-3)
+    assert_refused("the drive at beam 0", ancf.simulate, scene, 0.5, 1e-3, error=ancf.LoadError)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -12,8 +13,10 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.records.record import Record
+from tests.solve.forces import carriers
+from tests.solve.forces.carriers import MOVE
 
-MOVE = ancf.Ramp((0.5, 0.3), 0.4, smooth=True)
+pendulum = partial(carriers.pendulum, youngs_modulus=1e5)
 T_END = 0.36
 NEWTON = ancf.Newton()
 SECTION = ancf.Rectangle(0.01, 0.01)
@@ -23,15 +26,6 @@ METHODS = [
     (ancf.RungeKuttaNystrom(8), (30, 45, 60)),
     (ancf.DormandPrince(), (40, 60, 80)),
 ]
-
-
-def pendulum(motion=MOVE, *, damping=0.0, **options):
-    """Return a soft pendulum whose support moves, and its beam."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    material = ancf.Material(1e5, 4000.0, bending_damping=damping)
-    beam = scene.add_beam("thin", (0, 0), (2, 0), 6, SECTION, material)
-    scene.drive(beam.start, motion, **options)
-    return scene, beam
 
 
 def extrapolated(scene, node, steps):
@@ -170,19 +164,6 @@ def test_an_accuracy_is_met_with_a_drive(integrator, name):
     apart = np.linalg.norm(run.position(beam.end)[-1] - fine.position(beam.end)[-1])
     assert apart < 1.5e-7
     assert name in run.stats.solver
-
-
-def test_a_drive_that_fails_keeps_the_motion_so_far():
-    def motion(t):
-        if t > 0.2:
-            raise ValueError("the motor is off")
-        return (0.0, 0.0)
-
-    rest = {"rate": lambda t: (0.0, 0.0), "second_rate": lambda t: (0.0, 0.0)}
-    scene, _ = pendulum(motion, **rest)
-    with pytest.raises(ancf.LoadError, match="the motor is off") as stop:
-        ancf.simulate(scene, 0.4, 1e-3, integrator=ancf.RungeKuttaNystrom(4))
-    assert stop.value.trajectory.t[-1] == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize("integrator", [ancf.CentralDifference(), ancf.DormandPrince()])

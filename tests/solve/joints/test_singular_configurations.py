@@ -98,7 +98,7 @@ def test_an_error_that_is_not_known_is_refused_with_the_reason():
         pytest.warns(ancf.RedundantConstraintsWarning, match="explicit methods lose their order"),
         pytest.raises((ancf.AccuracyError, ancf.InstabilityError)),
     ):
-        ancf.simulate(problem.scene, 10.0, accuracy=1e-7)
+        ancf.simulate(problem.scene, 4.0, accuracy=1e-7)
 
 
 def test_motions_without_such_a_place_are_believed(recwarn):
