@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from ancfsparse.checks import MAX_MAGNITUDE, check_finite, check_not_negative
+from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.joints.joint_coordinate import (
@@ -14,7 +14,7 @@ from ancfsparse.scene.joints.joint_coordinate import (
     FORCE_UNITS,
     select_coordinate,
 )
-from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import JointRef, Record, record_type
 
@@ -117,12 +117,8 @@ class JointSprings(SceneBase):
         """
         reference, coordinate, units = self._coordinate("a spring", joint, of)
         what = f"of the spring at the {coordinate} of the {joint.label}"
-        k = check_not_negative(
-            f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}", largest=MAX_MAGNITUDE
-        )
-        c = check_not_negative(
-            f"damping {what}", damping, f"{units[0]} s/{units[1]}", largest=MAX_MAGNITUDE
-        )
+        k = check_coefficient(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
+        c = check_coefficient(f"damping {what}", damping, f"{units[0]} s/{units[1]}")
         at = check_finite(f"rest {what}", rest, units[1])
         if k == 0.0 and c == 0.0:
             raise InputError(
@@ -168,21 +164,17 @@ class JointSprings(SceneBase):
         """
         reference, coordinate, units = self._coordinate("a stop", joint, of)
         what = f"of the stop at the {coordinate} of the {joint.label}"
-        low_end, high_end = (
-            check_finite(f"{n} {what}", x, units[1]) for n, x in (("low", low), ("high", high))
-        )
-        if not low_end < high_end or (
-            coordinate == "angle" and high_end - low_end >= 2.0 * math.pi
-        ):
+        low_end = check_finite(f"low {what}", low, units[1])
+        high_end = check_finite(f"high {what}", high, units[1])
+        is_turn = coordinate == "angle" and high_end - low_end >= 2.0 * math.pi
+        if is_turn or not low_end < high_end:
             turn = ", less than a turn apart" if coordinate == "angle" else ""
             raise InputError(
                 f"the range {what} must have low below high{turn}, got {low_end:.6g} and "
                 f"{high_end:.6g} {units[1]}"
             )
-        k = check_not_negative(
-            f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}", largest=MAX_MAGNITUDE
-        )
-        c = check_not_negative(f"damping {what}", damping, f"s/{units[1]}", largest=MAX_MAGNITUDE)
+        k = check_coefficient(f"stiffness {what}", stiffness, f"{units[0]}/{units[1]}")
+        c = check_coefficient(f"damping {what}", damping, f"s/{units[1]}")
         if k == 0.0:
             raise InputError(f"stiffness {what} must be positive, got 0: it would stop nothing")
         element = JointSpring(joint, coordinate, STOP, low_end, high_end, k, c)
@@ -263,7 +255,7 @@ class JointSprings(SceneBase):
 
 
 def _positive(what: str, value: object, unit: str) -> float:
-    number = check_not_negative(what, value, unit, largest=MAX_MAGNITUDE)
+    number = check_coefficient(what, value, unit)
     if number == 0.0:
         raise InputError(f"{what} must be positive, got 0")
     return number

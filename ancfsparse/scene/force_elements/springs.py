@@ -10,13 +10,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
 from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, check_position
 from ancfsparse.scene.joints.joint import check_point
-from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.compiled_callbacks import (
     check_signature,
@@ -163,29 +162,18 @@ class Springs(SceneBase):
                 f"{what}: the end points coincide, so the free length is undefined; pass length="
             )
         law = callable(stiffness) or is_compiled(stiffness)
-        spring = Spring(
-            one,
-            other,
-            stiffness
-            if law
-            else check_not_negative(
-                f"stiffness of {what}", stiffness, "N/m", largest=MAX_MAGNITUDE
-            ),
-            check_not_negative(f"damping of {what}", damping, "N s/m", largest=MAX_MAGNITUDE),
-            distance
-            if length is None
-            else check_not_negative(f"length of {what}", length, "m", largest=MAX_MAGNITUDE),
-        )
-        if not law and spring.stiffness == 0.0 and spring.damping == 0.0:
+        k = stiffness if law else check_coefficient(f"stiffness of {what}", stiffness, "N/m")
+        c = check_coefficient(f"damping of {what}", damping, "N s/m")
+        rest = None if length is None else check_coefficient(f"length of {what}", length, "m")
+        spring = Spring(one, other, k, c, distance if rest is None else rest)
+        if not law and k == 0.0 and c == 0.0:
             raise InputError(f"{what} does nothing: give it a stiffness or a damping")
         if is_compiled(stiffness):
             check_signature(f"the force law of {what}", stiffness, *LAW_SIGNATURES)
         elif law:
             check_law(spring, distance - spring.length)
         end = other.reference if isinstance(other, Point) else as_data(other)
-        rest = None if length is None else spring.length
-        record = SpringSpec(one.reference, end, spring.stiffness, spring.damping, rest)
-        return self._attach(spring, record)
+        return self._attach(spring, SpringSpec(one.reference, end, k, c, rest))
 
 
 def check_law(spring: Spring, elongation: float) -> None:

@@ -55,12 +55,12 @@ def check_inertia(what: str, inertia: ArrayLike | None, noun: str, tolerance: fl
     Rounding errors are at most `tolerance`, over the largest moment.
     """
     needed = f"3 principal moments or a 3 x 3 {noun}"
-    given = check_reals(what, inertia, needed)
-    if given.shape not in ((3,), (3, 3)) or not np.isfinite(given).all():
-        raise InputError(
-            f"{what} must be {needed} of finite numbers [kg m2], got {format_value(inertia)}"
-        )
-    matrix = np.diag(given) if given.ndim == 1 else given
+    numbers = check_reals(what, inertia, needed)
+    if numbers.shape not in ((3,), (3, 3)):
+        raise InputError(f"{what} must be {needed}, got {format_value(inertia)}")
+    if not np.isfinite(numbers).all():
+        raise InputError(f"{what} must be finite, got {format_value(inertia)}")
+    matrix = np.diag(numbers) if numbers.ndim == 1 else numbers
     if np.abs(matrix - matrix.T).max() > tolerance * np.abs(matrix).max():
         raise InputError(f"{what} must be symmetric, got {format_value(inertia)}")
     return matrix

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
+
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.body import Point
 
 Vector = NDArray[np.float64]
+
+
+# Check of the coefficients of force elements and of lengths: zero or positive, and moderate.
+check_coefficient = partial(check_not_negative, largest=MAX_MAGNITUDE)
 
 
 class Attachment(ABC):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, place
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
 from ancfsparse.scene.methods.scene_base import SceneBase
-from ancfsparse.scene.records.record import At, PointRef, Record, record_type, text
+from ancfsparse.scene.records.record import RECORD_TYPES, At, PointRef, Record, record_type, text
 
 if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.two_body_joint import (
@@ -78,9 +79,7 @@ class Mechanisms(SceneBase):
         self._check_spatial("revolute", "connect, or pin to the ground")
         ends = self._ends("a revolute joint", a, b)
         along = self._axis("a revolute joint", axis)
-        return self._between(
-            mechanisms.Revolute, RevoluteSpec, ends, (along,), (along, *normals(along))
-        )
+        return self._between(mechanisms.Revolute, ends, (along,), ((along,), normals(along)))
 
     def universal(
         self,
@@ -108,9 +107,7 @@ class Mechanisms(SceneBase):
             raise InputError(
                 f"the axes of a universal joint must be at a right angle, got {angle:.6g} degrees"
             )
-        return self._between(
-            mechanisms.Universal, UniversalSpec, ends, (one, other), ((one,), (other,))
-        )
+        return self._between(mechanisms.Universal, ends, (one, other), ((one,), (other,)))
 
     def cylindrical(
         self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
@@ -134,9 +131,7 @@ class Mechanisms(SceneBase):
         ends = self._ends("a cylindrical joint", a, b, apart=True)
         along = self._axis("a cylindrical joint", axis)
         self._check_line("a cylindrical joint", *ends, along)
-        return self._between(
-            mechanisms.Cylindrical, CylindricalSpec, ends, (along,), (along, *normals(along))
-        )
+        return self._between(mechanisms.Cylindrical, ends, (along,), ((along,), normals(along)))
 
     def prismatic(self, a: Point, b: Point | None = None, *, axis: ArrayLike) -> Prismatic:
         """Let a point slide along an axis without rotation.
@@ -158,7 +153,7 @@ class Mechanisms(SceneBase):
         along = self._axis("a prismatic joint", axis)
         self._check_line("a prismatic joint", *ends, along)
         needed = (along, *normals(along))
-        return self._between(mechanisms.Prismatic, PrismaticSpec, ends, (along,), (needed, needed))
+        return self._between(mechanisms.Prismatic, ends, (along,), (needed, needed))
 
     def weld(self, a: Point, b: Point | None = None, *, stretch: str = "free") -> Weld:
         """Join two points without relative rotation.
@@ -244,15 +239,13 @@ class Mechanisms(SceneBase):
     def _between(
         self,
         kind: type[Kind],
-        spec: type[Any],
         ends: tuple[Point, Point | None],
         axes: tuple[Vector, ...],
-        needed: Any,
+        needed: tuple[Iterable[Vector], Iterable[Vector]],
     ) -> Kind:
-        """Add a joint whose ends have the directions that it needs."""
-        of_each = needed if isinstance(needed[0], tuple) else (needed[:1], needed[1:])
+        """Add a joint whose ends have the directions that each of them needs."""
         a, b = ends
-        for node, directions in zip(ends, of_each, strict=True):
+        for node, directions in zip(ends, needed, strict=True):
             if node is not None and not all(node.spans(vector) for vector in directions):
                 raise InputError(
                     f"the {kind.name} joint needs directions of {node!r} that it does not have: a "
@@ -262,7 +255,8 @@ class Mechanisms(SceneBase):
         joint = kind(a, b, axes)
         names = ("axis",) if len(axes) == 1 else ("axis_a", "axis_b")
         given: dict[str, Any] = dict(zip(names, axes, strict=True))
-        record = spec(a.reference, None if b is None else b.reference, **given)
+        other = None if b is None else b.reference
+        record = RECORD_TYPES[kind.name](a.reference, other, **given)  # type: ignore[call-arg]
         if joint.is_point:
             return self._add(joint, record)
         return self._add_partial(joint, record)

@@ -117,10 +117,12 @@ class Sum(Signal):
 class ScaledSignal(Signal):
     """A constant value times a factor that changes with time."""
 
+    value: Value
+
     @property
-    @abstractmethod
     def largest(self) -> Value:
         """The value at factor 1."""
+        return self.value
 
     @abstractmethod
     def factor(self, t: Vector, order: int = 0) -> Vector:

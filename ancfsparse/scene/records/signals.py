@@ -186,11 +186,6 @@ class Ramp(ScaledSignal):
         set_fields(self, value=value, start=start, end=end)
 
     @property
-    def largest(self) -> Value:
-        """The value from `end` on."""
-        return self.value
-
-    @property
     def smoothness(self) -> float:
         """Number of continuous derivatives."""
         return 2.0 if self.smooth else 0.0
@@ -280,11 +275,6 @@ class Pulse(ScaledSignal):
                 f"{rise:.6g} s"
             )
         set_fields(self, value=value, start=start, end=end, rise=rise)
-
-    @property
-    def largest(self) -> Value:
-        """The value between rise and fall."""
-        return self.value
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from ancfsparse.checks import check_finite, check_positive, set_fields
 from ancfsparse.errors import InputError
@@ -68,8 +69,24 @@ class Rectangle(CrossSection):
         return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
 
 
+class _Round:
+    """The moments that all round sections have in common."""
+
+    inertia_y: Any
+
+    @property
+    def inertia_z(self) -> float:
+        """Second moment of area int y^2 dA [m4]."""
+        return float(self.inertia_y)
+
+    @property
+    def torsion_constant(self) -> float:
+        """Torsion constant J, here the polar second moment [m4]."""
+        return 2.0 * float(self.inertia_y)
+
+
 @dataclass(frozen=True)
-class Circle(CrossSection):
+class Circle(_Round, CrossSection):
     """A solid circular section.
 
     Parameters
@@ -92,23 +109,13 @@ class Circle(CrossSection):
         """Second moment of area int z^2 dA [m4]."""
         return math.pi * self.diameter**4 / 64.0
 
-    @property
-    def inertia_z(self) -> float:
-        """Second moment of area int y^2 dA [m4]."""
-        return self.inertia_y
-
-    @property
-    def torsion_constant(self) -> float:
-        """Torsion constant J, here the polar second moment [m4]."""
-        return math.pi * self.diameter**4 / 32.0
-
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return ``6 (1 + nu) / (7 + 6 nu)`` (Cowper 1966) [-]."""
         return 6.0 * (1.0 + poisson_ratio) / (7.0 + 6.0 * poisson_ratio)
 
 
 @dataclass(frozen=True)
-class Tube(CrossSection):
+class Tube(_Round, CrossSection):
     """A hollow circular section.
 
     Parameters
@@ -147,16 +154,6 @@ class Tube(CrossSection):
     def inertia_y(self) -> float:
         """Second moment of area int z^2 dA [m4]."""
         return self.area * self._mean_square_diameter / 8.0
-
-    @property
-    def inertia_z(self) -> float:
-        """Second moment of area int y^2 dA [m4]."""
-        return self.inertia_y
-
-    @property
-    def torsion_constant(self) -> float:
-        """Torsion constant J, here the polar second moment [m4]."""
-        return 2.0 * self.inertia_y
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return the factor of Cowper (1966) [-].
@@ -278,17 +275,12 @@ class Section(CrossSection):
     def __post_init__(self) -> None:
         """Check the numbers and store them in double precision."""
         product = check_finite("inertia_yz of the section", self.inertia_yz, "m4")
-        set_fields(
-            self,
-            area=check_positive("area of the section", self.area, "m2"),
-            inertia_y=check_positive("inertia_y of the section", self.inertia_y, "m4"),
-            inertia_z=check_positive("inertia_z of the section", self.inertia_z, "m4"),
-            torsion_constant=check_positive(
-                "torsion_constant of the section", self.torsion_constant, "m4"
-            ),
-            shear_factor=check_positive("shear_factor of the section", self.shear_factor),
-            inertia_yz=product,
-        )
+        units = {"area": "m2", "shear_factor": ""}
+        for name in ("area", "inertia_y", "inertia_z", "torsion_constant", "shear_factor"):
+            unit = units.get(name, "m4")
+            value = check_positive(f"{name} of the section", getattr(self, name), unit)
+            set_fields(self, **{name: value})
+        set_fields(self, inertia_yz=product)
         if not abs(product) < math.sqrt(self.inertia_y) * math.sqrt(self.inertia_z):
             raise InputError(
                 f"inertia_yz of the section, {product:.6g} m4, must be smaller than the root of "
