@@ -99,7 +99,7 @@ app.command()(pendulum)
 def problem(
     name: Annotated[str | None, typer.Argument(help="Name of a problem, see --list.")] = None,
     at: Annotated[str, typer.Option(help="Times [s], separated by commas.")] = "1",
-    given: Annotated[
+    pairs: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="May be repeated.")
     ] = None,
     step: Annotated[
@@ -119,7 +119,7 @@ def problem(
         typer.echo(cli.list_problems())
         return
     with in_options():
-        result = cli.run_problem(name, at, given or [], step, accuracy)
+        result = cli.run_problem(name, at, pairs or [], step, accuracy)
     if json_to is not None:
         write_json(result, json_to)
         return

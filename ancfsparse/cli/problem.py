@@ -34,7 +34,7 @@ def list_problems() -> str:
 
 
 def run_problem(
-    name: str, at: str, given: list[str], step: float | None, accuracy: float | None
+    name: str, at: str, pairs: list[str], step: float | None, accuracy: float | None
 ) -> dict[str, Any]:
     """Solve a problem with the options of the command; return settings, times and quantities.
 
@@ -44,7 +44,7 @@ def run_problem(
         If a name, a key or a time is invalid, or both step and accuracy are given.
     """
     case = MECHANISMS[check_choice("name of a problem", name, MECHANISMS)]
-    times, keys = _parse_numbers("--at", at), _parse_keys(name, case, given)
+    times, keys = _parse_numbers("--at", at), _parse_keys(name, case, pairs)
     if step is not None and accuracy is not None:
         raise InputError("give --step or --accuracy, not both")
     if accuracy is not None:
@@ -123,10 +123,10 @@ def _format_key(name: str, default: Any, unit: str) -> str:
     return f"{name}={value} {unit}".rstrip()
 
 
-def _parse_keys(name: str, case: Case, given: list[str]) -> dict[str, Any]:
+def _parse_keys(name: str, case: Case, pairs: list[str]) -> dict[str, Any]:
     """Return the arguments of a problem from ``key=value``."""
     keys: dict[str, Any] = {}
-    for each in given:
+    for each in pairs:
         key, equals, value = each.partition("=")
         if not equals:
             raise InputError(f"--set needs key=value, got {format_value(each)}")

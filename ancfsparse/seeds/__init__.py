@@ -4,12 +4,12 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from ancfsparse.on_demand import on_demand
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed, fill_of
-from ancfsparse.seeds.ordering.unknown_groups import Fill, Groups
 
 if TYPE_CHECKING:
     from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed
     from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
     from ancfsparse.seeds.incomplete.sliding_modes import Slides
+    from ancfsparse.seeds.ordering.unknown_groups import Fill, Groups
 
     Seed: TypeAlias = SparseSeed | IncompleteSeed
 
@@ -30,5 +30,6 @@ __getattr__ = on_demand(
         "incomplete.deflated_gradients": "DeflatedSeed",
         "incomplete.incomplete_seed": "IncompleteSeed",
         "incomplete.sliding_modes": "Slides",
+        "ordering.unknown_groups": "Fill Groups",
     },
 )

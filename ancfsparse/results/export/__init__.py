@@ -7,15 +7,15 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.results.export.csv_table import write_csv
     from ancfsparse.results.export.hdf5_writer import Writer
-    from ancfsparse.results.export.vtkhdf import write_vtk
+    from ancfsparse.results.export.vtkhdf import write_motion, write_vtk
 
-__all__ = ["Writer", "write_csv", "write_vtk"]
+__all__ = ["Writer", "write_csv", "write_motion", "write_vtk"]
 
 __getattr__ = on_demand(
     __name__,
     {
         "csv_table": "write_csv",
         "hdf5_writer": "Writer",
-        "vtkhdf": "write_vtk",
+        "vtkhdf": "write_motion write_vtk",
     },
 )

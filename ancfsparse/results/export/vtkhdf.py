@@ -7,6 +7,7 @@ topology is stored once, and every step has the offsets of its points and values
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,10 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
+from ancfsparse.results.fields.motion import Motion
+from ancfsparse.results.fields.section_forces import axial_forces
 from ancfsparse.results.geometry.deformed_shape import trace_elements, trace_slopes
-from ancfsparse.results.geometry.scene_outline import Outline
+from ancfsparse.results.geometry.scene_outline import Outline, make_outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_edges
 
 VERSION = 2, 2
@@ -30,6 +33,14 @@ CELL_TYPES = "Vertices", "Lines", "Polygons", "Strips"
 
 Forces = Callable[[Array, Array, Array], list[Array]]
 Sizes = NDArray[np.int64]
+
+
+def write_motion(run: Motion, path: str | Path, per_element: int, progress: bool) -> Path:
+    """Write all states of a motion with their axial forces; see `Trajectory.to_vtk`."""
+    return write_vtk(
+        make_outline(run.system), run.t, run.q, run.v, path,
+        per_element=per_element, forces=partial(axial_forces, run.system), progress=progress,
+    )  # fmt: skip
 
 
 def write_vtk(

@@ -9,14 +9,12 @@ if TYPE_CHECKING:
     from ancfsparse.results.fields.joint_forces import joint_force, tension
     from ancfsparse.results.fields.rigid_body_motion import evaluate_motion
     from ancfsparse.results.fields.section_forces import (
-        axial_forces,
         curvature,
         section_force,
         strain,
     )
 
 __all__ = [
-    "axial_forces",
     "curvature",
     "evaluate_energy",
     "evaluate_motion",
@@ -32,6 +30,6 @@ __getattr__ = on_demand(
         "energy_balance": "evaluate_energy",
         "joint_forces": "joint_force tension",
         "rigid_body_motion": "evaluate_motion",
-        "section_forces": "axial_forces curvature section_force strain",
+        "section_forces": "curvature section_force strain",
     },
 )

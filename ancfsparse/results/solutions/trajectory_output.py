@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results import export, fields, geometry, plotting
+from ancfsparse.results import export, plotting
 from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.solution import Solution
 from ancfsparse.scene import Body, Point, check_point
@@ -207,11 +206,7 @@ class TrajectoryOutput(Solution):
         InputError
             If an argument is invalid, or the run saved only some points.
         """
-        forces = partial(fields.axial_forces, self.system)
-        return export.write_vtk(
-            geometry.make_outline(self.system), self.t, self.q, self.v, path,
-            per_element=per_element, forces=forces, progress=progress,
-        )  # fmt: skip
+        return export.write_motion(self, path, per_element, progress)
 
     def to_csv(
         self, path: str | Path, points: Sequence[Point], quantities: Sequence[str] = ("position",)

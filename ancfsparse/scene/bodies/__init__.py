@@ -8,6 +8,9 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.frame import Frame as Frame
     from ancfsparse.scene.bodies.rigid_body import RigidBody as RigidBody
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape as RigidShape
+    from ancfsparse.scene.bodies.section_offsets import checked_offsets as checked_offsets
+    from ancfsparse.scene.bodies.section_offsets import offsets_of as offsets_of
+    from ancfsparse.scene.bodies.strained_reference import strained_ends as strained_ends
 
 __getattr__ = on_demand(
     __name__,
@@ -15,5 +18,7 @@ __getattr__ = on_demand(
         "frame": "Frame",
         "rigid_body": "RigidBody",
         "rigid_shapes": "RigidShape",
+        "section_offsets": "checked_offsets offsets_of",
+        "strained_reference": "strained_ends",
     },
 )

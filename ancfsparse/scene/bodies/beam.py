@@ -14,10 +14,9 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.messages import format_numbers
+from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.bodies.section_offsets import checked_offsets, offsets_of
-from ancfsparse.scene.bodies.strained_reference import strained_ends
 from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection, Taper
@@ -192,7 +191,7 @@ class Beam(ElasticBody):
         """Return the stress-free coordinates of both nodes of every element, (n, 2, n_c)."""
         if self.eigen is None:
             return ends
-        return strained_ends(self.kind, ends, self.lengths, self.eigen)
+        return bodies.strained_ends(self.kind, ends, self.lengths, self.eigen)
 
     def free_of_stress_at(self, ends: Vector, elements: NDArray[np.intp], times: Vector) -> Vector:
         """Return the same for some elements at many times of a time-dependent eigenstrain."""
@@ -200,7 +199,7 @@ class Beam(ElasticBody):
         eigen = self.eigen[elements] + self.eigen_changes(times)[:, None]
         all_ends = np.tile(ends[elements], (len(times), 1, 1))
         lengths = np.tile(self.lengths[elements], len(times))
-        return strained_ends(self.kind, all_ends, lengths, eigen.reshape(len(lengths), -1))
+        return bodies.strained_ends(self.kind, all_ends, lengths, eigen.reshape(len(lengths), -1))
 
     @property
     def strains_change(self) -> bool:
@@ -335,7 +334,7 @@ class Beam(ElasticBody):
         if y is None and z is None:
             return point
         return replace(
-            point, offsets=offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
+            point, offsets=bodies.offsets_of(self, 0.0 if y is None else y, 0.0 if z is None else z)
         )
 
     def point(self, reference: PointRef) -> Point:
@@ -343,7 +342,7 @@ class Beam(ElasticBody):
         point = super().point(replace(reference, offsets=()))
         if not reference.offsets:
             return replace(point, offsets=())
-        return replace(point, offsets=checked_offsets(self, reference.offsets))
+        return replace(point, offsets=bodies.checked_offsets(self, reference.offsets))
 
     def _at(self, s: float) -> Point:
         distance = check_finite(f"arc coordinate s on {self.name}", s, "m")

@@ -6,14 +6,22 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.solve.preparation.deflation_space import DeflationModes, sliding_points
+    from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
     from ancfsparse.solve.preparation.switch_to_direct import FIRST_COMPARISON, SwitchToDirect
 
-__all__ = ["FIRST_COMPARISON", "DeflationModes", "SwitchToDirect", "sliding_points"]
+__all__ = [
+    "FIRST_COMPARISON",
+    "DeflationModes",
+    "SwitchToDirect",
+    "count_factor_entries",
+    "sliding_points",
+]
 
 __getattr__ = on_demand(
     __name__,
     {
         "deflation_space": "DeflationModes sliding_points",
+        "fill_in_estimate": "count_factor_entries",
         "switch_to_direct": "FIRST_COMPARISON SwitchToDirect",
     },
 )

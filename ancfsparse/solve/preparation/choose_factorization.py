@@ -9,7 +9,7 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Mesh
-from ancfsparse.seeds import Groups, SparseSeed
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import LDL_ENTRY_BYTES
 from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS, Indices, leading
 from ancfsparse.solve import preparation
@@ -19,7 +19,7 @@ from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 from ancfsparse.system_memory import available_memory
 
 if TYPE_CHECKING:
-    from ancfsparse.seeds import DeflatedSeed, Seed
+    from ancfsparse.seeds import DeflatedSeed, Groups, Seed
 
 FACTORIZATIONS = ("auto", "complete", "incomplete")
 MAX_SMALL_COORDINATES = 300  # free coordinates up to which a complete factor costs next to nothing
@@ -133,7 +133,7 @@ def make_static_seed(
     """
     fills = kind == "incomplete"
     if fills or (kind == "auto" and _may_have_cycles(system)):
-        groups = Groups.from_matrix(
+        groups = seeds.Groups.from_matrix(
             indptr, indices, *vectors_of(system.places, system.kinds, system.n_free)
         )
         if not fills:
@@ -146,7 +146,7 @@ def make_static_seed(
 def unknown_groups(system: System) -> Groups:
     """Return the nodal vectors of the free coordinates, and the pairs coupled in the matrix."""
     own = leading(system.pattern.indptr, system.pattern.indices, system.n_free)
-    return Groups.from_matrix(*own, *vectors_of(system.places, system.kinds, system.n_free))
+    return seeds.Groups.from_matrix(*own, *vectors_of(system.places, system.kinds, system.n_free))
 
 
 def _may_fill_in(system: System, solver: Method | str) -> bool:

@@ -17,8 +17,8 @@ from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
 from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS
+from ancfsparse.solve import preparation
 from ancfsparse.solve.preparation.choose_solver import LOW_MEMORY_PAIRS
-from ancfsparse.solve.preparation.fill_in_estimate import count_factor_entries
 from ancfsparse.system_memory import GIGABYTE, MIN_CHECKED, available_memory
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def _factor_bytes(scene: Scene, entries: float, n_nodes: int, others: float) -> 
     free = available_memory()
     if free is None or others + _cube_factor_bytes(entries, n_nodes) <= free:
         return FACTOR_ENTRY_BYTES * entries * 0.5 * math.log2(n_nodes)
-    return CHOLMOD_ENTRY_BYTES * count_factor_entries(scene)
+    return CHOLMOD_ENTRY_BYTES * preparation.count_factor_entries(scene)
 
 
 def check_memory(needed: MemoryEstimate) -> None:

@@ -20,8 +20,8 @@ from ancfsparse.scene import (
     PointMoment,
     Scene,
 )
+from ancfsparse.system import loads
 from ancfsparse.system.loads.amplitudes import Amplitudes, FunctionAmplitude, TimeAmplitude
-from ancfsparse.system.loads.follower_loads import Follower, follower_at_node, follower_inside
 
 Vector = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ class AppliedLoads:
     moment_place: list[NDArray[np.int32]] = field(default_factory=list)
     moment_column: list[list[int]] = field(default_factory=list)
     moment_axes: list[NDArray[np.int32] | None] = field(default_factory=list)
-    followers: list[Follower] = field(default_factory=list)
+    followers: list[loads.Follower] = field(default_factory=list)
     gravity_column: list[list[int]] = field(default_factory=list)
     sources: list[Amplitudes] = field(default_factory=list)
 
@@ -182,7 +182,9 @@ def _frame_indices(load: PointMoment, system: Places) -> NDArray[np.int32] | Non
     return np.stack([row[kind.columns(name)] for name in ("r_x", "r_y", "r_z")])
 
 
-def _make_follower(load: PointForce | DistributedForce, system: Places, first: int) -> Follower:
+def _make_follower(
+    load: PointForce | DistributedForce, system: Places, first: int
+) -> loads.Follower:
     """Return a follower force at its points of action."""
     column = np.full(system.dim, -1)
     width = load.shape[0] if load.shape else 1
@@ -193,17 +195,19 @@ def _make_follower(load: PointForce | DistributedForce, system: Places, first: i
         n, points = beam.n_elements, len(xi)
         ends = system.elements(beam).reshape(n, 2, -1).repeat(points, axis=0)
         lengths = beam.lengths.repeat(points)
-        place, weight = follower_inside(kind, ends, np.tile(xi, n), lengths)
+        place, weight = loads.follower_inside(kind, ends, np.tile(xi, n), lengths)
         factor = (beam.lengths[:, None] * shares * load.factors(_arc_coordinates(beam, xi))).ravel()
     else:
         node, kind, factor = load.node, load.node.beam.kind, np.ones(1)
         if not node.xi:
-            place, weight = follower_at_node(kind, system.place(node), node.offsets)
+            place, weight = loads.follower_at_node(kind, system.place(node), node.offsets)
         else:
             ends = system.elements(node.beam)[node.index].reshape(1, 2, -1)
             length = node.beam.lengths[[node.index]]
-            place, weight = follower_inside(kind, ends, np.array([node.xi]), length, node.offsets)
-    return Follower(place, weight, np.tile(column, (len(place), 1)), factor)
+            place, weight = loads.follower_inside(
+                kind, ends, np.array([node.xi]), length, node.offsets
+            )
+    return loads.Follower(place, weight, np.tile(column, (len(place), 1)), factor)
 
 
 def _gauss_rule() -> tuple[Vector, Vector]:

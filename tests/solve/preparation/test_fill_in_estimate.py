@@ -37,7 +37,7 @@ def test_nothing_is_counted_where_it_fits_in_any_case(monkeypatch):
     def never(_):
         raise AssertionError("counted")
 
-    monkeypatch.setattr("ancfsparse.solve.preparation.memory_estimate.count_factor_entries", never)
+    monkeypatch.setattr("ancfsparse.solve.preparation.count_factor_entries", never)
     estimate_memory(cubic_lattice(6), 1, 0, False, Newton())
 
 
