@@ -1,12 +1,16 @@
 """Refuse to test compiled modules that are older than their sources."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
+# Before NumPy is loaded: BLAS threads of several test processes wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def pytest_sessionstart():
@@ -15,3 +19,11 @@ def pytest_sessionstart():
         check = subprocess.run(command, capture_output=True, text=True)
         if check.returncode:
             pytest.exit(check.stderr.strip(), returncode=pytest.ExitCode.USAGE_ERROR)
+
+
+@pytest.fixture
+def rng(request):
+    """Return a generator that makes the same numbers in every run."""
+    seed = 20240607
+    request.node.user_properties.append(("seed", seed))
+    return np.random.default_rng(seed)

@@ -58,7 +58,7 @@ def findings(result: Stability) -> list[str]:
     calm, often, hidden = result.calm(), result.often_recovered(), result.hidden_gains()
     others = result.calm_of_others()
     largest = max((run.newton for run in others), default=0.0)
-    own = max((run.newton for run in calm if run not in others), default=0.0)
+    own = max((run.newton for run in calm if run.map_point.solver == "Newton"), default=0.0)
     return [
         f"Other solvers than Newton at the same {len(pairs)} points: {len(lost)} failed and "
         f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
