@@ -3,13 +3,13 @@
 Bodies of one point have motions that are known to many digits, and nothing but time to get wrong.
 """
 
-import ctypes as ct
 from types import SimpleNamespace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.integrate import solve_ivp
 
+import ancfsparse as ancf
 from ancfsparse.integrators.implicit.time_integration import make_time_loop
 from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
@@ -17,39 +17,7 @@ from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
 from ancfsparse.system.coordinates.prescribed_motion import PrescribedMotions
-
-_new_capsule = ct.pythonapi.PyCapsule_New
-_new_capsule.restype = ct.py_object
-_new_capsule.argtypes = [ct.c_void_p, ct.c_char_p, ct.c_void_p]
-_NUMBERS = ct.POINTER(ct.c_double)
-_RESIDUAL = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 8)
-_MATRIX = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 5)
-_MATERIAL = ct.CFUNCTYPE(None, ct.c_void_p, *[ct.c_double] * 3, *[_NUMBERS] * 2)
-_INERTIA = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 2)
-_ENERGIES = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 5)
-_WORK = ct.CFUNCTYPE(ct.c_double, *[ct.c_void_p] * 3, _NUMBERS)
-_BETWEEN = ct.CFUNCTYPE(None, ct.c_void_p, *[_NUMBERS] * 10)
-
-
-class _Interface(ct.Structure):
-    """`ancf_system` of abi/solver_abi.h."""
-
-    _fields_ = [
-        ("context", ct.c_void_p),
-        *[(name, ct.c_ssize_t) for name in (
-            "n_free", "n_all", "n_multipliers", "n_values", "n_amplitudes")],
-        ("damped", ct.c_int),
-        ("residual", _RESIDUAL),
-        ("matrix", _MATRIX),
-        ("material", _MATERIAL),
-        ("inertia", _INERTIA),
-        ("energies", _ENERGIES),
-        ("load_work", _WORK),
-        ("load_reach", ct.c_void_p),
-        ("residual_between", _BETWEEN),
-        ("begin", ct.c_void_p),
-        ("accept", ct.c_void_p),
-    ]  # fmt: skip
+from tests.headers import implement
 
 
 class Point:
@@ -82,13 +50,12 @@ class Point:
         order = np.lexsort((row, column))
         self._row, self._column = row[order], column[order]
         self.indptr = np.searchsorted(self._column, np.arange(n + 1))
-        self.interface = _Interface(
-            None, 2, 2, self.n_multipliers, len(row), 0, 0,
-            _RESIDUAL(self._residual), _MATRIX(self._matrix), _MATERIAL(self._material),
-            _INERTIA(self._inertia), _ENERGIES(self._energies), _WORK(lambda *_: 0.0), None,
-            _BETWEEN(self._residual_between), None, None,
+        self.interface, self.capsule = implement(
+            "ancf_system", n_free=2, n_all=2, n_multipliers=self.n_multipliers, n_values=len(row),
+            residual=self._residual, matrix=self._matrix, material=self._material,
+            inertia=self._inertia, energies=self._energies, load_work=lambda *_: 0.0,
+            residual_between=self._residual_between,
         )  # fmt: skip
-        self.capsule = _new_capsule(ct.addressof(self.interface), b"ancf_system", None)
         # What the start and the set-up of a run ask of a system.
         self.dim, self.positions = 2, np.arange(2)
         # A body without length: what sizes are compared with is where the point is.
@@ -248,3 +215,20 @@ def exact_circle(angle, speed, times, gravity=9.81):
     theta, rate = found.y
     # phi_q has length one and points outwards: the multiplier is the pull of the rod.
     return np.stack([np.sin(theta), -np.cos(theta)], axis=1), rate**2 + gravity * np.cos(theta)
+
+
+def orders(errors):
+    """Return the orders of convergence between errors of steps that are halved."""
+    return np.log2(np.array(errors[:-1]) / errors[1:])
+
+
+def assert_saved_seldom(scene, strides, **options):
+    """Assert that a run of more than one chunk of steps saves the states of one that saves all."""
+    every = ancf.simulate(scene, 2.1, 5e-4, **options)
+    assert len(every.t) == 4201
+    for stride in strides:
+        some = ancf.simulate(scene, 2.1, 5e-4, save_every=stride, **options)
+        rows = [*range(0, 4201, stride)]
+        rows += [4200] * (rows[-1] != 4200)  # the last state is saved in any case
+        for name in ("q", "v", "a", "t"):
+            np.testing.assert_array_equal(getattr(some, name), getattr(every, name)[rows])

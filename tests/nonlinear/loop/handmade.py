@@ -1,47 +1,10 @@
 """Equations written in Python that the compiled loop solves: `ancf_equations` through ctypes."""
 
-import ctypes as ct
-
 import numpy as np
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import SparseSeed
-
-_new_capsule = ct.pythonapi.PyCapsule_New
-_new_capsule.restype = ct.py_object
-_new_capsule.argtypes = [ct.c_void_p, ct.c_char_p, ct.c_void_p]
-
-_NAME = b"ancf_equations"
-_NUMBERS = ct.POINTER(ct.c_double)
-_DO = ct.CFUNCTYPE(None, ct.c_void_p)
-_PASS = ct.CFUNCTYPE(None, ct.c_void_p, _NUMBERS)
-_RESIDUAL = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, _NUMBERS)
-_CORRECT = ct.CFUNCTYPE(ct.c_double, ct.c_void_p, ct.c_double, _NUMBERS)
-
-
-class _Interface(ct.Structure):
-    """`ancf_equations` of abi/solver_abi.h."""
-
-    _fields_ = [
-        ("context", ct.c_void_p),
-        ("n", ct.c_ssize_t),
-        ("n_coordinates", ct.c_ssize_t),
-        ("n_values", ct.c_ssize_t),
-        ("restart", _DO),
-        ("coast", _DO),
-        ("correct", _CORRECT),
-        ("residual", _RESIDUAL),
-        ("matrix", _PASS),
-        ("material", _PASS),
-        ("q", ct.c_void_p),
-        ("mass", ct.c_void_p),
-        ("inverse_mass", ct.c_void_p),
-        ("mass_total", ct.c_double),
-        ("moved", ct.c_double),
-        ("shift", ct.c_double),
-        ("leaps", ct.c_int),
-        ("sudden", ct.c_int),
-    ]
+from tests.headers import implement
 
 
 class Equations:
@@ -104,14 +67,12 @@ class Equations:
             values = np.ctypeslib.as_array(values, (len(self.row),))
             values[:] = material(self.x)[self.row, self.column]
 
-        self.interface = _Interface(
-            None, n, self.n_coordinates, len(self.row),
-            _DO(restart), _DO() if coast is None else _DO(fly), _CORRECT(correct),
-            _RESIDUAL(write_residual), _PASS(write_matrix),
-            _PASS() if material is None else _PASS(write_material), None,
-            None, None, self.n_coordinates, 0.0,
+        self.interface, self.capsule = implement(
+            "ancf_equations", n=n, n_coordinates=self.n_coordinates, n_values=len(self.row),
+            restart=restart, correct=correct, residual=write_residual, matrix=write_matrix,
+            coast=coast and fly, material=material and write_material,
+            mass_total=self.n_coordinates,
         )  # fmt: skip
-        self.capsule = _new_capsule(ct.addressof(self.interface), _NAME, None)
         self.seed = SparseSeed(self.indptr, self.row.astype(np.int32), self.n_coordinates)
 
     def calls(self, name):
@@ -150,3 +111,17 @@ class Equations:
 
     def limited(self, rule, n_pairs):
         return compiled_module("limited").Limited(self.seed, rule, n_pairs)
+
+
+def between_wells(**options):
+    """Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8."""
+    return Equations(
+        lambda x: x**3 - 2.0 * x + 2.0, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], **options
+    )
+
+
+def spring(stiffness, n=1):
+    """Springs at rest in 1, whose stiffness may change: a list of one number."""
+    return Equations(
+        lambda x: stiffness[0] * (x - 1.0), lambda x: stiffness[0] * np.eye(n), np.zeros(n)
+    )

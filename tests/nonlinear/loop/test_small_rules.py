@@ -6,30 +6,12 @@ import numpy as np
 import pytest
 
 from ancfsparse.nonlinear import Outcome
-from tests.nonlinear.loop.handmade import Equations
+from tests.headers import c_structure
+from tests.nonlinear.loop.handmade import Equations, spring
 
 _pointer = ct.pythonapi.PyCapsule_GetPointer
 _pointer.restype = ct.c_void_p
 _pointer.argtypes = [ct.py_object, ct.c_char_p]
-
-
-class _Nonlinear(ct.Structure):
-    """`ancf_nonlinear` of abi/solver_abi.h."""
-
-    _fields_ = [
-        ("context", ct.c_void_p),
-        ("solve", ct.CFUNCTYPE(ct.c_int, ct.c_void_p)),
-        ("confirm", ct.CFUNCTYPE(ct.c_int, ct.c_void_p)),
-        ("prefer", ct.CFUNCTYPE(None, ct.c_void_p)),
-        ("again", ct.CFUNCTYPE(ct.c_int, ct.c_void_p, ct.c_int)),
-    ]
-
-
-def spring(stiffness):
-    """One spring at rest in 1, whose stiffness may change: a list of one number."""
-    return Equations(
-        lambda x: stiffness[0] * (x - 1.0), lambda x: stiffness[0] * np.eye(1), np.zeros(1)
-    )
 
 
 def test_a_damped_step_is_halved_more_than_once():
@@ -102,7 +84,7 @@ def test_a_step_that_is_solved_again_counts_for_the_rung_that_solved_it_last():
     stiffness = [1.0]
     equations = spring(stiffness)
     loop = equations.loop(equations.limited("broyden", 0))
-    solver = _Nonlinear.from_address(_pointer(loop.capsule, b"ancf_nonlinear"))
+    solver = c_structure("ancf_nonlinear").from_address(_pointer(loop.capsule, b"ancf_nonlinear"))
     assert loop.solve() == Outcome.CONVERGED
     stiffness[0] = 30.0
     assert loop.solve() == Outcome.CONVERGED

@@ -4,66 +4,7 @@ import re
 
 import pytest
 
-from tests.paths import ROOT
-from tests.system.contributions import winch
-
-ROOM = ROOT / "ancfsparse"
-HEADERS = {path.name: path for path in ROOM.rglob("*.h")}
-NAME = r"[A-Za-z_]\w*"
-QUALIFIERS = re.compile(
-    r"\b(static|inline|struct|enum|noexcept|nogil|restrict|IC_INLINE|LDL_INLINE)\b"
-)
-
-
-def plain(text):
-    """Leave out comments and what differs between both languages without a meaning."""
-    text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
-    text = re.sub(r"#.*", "", text)
-    return re.sub(r"\bbint\b", "int", QUALIFIERS.sub(" ", text))
-
-
-def kind_of(text):
-    """Return a type without spaces: ``const double *`` and ``const double*`` are one."""
-    return re.sub(r"\s+", " ", text.replace("*", " * ")).strip()
-
-
-def parameters(text):
-    """Return the types of parameters, which may have names."""
-    found = []
-    for each in filter(None, (part.strip() for part in text.split(","))):
-        each = re.sub(rf"\b{NAME}\s*(\[[^]]*\])", r"*", each)  # x[3] is a pointer to its first
-        words = kind_of(each).split()
-        named = len(words) > 1 and re.fullmatch(NAME, words[-1]) and words[-1] not in TYPES
-        found.append(" ".join(words[:-1] if named and words[:-1] != ["const"] else words))
-    return tuple(found)
-
-
-TYPES = {"void", "int", "double", "float", "char", "short", "ptrdiff_t", "int32_t", "int64_t"}
-
-
-def members(text):
-    """Return the types of fields by name; of functions the result and the parameters."""
-    found = {}
-    for each in filter(None, (re.sub(r"\s+", " ", part).strip() for part in text.split(";"))):
-        call = re.fullmatch(rf"(.*?)\(\s*\*\s*({NAME})\s*\)\s*\((.*)\)", each)
-        if call:
-            found[call[2]] = kind_of(call[1]), parameters(call[3])
-            continue
-        first, *others = each.split(",")
-        size, head = re.search(r"(\[.*\])?$", first)[0], re.sub(r"\s*\[.*\]$", "", first)
-        stars = re.fullmatch(rf"(.*?)([\s*]*)({NAME})", head)
-        base = stars[1]
-        for text_of in (stars[2] + stars[3] + size, *others):
-            one = re.fullmatch(rf"([\s*]*)({NAME})\s*(\[.*\])?\s*", text_of)
-            found[one[2]] = kind_of(base + one[1]) + (one[3] or "")
-    return found
-
-
-def structures(header):
-    """Return the fields of every structure of a header."""
-    text = plain(HEADERS[header].read_text(encoding="utf-8"))
-    found = re.findall(rf"typedef\s*{{([^{{}}]*)}}\s*({NAME})\s*;", text)
-    return {name: members(body) for body, name in found}
+from tests.headers import HEADERS, NAME, ROOM, members, plain, structures
 
 
 def blocks():
@@ -132,10 +73,3 @@ def test_a_wrong_declaration_is_noticed():
     without = declared([line for line in lines if "n_memory" not in line])["ancf_contribution"]
     assert without != right
     assert declared(lines)["ancf_contribution"] == right
-
-
-def test_the_contribution_in_python_has_the_fields_of_the_header():
-    theirs = structures("system_abi.h")["ancf_contribution"]
-    assert [name for name, *_ in winch._Interface._fields_] == list(theirs)
-    state = structures("solver_abi.h")["ancf_state"]
-    assert [name for name, *_ in winch._State._fields_] == list(state)
