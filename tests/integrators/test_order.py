@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.integrators.points import orders
 from tests.paths import REFERENCES
 
 TIPS = tomllib.loads((REFERENCES / "pendulum.toml").read_text(encoding="utf-8"))
@@ -26,10 +27,6 @@ def tips(name, dt, solver, alpha=0.0, t_end=0.5, tolerance=TIGHT):
         save_every=round(0.5 / dt),
     )  # fmt: skip
     return run.position(rod.end)[1:]
-
-
-def orders(errors):
-    return np.log2(np.array(errors[:-1]) / errors[1:])
 
 
 @pytest.mark.parametrize("name", ELEMENTS)

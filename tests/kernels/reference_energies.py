@@ -167,35 +167,41 @@ IN_PLANE = np.array([0, 1, 3, 4, 6, 7, 11, 12, 13, 15, 16, 18, 19, 23])
 """Coordinates of the spatial thick beam that its planar form keeps."""
 
 
-def thick_planar(curvature, section_strain):
-    """The spatial energy with every other coordinate zero."""
-    spatial = thick(curvature, section_strain)
+def in_plane(spatial):
+    """Return a function of the coordinates of the planar thick beam from one of the spatial one."""
 
-    def energy(q, p):
+    def planar(q, *others):
         full = np.zeros(24, dtype=q.dtype)
         full[IN_PLANE] = q
-        return spatial(full, p)
+        return spatial(full, *others)
 
-    return energy
+    return planar
+
+
+def by_module(string, slack_string, l2t2, thin, thick):
+    """Return functions by the names of the modules that they are of."""
+    return {
+        "string_planar": string,
+        "string_spatial": string,
+        "string_planar_slack": slack_string,
+        "string_spatial_slack": slack_string,
+        "l2t2": l2t2,
+        **{
+            f"thin_{where}_{strain}": thin(dim, strain)
+            for dim, where in ((2, "planar"), (3, "spatial"))
+            for strain in ("green", "biot")
+        },
+        **{
+            f"{where}_{curvature}_{section_strain}": change(thick(curvature, section_strain))
+            for where, change in (("thick", lambda spatial: spatial), ("thick_planar", in_plane))
+            for curvature in ("axis", "section")
+            for section_strain in ("consistent", "nodal")
+        },
+    }
 
 
 ENERGIES: dict[str, Energy] = {
-    "string_planar": string,
-    "string_spatial": string,
-    "string_planar_slack": slack_string,
-    "string_spatial_slack": slack_string,
-    "l2t2": l2t2,
-    **{
-        f"thin_{where}_{strain}": thin(dim, strain)
-        for dim, where in ((2, "planar"), (3, "spatial"))
-        for strain in ("green", "biot")
-    },
-    **{
-        f"{where}_{curvature}_{section_strain}": make(curvature, section_strain)
-        for where, make in (("thick", thick), ("thick_planar", thick_planar))
-        for curvature in ("axis", "section")
-        for section_strain in ("consistent", "nodal")
-    },
+    **by_module(string, slack_string, l2t2, thin, thick),
     "thick_axis_consistent_gauss": thick("axis", "consistent"),
 }
 

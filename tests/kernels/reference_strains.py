@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from tests.kernels.reference_energies import IN_PLANE, LONG, centre_line, dot, gauss, square
+from tests.kernels.reference_energies import LONG, by_module, centre_line, dot, gauss, square
 
 Parameters = Mapping[str, float]
 Strains = Callable[[np.ndarray, Parameters, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -142,35 +142,7 @@ def change_of_section(p, start, end, length):
     return np.append(shear, shear.sum() / 4), np.append(dot(along, rate), crossed)
 
 
-def thick_planar(curvature, section_strain):
-    spatial = thick(curvature, section_strain)
-
-    def strains(q, p, base):
-        full = np.zeros(24, dtype=q.dtype)
-        full[IN_PLANE] = q
-        return spatial(full, p, base)
-
-    return strains
-
-
-STRAINS: dict[str, Strains] = {
-    "string_planar": string,
-    "string_spatial": string,
-    "string_planar_slack": slack_string,
-    "string_spatial_slack": slack_string,
-    "l2t2": l2t2,
-    **{
-        f"thin_{where}_{strain}": thin(dim, strain)
-        for dim, where in ((2, "planar"), (3, "spatial"))
-        for strain in ("green", "biot")
-    },
-    **{
-        f"{where}_{curvature}_{section_strain}": make(curvature, section_strain)
-        for where, make in (("thick", thick), ("thick_planar", thick_planar))
-        for curvature in ("axis", "section")
-        for section_strain in ("consistent", "nodal")
-    },
-}
+STRAINS: dict[str, Strains] = by_module(string, slack_string, l2t2, thin, thick)
 
 
 def jacobian(strains: Strains, q, p, base=None):

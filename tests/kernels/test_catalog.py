@@ -10,7 +10,6 @@ from ancfsparse.dispatch import available_instruction_sets, compiled_module, ins
 from ancfsparse.errors import InputError
 from ancfsparse.instruction_sets import REQUIRED_FLAGS
 from ancfsparse.kernels.catalog import (
-    OPTIONS,
     REFERENCES,
     curved_form,
     element_kind,
@@ -20,16 +19,24 @@ from ancfsparse.kernels.catalog import (
 from tests.instruction_sets import require
 
 
-def test_every_choice_has_its_module():
-    assert element_kind("l2t2", 2).name == "l2t2"
-    assert element_kind("thin", 2).name == "thin_planar_green"
-    assert element_kind("thin", 3, strain="biot").name == "thin_spatial_biot"
-    assert element_kind("thick", 3).name == "thick_axis_consistent"
-    planar = element_kind("thick", 2, curvature="section", section_strain="nodal")
-    assert planar.name == "thick_planar_section_nodal"
-    assert curved_form(element_kind("thin", 2)).name == "thin_planar_green_curved"
-    assert curved_form(planar).is_curved
-    assert not planar.is_curved
+@pytest.mark.parametrize(
+    ("element", "dim", "options", "name"),
+    [
+        ("l2t2", 2, {}, "l2t2"),
+        ("thin", 2, {}, "thin_planar_green"),  # default options come first
+        ("thin", 3, {"strain": "biot"}, "thin_spatial_biot"),
+        ("thick", 3, {}, "thick_axis_consistent"),
+        ("thick", 2, {"curvature": "section", "section_strain": "nodal"},
+         "thick_planar_section_nodal"),
+    ],
+)  # fmt: skip
+def test_every_choice_has_its_module(element, dim, options, name):
+    kind = element_kind(element, dim, **options)
+    assert kind.name == name
+    assert not kind.is_curved
+    if element == "thick" or name == "thin_planar_green":
+        curved = curved_form(kind)
+        assert (curved.is_curved, curved.name) == (True, f"{name}_curved")
 
 
 @pytest.mark.parametrize("name", [*module_names(), *REFERENCES])
@@ -68,11 +75,6 @@ def test_modules_say_what_they_are(name):
 def test_mistakes_are_answered_with_a_sentence(element, dim, options, words):
     with pytest.raises(InputError, match=re.escape(words)):
         element_kind(element, dim, **options)
-
-
-def test_default_options_come_first():
-    assert OPTIONS["thin"]["strain"][0] == "green"
-    assert [values[0] for values in OPTIONS["thick"].values()] == ["axis", "consistent"]
 
 
 def test_environment_chooses_the_instruction_set(monkeypatch):

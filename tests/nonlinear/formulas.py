@@ -31,9 +31,6 @@ def bfgs(h, s, y):
 UPDATES = {"broyden": broyden, "davidon": davidon, "dfp": dfp, "bfgs": bfgs}
 
 
-WITH_COMPACT_FORM = ("broyden", "davidon", "dfp", "bfgs")
-
-
 def compact(rule, h0, s, y):
     """All pairs at once; columns of ``s`` and ``y`` are the pairs, oldest first.
 

@@ -1,5 +1,7 @@
 """Symmetric matrices of the kinds that beams lead to, as dense arrays."""
 
+import functools
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -57,3 +59,35 @@ def lower_csc(a, also=()):
     column, row = np.nonzero(stored.T)
     indptr = np.searchsorted(column, np.arange(len(a) + 1)).astype(np.int64)
     return indptr, row.astype(np.int32), np.ascontiguousarray(a[row, column], dtype=np.float64)
+
+
+def on_grid(line, dim):
+    """Sum of a matrix of a line along each axis of a square or a cube."""
+    one = sp.eye_array(line.shape[0])
+    factors = [[line if k == axis else one for k in range(dim)] for axis in range(dim)]
+    return sum(functools.reduce(sp.kron, each) for each in factors)
+
+
+def lower_laplacian(n, dim, ground=0.0):
+    """Lower triangle of springs between the neighbours of a grid whose edges are held."""
+    line = sp.diags_array([2.0, -1.0, -1.0], offsets=[0, 1, -1], shape=(n, n))
+    lower = sp.csc_array(sp.tril(on_grid(line, dim) + ground * sp.eye_array(n**dim)))
+    lower.sort_indices()
+    return lower
+
+
+def dense_factor(seed):
+    """L, D and the permutation of the compiled factor as dense arrays."""
+    start, row, lower, pivot, permutation = seed.columns()
+    n = len(pivot)
+    full = np.eye(n)
+    full[row, np.repeat(np.arange(n), np.diff(start))] = lower
+    return full, pivot, permutation
+
+
+def assert_factors(seed, a):
+    """Assert that the factor of a seed is one of a matrix."""
+    full, pivot, permutation = dense_factor(seed)
+    permute_upper = a[np.ix_(permutation, permutation)]
+    error = np.abs(full * pivot @ full.T - permute_upper).max()
+    assert error <= 1e-13 * np.abs(full * np.abs(pivot) @ np.abs(full.T)).max()

@@ -13,11 +13,6 @@ SIDE = 12
 N = 3 * SIDE * SIDE
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20261122)
-
-
 def held(rng, m=5, epsilon=1e-9, repeat=False):
     """A net whose nodes are tied by m equations of four coordinates each."""
     a = np.zeros((N + m, N + m))

@@ -13,11 +13,6 @@ ROUNDING = 2.0**-24
 """Of a number in single precision (IEEE 754)."""
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20261122)
-
-
 def coupled(rng, n, edges, width=3, weight=0.5):
     """Positive definite matrix of n groups of unknowns, of which some meet; and the groups."""
     a = weight * np.eye(n * width)
@@ -94,9 +89,18 @@ def by_the_book(whole):
     return pivots, lower
 
 
+def two_fronts(monkeypatch):
+    """Divide factors however small they are."""
+    monkeypatch.setattr(groups_module, "MIN_TWO_FRONTS", 2)
+    monkeypatch.setattr(groups_module, "MIN_CYCLES", 1e-9)  # all but trees
+
+
+@pytest.mark.parametrize("fronts", [1, 2])
 @pytest.mark.parametrize("width", [1, 2, 3])
-def test_factor_is_cholesky_without_fill(width, rng):
-    a, groups = coupled(rng, 36, grid(6)[1], width, 3.0)
+def test_factor_is_cholesky_without_fill(width, fronts, rng, monkeypatch):
+    if fronts == 2:
+        two_fronts(monkeypatch)
+    a, groups = coupled(rng, 49, grid(7)[1], width, 3.0)
     seed, values = seed_of(a, groups)
     assert seed.factor(values) == 0
     whole, pivots, lower = blocks_of(seed, a)
@@ -106,6 +110,8 @@ def test_factor_is_cholesky_without_fill(width, rng):
     # Something was dropped, or this would be no test of it.
     exact = np.linalg.inv(a)
     assert np.abs(inverse_of(seed) - exact).max() > 1e-3 * np.abs(exact).max()
+    r = rng.normal(size=len(a))
+    np.testing.assert_allclose(seed.solve(r), exact @ r, rtol=1e-10, atol=1e-12)
 
 
 @pytest.mark.parametrize("width", [1, 2, 3])
@@ -242,12 +248,6 @@ def test_too_many_blocks_are_refused(rng, monkeypatch):
         seed_of(a, groups)
 
 
-def two_fronts(monkeypatch, least=2):
-    """Divide factors however small they are."""
-    monkeypatch.setattr(groups_module, "MIN_TWO_FRONTS", least)
-    monkeypatch.setattr(groups_module, "MIN_CYCLES", 1e-9)  # all but trees
-
-
 def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
     two_fronts(monkeypatch)
     components = [grid(8)[1] + 64 * k for k in range(3)]  # the cut is inside the second
@@ -263,20 +263,6 @@ def test_two_fronts_meet_in_the_middle_alone(rng, monkeypatch):
     assert first[3] - first[2] < 20
     for i, j in np.concatenate(components):
         assert {part[i], part[j]} != {0, 1}
-
-
-@pytest.mark.parametrize("width", [1, 2, 3])
-def test_two_fronts_are_cholesky_without_fill(width, rng, monkeypatch):
-    two_fronts(monkeypatch)
-    a, groups = coupled(rng, 49, grid(7)[1], width, 3.0)
-    seed, values = seed_of(a, groups)
-    assert seed.factor(values) == 0
-    whole, pivots, lower = blocks_of(seed, a)
-    expected = by_the_book(whole)
-    assert np.abs(pivots - expected[0]).max() <= 2.0 * ROUNDING * np.abs(expected[0]).max()
-    assert np.abs(lower - expected[1]).max() <= 2.0 * ROUNDING * np.abs(expected[1]).max()
-    r = rng.normal(size=len(a))
-    np.testing.assert_allclose(seed.solve(r), np.linalg.solve(a, r), rtol=1e-10, atol=1e-12)
 
 
 def test_threads_do_not_change_a_digit(rng, monkeypatch):
@@ -305,12 +291,8 @@ def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
     assert IncompleteSeed(indptr, indices, made, 2).threads == 2
     a, groups = coupled(rng, 40, tree(rng, 40))
     indptr, indices, _ = lower_csc(a)
-    assert (
-        IncompleteSeed(
-            indptr, indices, Groups.from_matrix(indptr, indices, groups, np.arange(40)), 2
-        ).threads
-        == 1
-    )
+    made = Groups.from_matrix(indptr, indices, groups, np.arange(40))
+    assert IncompleteSeed(indptr, indices, made, 2).threads == 1
 
 
 def test_solves_repeat_bit_for_bit(rng):

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 
 from ancfsparse.seeds import SparseSeed
-from tests.seeds.matrices import chain, lower_csc, net, random_spd, saddle
+from tests.seeds.matrices import chain, lower_csc, lower_laplacian, net, random_spd, saddle
 
 
 @pytest.mark.parametrize("make", [chain, net, random_spd, saddle])
@@ -28,14 +27,7 @@ def test_a_factor_that_does_not_exist_has_no_count():
 
 
 def test_a_supernodal_factor_counts_as_ours_does():
-    line = sp.diags_array([2.0, -1.0, -1.0], offsets=[0, 1, -1], shape=(40, 40))
-    one = sp.eye_array(40)
-    cube = sum(
-        sp.kron(sp.kron(a, b), c)
-        for a, b, c in ((line, one, one), (one, line, one), (one, one, line))
-    )
-    lower = sp.csc_array(sp.tril(cube))
-    lower.sort_indices()
+    lower = lower_laplacian(40, 3)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
     assert seed.supernodal
     assert seed.factor(lower.data) == 0
@@ -43,7 +35,6 @@ def test_a_supernodal_factor_counts_as_ours_does():
     # Eigenvalues are sums of three of 2 - 2 cos(pi k / 41).
     each = 2.0 - 2.0 * np.cos(np.pi * np.arange(1, 41) / 41)
     all_of_them = np.add.outer(np.add.outer(each, each), each).ravel()
-    shifted = lower.copy()
-    shifted.data[lower.indptr[:-1]] -= 0.05
-    assert seed.factor(shifted.data) > 0
+    lower.data[lower.indptr[:-1]] -= 0.05
+    assert seed.factor(lower.data) > 0
     assert seed.negative_pivots == np.count_nonzero(all_of_them < 0.05) == 4

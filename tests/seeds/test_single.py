@@ -27,11 +27,6 @@ CASES = {name: (make, n_positive) for name, make, n_positive in cases()}
 
 
 @pytest.fixture
-def rng():
-    return np.random.default_rng(20261121)
-
-
-@pytest.fixture
 def always_single(monkeypatch):
     monkeypatch.setattr(sparse_seed, "MIN_SINGLE_BYTES", 0.0)
 

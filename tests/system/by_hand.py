@@ -76,16 +76,8 @@ def spatial_zoo(moments=True, materials=PLAIN):
 def planar_thick_zoo(materials=PLAIN):
     scene = ancf.Scene((0.0, -9.81))
     one = scene.add_beam("thick", (0, 0), (1, 0), 2, SECTION, materials[0])
-    two = scene.add_beam(
-        "thick",
-        (1, 0),
-        (1.5, 0.5),
-        2,
-        SECTION,
-        materials[1],
-        curvature="section",
-        section_strain="nodal",
-    )
+    nodal = {"curvature": "section", "section_strain": "nodal"}
+    two = scene.add_beam("thick", (1, 0), (1.5, 0.5), 2, SECTION, materials[1], **nodal)
     scene.clamp(one.start)
     scene.connect(one.end, two.start)
     scene.rod(two.end, (1.5, 2.0))
@@ -101,16 +93,9 @@ def spatial_section_zoo(materials=PLAIN):
     one = scene.add_beam(
         "thick", (0, 0, 0), (0.6, 0.3, 0.8), 2, SECTION, materials[0], curvature="section"
     )
-    two = scene.add_beam(
-        "thick",
-        (0.6, 0.3, 0.8),
-        (0.6, 1.2, 0.8),
-        2,
-        SECTION,
-        materials[1],
-        curvature="section",
-        section_strain="nodal",
-    )
+    nodal = {"curvature": "section", "section_strain": "nodal"}
+    end = (0.6, 1.2, 0.8)
+    two = scene.add_beam("thick", one.end.position, end, 2, SECTION, materials[1], **nodal)
     scene.clamp(one.start)
     scene.connect(one.end, two.start)
     scene.rod(two.end, (2.0, 0.0, 0.3))

@@ -148,7 +148,7 @@ def test_what_creeps_bounds_the_step_too():
     scene.pin(rod.start)
     limit = ancf.stable_step(scene, METHOD)
     assert limit < 0.1 * ancf.stable_step(damped(), METHOD)
-    run = ancf.simulate(scene, 0.02, 0.02 / np.ceil(0.02 / limit), integrator=METHOD, save_every=50)
+    run = ancf.simulate(scene, 0.01, 0.01 / np.ceil(0.01 / limit), integrator=METHOD, save_every=50)
     q, _ = by_scipy(run.system, run.t)
     np.testing.assert_allclose(run.q, q, rtol=0, atol=1e-6)
 

@@ -10,17 +10,13 @@ from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
 from ancfsparse.system import System
 from benchmarks.common.first_order import FirstOrder, integrate
+from tests.integrators.points import assert_saved_seldom, orders
 
 METHODS = [ancf.CentralDifference(), ancf.RungeKuttaNystrom(4), ancf.RungeKuttaNystrom(8)]
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
 
-def named(method):
-    return repr(method)
-
-
-def orders(errors):
-    return np.log2(np.array(errors[:-1]) / errors[1:])
+by_method = pytest.mark.parametrize("method", METHODS, ids=repr)
 
 
 def step(method, acceleration, t, q, v, dt):
@@ -46,7 +42,7 @@ def pushed(t, q):
     return np.array([-np.sin(t), np.exp(-t)]) + coupled
 
 
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 def test_the_tableau_has_its_order_on_a_circle(method):
     counts = {2: (100, 200, 400), 4: (50, 100, 200), 8: (12, 24, 48)}[method.tableau.order]
     errors = []
@@ -59,7 +55,7 @@ def test_the_tableau_has_its_order_on_a_circle(method):
     assert orders(errors)[-1] == pytest.approx(method.tableau.order, abs=0.25)
 
 
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 def test_the_tableau_keeps_its_order_when_forces_change_with_time(method):
     counts = {2: (100, 200, 400), 4: (40, 80, 160), 8: (6, 12, 24)}[method.tableau.order]
     errors = []
@@ -71,7 +67,7 @@ def test_the_tableau_keeps_its_order_when_forces_change_with_time(method):
     assert orders(errors)[-1] == pytest.approx(method.tableau.order, abs=0.35)
 
 
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 def test_vibrations_grow_beyond_the_interval_and_not_within(method):
     t = method.tableau
 
@@ -114,7 +110,7 @@ def go(system, loop, method, n, amplitudes=None):
 
 @pytest.mark.parametrize("dense", [True, False], ids=["blocks", "sweep"])
 @pytest.mark.parametrize("element", ["l2t2", "thin"])
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 def test_the_compiled_loop_makes_the_steps_of_the_formulas(method, element, dense):
     scene, rod = pendulum(element, 5)
     scene.point_force(rod.end, lambda t: (50.0 * np.sin(300 * t), 20.0 * t))
@@ -222,7 +218,7 @@ def test_central_differences_run_backwards():
     np.testing.assert_allclose(found[1], system.v0, rtol=0, atol=1e-8)
 
 
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 @pytest.mark.parametrize(("dim", "element"), [(2, "l2t2"), (3, "thin")])
 def test_free_fall_is_exact(dim, element, method):
     gravity, velocity = np.array([0.5, -9.81, 0.25])[:dim], np.array([1.0, 2.0, -3.0])[:dim]
@@ -237,7 +233,7 @@ def test_free_fall_is_exact(dim, element, method):
     np.testing.assert_allclose(run.acceleration(rod.end)[0], gravity, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 def test_saved_accelerations_balance_the_saved_states(method):
     scene, rod = pendulum()
     scene.point_force(rod.end, lambda t: (2.0 * np.sin(40 * t), 0.0))
@@ -249,7 +245,7 @@ def test_saved_accelerations_balance_the_saved_states(method):
         assert np.abs(r[: system.n_free]).max() < 1e-10
 
 
-@pytest.mark.parametrize("method", METHODS, ids=named)
+@by_method
 def test_counts(method):
     scene, _ = pendulum()
     stats = ancf.simulate(scene, 0.2, 2e-4, integrator=method).stats
@@ -263,13 +259,7 @@ def test_counts(method):
 def test_saving_seldom_saves_the_same_states():
     scene, rod = pendulum("l2t2", 2)
     scene.point_force(rod.end, lambda t: (np.sin(5 * t), 0.0))
-    every = ancf.simulate(scene, 2.1, 5e-4, integrator=METHODS[1])  # more than one chunk of steps
-    for stride in (7, 4000):
-        some = ancf.simulate(scene, 2.1, 5e-4, integrator=METHODS[1], save_every=stride)
-        rows = [*range(0, 4201, stride)]
-        rows += [4200] * (rows[-1] != 4200)
-        for x, y in ((some.q, every.q), (some.v, every.v), (some.a, every.a), (some.t, every.t)):
-            np.testing.assert_array_equal(x, y[rows])
+    assert_saved_seldom(scene, (7, 4000), integrator=METHODS[1])
 
 
 @pytest.mark.parametrize("order", [2, 3, 6, 12, True, "4", 4.5])

@@ -14,15 +14,11 @@ from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from benchmarks.stability.scenes import SCENES
 from tests.integrators.implicit.test_family import truss
-from tests.integrators.points import exact_circle, on_circle
+from tests.integrators.points import exact_circle, on_circle, orders
 from tests.matrices import full
 
 KEEPS = ancf.EnergyMomentum()
 SECTION = ancf.Rectangle(0.01, 0.01)
-
-
-def orders(errors):
-    return np.log2(np.array(errors[:-1]) / errors[1:])
 
 
 @pytest.mark.parametrize("element", ["l2t2", "thin", "thick"])

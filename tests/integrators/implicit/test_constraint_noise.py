@@ -50,9 +50,12 @@ def shaken(integrator, dt, delta):
     return np.sqrt(np.mean(np.square(apart)))
 
 
-@pytest.mark.parametrize(("dt", "ratio"), [(1e-2, 30.0), (1e-3, 500.0)])
-def test_the_trapezoidal_rule_piles_up_what_constraints_leave(dt, ratio):
-    for delta in (1e-6, 1e-8):
+# The effect is proportional to the noise (tested below): one size is enough for short steps.
+@pytest.mark.parametrize(
+    ("dt", "ratio", "deltas"), [(1e-2, 30.0, (1e-6, 1e-8)), (1e-3, 500.0, (1e-8,))]
+)
+def test_the_trapezoidal_rule_piles_up_what_constraints_leave(dt, ratio, deltas):
+    for delta in deltas:
         trapezoidal = shaken(ancf.Newmark(0.0), dt, delta)
         damped = shaken(ancf.GeneralizedAlpha(0.8), dt, delta)
         assert trapezoidal > ratio * damped

@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.integrators.points import assert_saved_seldom
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -156,16 +157,7 @@ def test_a_start_that_breaks_a_rod_is_refused():
 
 def test_saving_seldom_saves_the_same_states():
     scene, _ = pendulum("l2t2", 2)
-    every = ancf.simulate(scene, 2.1, 5e-4)  # longer than one chunk of steps
-    assert len(every.t) == 4201
-    for stride in (7, 2100, 4000):
-        some = ancf.simulate(scene, 2.1, 5e-4, save_every=stride)
-        rows = [*range(0, 4201, stride)]
-        rows += [4200] * (rows[-1] != 4200)  # the last state is saved in any case
-        np.testing.assert_array_equal(some.q, every.q[rows])
-        np.testing.assert_array_equal(some.v, every.v[rows])
-        np.testing.assert_array_equal(some.a, every.a[rows])
-        np.testing.assert_array_equal(some.t, every.t[rows])
+    assert_saved_seldom(scene, (7, 2100, 4000))
 
 
 def test_loads_are_evaluated_at_the_times_that_are_saved():
@@ -179,15 +171,6 @@ def test_loads_are_evaluated_at_the_times_that_are_saved():
         found.append(run.reaction(rod.start)[-1])
     np.testing.assert_array_equal(*found)
     assert found[0][1] > 99.0
-
-
-def test_runs_repeat_bit_for_bit():
-    found = []
-    for _ in range(2):
-        scene, _ = pendulum("thin", 10)
-        found.append(ancf.simulate(scene, 0.25, 5e-4))
-    np.testing.assert_array_equal(found[0].q, found[1].q)
-    assert found[0].stats.iterations == found[1].stats.iterations
 
 
 def test_changing_loads_cross_chunks_of_steps():

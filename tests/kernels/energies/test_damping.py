@@ -116,15 +116,3 @@ def test_spatial_cable_feels_only_the_spin_about_its_own_tangent(strain, bench, 
     v = spun(q, element.labels, 1.7 * turn[:, 2])
     stiff = np.abs(element.matrix("material", q)[0]).max()
     assert np.abs(element.run("damping", q, v)).max() <= 1e-13 * stiff * np.abs(v).max()
-
-
-@pytest.mark.parametrize("name", STRAINS)
-def test_material_turns_with_the_element(name, bench, rng):
-    element = bench(name)
-    labels = element.labels
-    turn = rotation(labels, rng)
-    q = STATES["random"](labels, VALUES["length"], rng)
-    big = np.column_stack([rotate(e, labels, turn) for e in np.eye(element.n)])
-    material = element.matrix("material", q)[0]
-    turned = element.matrix("material", big @ q)[0]
-    assert np.abs(turned - big @ material @ big.T).max() <= 1e-12 * np.abs(material).max()

@@ -43,16 +43,17 @@ def test_rigid_motion_stores_no_energy(name, bench, rng):
     assert np.abs(element.run("force", q)).max() <= 1e-14 * scale
 
 
+@pytest.mark.parametrize("kernel", ["tangent", "material"])
 @pytest.mark.parametrize("name", [n for n in ENERGIES if not n.endswith("gauss")])
-def test_tangent_turns_with_the_element(name, bench, rng):
+def test_matrices_turn_with_the_element(name, kernel, bench, rng):
     element = bench(name)
     labels = element.labels
     turn = rotation(labels, rng)
     q = STATES["random"](labels, VALUES["length"], rng)
     big = np.column_stack([rotate(e, labels, turn) for e in np.eye(element.n)])
-    tangent = element.matrix("tangent", q)[0]
-    turned = element.matrix("tangent", big @ q)[0]
-    assert np.abs(turned - big @ tangent @ big.T).max() <= 1e-12 * np.abs(tangent).max()
+    matrix = element.matrix(kernel, q)[0]
+    turned = element.matrix(kernel, big @ q)[0]
+    assert np.abs(turned - big @ matrix @ big.T).max() <= 1e-12 * np.abs(matrix).max()
 
 
 @pytest.mark.parametrize("name", [n for n in ENERGIES if not n.endswith("gauss")])

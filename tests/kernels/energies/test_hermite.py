@@ -11,21 +11,11 @@ XI = np.linspace(0.0, 1.0, 11)
 ENDS = np.array([0.3, -1.2, 2.0, 0.4])  # position, slope, position, slope
 
 
-@pytest.fixture
-def spline():
-    return CubicHermiteSpline([0.0, LENGTH], ENDS[[0, 2]], ENDS[[1, 3]])
-
-
-def test_position_is_that_of_a_spline(spline):
+def test_positions_slopes_and_integrals_are_those_of_a_spline():
+    spline = CubicHermiteSpline([0.0, LENGTH], ENDS[[0, 2]], ENDS[[1, 3]])
     np.testing.assert_allclose(position_weights(XI, LENGTH) @ ENDS, spline(XI * LENGTH), atol=1e-14)
-
-
-def test_slope_is_that_of_a_spline(spline):
-    wanted = spline(XI * LENGTH, 1)
-    np.testing.assert_allclose(slope_weights(XI, LENGTH) @ ENDS, wanted, atol=1e-13)
-
-
-def test_integral_is_that_of_a_spline(spline):
+    slopes = spline(XI * LENGTH, 1)
+    np.testing.assert_allclose(slope_weights(XI, LENGTH) @ ENDS, slopes, atol=1e-13)
     assert integral_weights(LENGTH) @ ENDS == pytest.approx(float(spline.integrate(0.0, LENGTH)))
 
 

@@ -9,7 +9,7 @@ from ancfsparse.problems import lattice
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
-from tests.nonlinear.loop.handmade import Equations
+from tests.nonlinear.loop.handmade import Equations, between_wells
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
 
@@ -17,13 +17,6 @@ STEEL = {"youngs_modulus": 2.1e11, "density": 7800.0}
 def shaken():
     """An irregular lattice of steel, in rough motion."""
     return lattice(5, "rough", **STEEL, jitter=0.3).scene
-
-
-def between_wells(**options):
-    """Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8."""
-    return Equations(
-        lambda x: x**3 - 2.0 * x + 2.0, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], **options
-    )
 
 
 def test_the_minimum_is_found_where_newton_s_corrections_lead_nowhere():

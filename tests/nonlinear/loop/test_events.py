@@ -13,11 +13,17 @@ from ancfsparse.system import System
 from tests.nonlinear.loop.handmade import Equations
 
 
-def test_each_rung_says_why_it_was_climbed():
+@pytest.fixture(scope="module")
+def climbed(tmp_path_factory):
+    """Return a run whose steps need more corrections than allowed, and its file."""
     # Two corrections are not enough for a chord on an old seed, but they are for Newton.
+    solver, path = ancf.ModifiedNewton(max_iterations=2), tmp_path_factory.mktemp("runs") / "run.h5"
     scene, _ = pendulum("l2t2")
-    solver = ancf.ModifiedNewton(max_iterations=2)
-    run = ancf.simulate(scene, 0.5, 1e-3, solver=solver, tolerance="paper")
+    return ancf.simulate(scene, 0.5, 1e-3, solver=solver, tolerance="paper", output=path), path
+
+
+def test_each_rung_says_why_it_was_climbed(climbed):
+    run, _ = climbed
     events = run.stats.events
     assert {event.cause for event in events} == {"too many"}
     assert {event.rung for event in events} <= {"new seed", "damped Newton"}
@@ -31,19 +37,22 @@ def test_each_rung_says_why_it_was_climbed():
     assert [event.step for event in events] == sorted(event.step for event in events)
 
 
+def test_a_climbed_ladder_arrives_where_newton_does(climbed):
+    run, _ = climbed
+    scene, rod = pendulum("l2t2")
+    path = ancf.simulate(scene, 0.5, 1e-3, solver=ancf.Newton(), tolerance="paper")
+    end = run.system.scene.beams[0].end
+    np.testing.assert_allclose(run.position(end), path.position(rod.end), rtol=0, atol=1e-6)
+
+
 def test_a_run_without_trouble_has_none():
     scene, _ = pendulum("l2t2")
     assert ancf.simulate(scene, 0.1, 5e-4).stats.events == []
 
 
-def test_events_survive_a_file(tmp_path):
-    scene, _ = pendulum("l2t2")
-    solver = ancf.ModifiedNewton(max_iterations=2)
-    run = ancf.simulate(
-        scene, 0.5, 1e-3, solver=solver, tolerance="paper", output=tmp_path / "run.h5"
-    )
-    assert run.stats.events
-    again = load(tmp_path / "run.h5", scene).stats.events
+def test_events_survive_a_file(climbed):
+    run, path = climbed
+    again = load(path, run.system.scene).stats.events
     assert again == run.stats.events
     assert all(isinstance(event, Event) for event in again)
 

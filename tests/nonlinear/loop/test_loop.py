@@ -5,7 +5,7 @@ import pytest
 
 from ancfsparse.nonlinear import Outcome
 from tests.nonlinear.formulas import UPDATES
-from tests.nonlinear.loop.handmade import Equations
+from tests.nonlinear.loop.handmade import Equations, spring
 
 TARGET = np.array([0.7, -0.4, 1.1])
 STIFF = np.array([[4.0, 1.0, 0.0], [1.0, 3.0, -1.0], [0.0, -1.0, 5.0]])
@@ -165,11 +165,8 @@ def test_damped_newton_recovers_what_newton_loses(n_multipliers, by_correction):
 def test_a_new_seed_recovers_what_an_old_one_loses():
     # The stiffness jumps by a factor between two solves: the old seed then overshoots.
     stiffness = [1.0]
-    equations = Equations(
-        lambda x: stiffness[0] * (x - 1.0), lambda x: stiffness[0] * np.eye(2), [0, 0]
-    )
-    inverse = equations.limited("broyden", 0)  # the chord method cannot learn
-    loop = equations.loop(inverse)
+    equations = spring(stiffness, 2)
+    loop = equations.loop(equations.limited("broyden", 0))  # the chord method cannot learn
     assert loop.solve() == Outcome.CONVERGED
     assert loop.counts["factorizations"] == 1
     stiffness[0] = 30.0
@@ -223,9 +220,7 @@ def test_a_singular_matrix_is_no_convergence():
 def test_the_economical_rule_renews_a_seed_when_waiting_costs_more():
     # Contraction 0.97 with the first seed: hundreds of corrections against one factor.
     stiffness = [1.0]
-    equations = Equations(
-        lambda x: stiffness[0] * (x - 1.0), lambda x: stiffness[0] * np.eye(2), [0, 0]
-    )
+    equations = spring(stiffness, 2)
     loop = equations.loop(equations.limited("broyden", 0), economical=True)
     assert loop.solve() == Outcome.CONVERGED
     stiffness[0] = 0.03

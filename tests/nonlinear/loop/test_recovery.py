@@ -113,16 +113,6 @@ def test_a_step_far_too_large_recovers(update, tolerance):
     assert apart < (1e-6 if tolerance == "paper" else 1e-3)
 
 
-def test_too_few_iterations_climb_the_ladder_and_arrive():
-    # Two corrections are not enough for a chord on an old seed, but they are for Newton.
-    scene, rod = pendulum("l2t2")
-    solver = ancf.ModifiedNewton(max_iterations=2)
-    run = ancf.simulate(scene, 0.5, 1e-3, solver=solver, tolerance="paper")
-    assert run.stats.recoveries > 0
-    path = ancf.simulate(scene, 0.5, 1e-3, solver=ancf.Newton(), tolerance="paper")
-    np.testing.assert_allclose(run.position(rod.end), path.position(rod.end), rtol=0, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     "solver", [ancf.Newton(), ancf.QuasiNewton("davidon", max_iterations=7)], ids=str
 )

@@ -10,14 +10,19 @@ from ancfsparse.seeds.complete import sparse_seed
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from benchmarks.stability.scenes import SCENES
-from tests.nonlinear.loop.handmade import Equations
+from tests.nonlinear.loop.handmade import Equations, between_wells
+
+
+def hardening(start):
+    """A hardening spring of one unknown."""
+    return Equations(
+        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [start]
+    )
 
 
 def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
     # A hardening spring far out: at rest it is 150 times softer than the seed at the start.
-    equations = Equations(
-        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [1.0]
-    )
+    equations = hardening(1.0)
     loop = equations.loop(
         equations.limited("broyden", 0), learns=False, max_iterations=15, cost_seed=1.0
     )
@@ -32,9 +37,7 @@ def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
 def test_a_step_lost_on_a_rounded_seed_is_the_last_on_one(monkeypatch):
     # The spring of above: the rounding is not the cause here, but it might be.
     monkeypatch.setattr(sparse_seed, "MIN_SINGLE_BYTES", 0.0)
-    equations = Equations(
-        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [0.1]
-    )
+    equations = hardening(0.1)
     loop = equations.loop(equations.limited("broyden", 0), learns=False, max_iterations=15)
     assert loop.solve() == Outcome.CONVERGED
     assert loop.counts["single_seeds"] == 1
@@ -121,15 +124,9 @@ def test_a_rough_step_has_two_solutions():
 
 
 def test_the_last_rung_starts_elsewhere():
-    # Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8, where the
-    # slope is zero; the root is on the other side.
-    def make(coast):
-        return Equations(
-            lambda x: x**3 - 2.0 * x + 2.0, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], coast=coast
-        )
-
-    assert make(None).loop(max_iterations=6).solve() != Outcome.CONVERGED
-    equations = make([-2.0])
+    # Where damped Newton is caught the slope is zero; the root is on the other side.
+    assert between_wells().loop(max_iterations=6).solve() != Outcome.CONVERGED
+    equations = between_wells(coast=[-2.0])
     loop = equations.loop(max_iterations=6)
     assert loop.solve() == Outcome.CONVERGED
     assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)

@@ -11,11 +11,6 @@ N_NODES, M = 6, 3
 N = 4 * N_NODES
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng(4711)
-
-
 def planar_frame():
     """Of N_NODES nodes with a position and a slope, and M multipliers behind them."""
     places = np.arange(N, dtype=np.int32).reshape(N_NODES, 4)

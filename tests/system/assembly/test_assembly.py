@@ -14,11 +14,6 @@ from tests.system.by_hand import ZOO, ByHand, state
 TIME = 0.37
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20240703)
-
-
 @pytest.fixture(params=ZOO)
 def system(request):
     return System(ZOO[request.param]())

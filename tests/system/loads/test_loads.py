@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.scene import Section
 from ancfsparse.system import System
 from tests.matrices import full
 
@@ -32,9 +31,14 @@ def linear(system, rod, matrix, shift):
     return out
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20240704)
+def applied_moments(system, q):
+    """Force of the moments of a system alone, and their amplitudes, at t = 0."""
+    row, zero = system.loads.amplitudes(np.zeros(1))[0], np.zeros(system.n_all)
+    with_it, without = (
+        system.assembly.residual(q, zero, zero, np.zeros(0), system.dead_load, amplitudes)[0]
+        for amplitudes in (row, np.zeros_like(row))
+    )
+    return without - with_it, row
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -130,13 +134,10 @@ def test_a_moment_works_on_rotations(dim, rng):
     system = System(scene)
     w = rng.normal(size=3) if dim == 3 else np.array([0.0, 0.0, 2.3])
     field = linear(system, rod, np.cross(w, np.eye(3)).T[:dim, :dim], np.zeros(dim))
-    row = system.loads.amplitudes(np.zeros(1))[0]
-    zero = np.zeros(system.n_all)
-    r, _ = system.assembly.residual(system.q0, zero, zero, np.zeros(0), system.dead_load, row)
     tangent = np.zeros(3)
     tangent[:dim] = rod.axes[0]
     expected = m @ w - (m @ tangent) * (w @ tangent)
-    assert (system.assembly.force(system.q0) - r) @ field == pytest.approx(expected, abs=1e-9)
+    assert applied_moments(system, system.q0)[0] @ field == pytest.approx(expected, abs=1e-9)
     # The same from the power of the loads, which the energy balance uses.
     power = system.power(system.q0[None], field[None], np.zeros(1))
     assert power[0] == pytest.approx(expected)
@@ -150,12 +151,7 @@ def test_a_moment_on_a_section_leaves_the_slope_alone_and_is_all_there(dim, rng)
     scene.point_moment(rod.node(2), m if dim == 3 else 1.7)
     system = System(scene)
     q = system.q0 + 0.2 * rng.normal(size=system.n_all)
-    row, zero = system.loads.amplitudes(np.zeros(1))[0], np.zeros(system.n_all)
-    with_it, without = (
-        system.assembly.residual(q, zero, zero, np.zeros(0), system.dead_load, amplitudes)[0]
-        for amplitudes in (row, np.zeros_like(row))
-    )
-    force = without - with_it
+    force, _ = applied_moments(system, q)
     places = system.place(rod.node(2))
     total, scale = np.zeros(3), np.abs(system.assembly.force(q)).max()
     for k in range(1, dim):
@@ -179,15 +175,11 @@ def test_the_matrix_of_moments_is_the_derivative_of_their_forces(dim, options, r
     for node in (rod.node(1), rod.end):
         scene.point_moment(node, rng.normal(size=3) if dim == 3 else rng.normal())
     system = System(scene)
-    row, zero, none = system.loads.amplitudes(np.zeros(1))[0], np.zeros(system.n_all), np.zeros(0)
-    q = system.q0 + 0.2 * rng.normal(size=system.n_all)
+    q, none = system.q0 + 0.2 * rng.normal(size=system.n_all), np.zeros(0)
+    _, row = applied_moments(system, q)
 
     def force(q):
-        with_it, without = (
-            system.assembly.residual(q, zero, zero, none, system.dead_load, amplitudes)[0]
-            for amplitudes in (row, np.zeros_like(row))
-        )
-        return with_it - without
+        return -applied_moments(system, q)[0]
 
     # Central differences of fourth order, of the moments alone.
     step, expected = 1e-3, np.zeros((system.n_all, system.n_all))
@@ -222,11 +214,3 @@ def test_power_is_force_times_velocity(options, rng):
         )
         applied = system.assembly.force(q[k]) - r - system.gravity_load
         assert system.power(q, v, t)[k] == pytest.approx(applied @ v[k], rel=1e-9)
-
-
-def test_sections_weigh_what_they_say():
-    scene = ancf.Scene((0.0, -10.0))
-    rod = scene.add_beam("l2t2", (0, 0), (2, 0), 3, Section(0.01, 1e-6, 1e-6, 2e-6), MATERIAL)
-    system = System(scene)
-    assert system.dead_load[system.places[0][:, 1]].sum() == pytest.approx(-10 * 0.01 * 2 * 1000)
-    assert rod.length == 2.0

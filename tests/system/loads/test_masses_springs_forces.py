@@ -12,14 +12,8 @@ def scene_of(dim, *, coupled=True, force=True):
     """A beam of two elements with everything that can be attached, also inside one element."""
     pad = (0.0,) * (dim - 2)
     scene = ancf.Scene(gravity=(0.0, -9.81, *pad))
-    beam = scene.add_beam(
-        "thick",
-        (0, 0, *pad),
-        (1, 0.2, *pad),
-        2,
-        ancf.Rectangle(0.1, 0.1),
-        ancf.Material(1e6, 400, 0.3),
-    )
+    section, material = ancf.Rectangle(0.1, 0.1), ancf.Material(1e6, 400, 0.3)
+    beam = scene.add_beam("thick", (0, 0, *pad), (1, 0.2, *pad), 2, section, material)
     scene.pin(beam.start)
     scene.add_mass(beam.at(0.3), 2.0)
     scene.add_mass(beam.end, 1.0, inertia=0.3 if dim == 2 else (1.0, 2.0, 2.5))
@@ -35,11 +29,6 @@ def scene_of(dim, *, coupled=True, force=True):
     if force:
         scene.force([beam.at(0.6), beam.at(0.8), beam.end], drag, coupled=coupled)
     return scene
-
-
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20261122)
 
 
 @pytest.mark.parametrize("coupled", [True, False])

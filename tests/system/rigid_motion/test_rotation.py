@@ -29,11 +29,6 @@ KINDS = {
 }
 
 
-@pytest.fixture
-def rng():
-    return np.random.default_rng(20250611)
-
-
 def free_beam(kind, n_elements=3):
     element, dim, options = KINDS[kind]
     scene = ancf.Scene((0.0,) * dim)
@@ -65,6 +60,14 @@ def matrix_of(frame, n):
     return np.column_stack([frame.forward(e) for e in np.eye(n)])
 
 
+def turned_frame(system, q0, q1):
+    """Return the frame that holds one state and has turned to another."""
+    frame = make_corotated_frame(system)
+    frame.hold(q0)
+    frame.turn(q1)
+    return frame
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_stiffness_and_force_turn_with_the_body(kind, rng):
     # K(R q) = R K(q) R^T and Q(R q) = R Q(q): without this a turned seed would be of no use.
@@ -81,24 +84,14 @@ def test_stiffness_and_force_turn_with_the_body(kind, rng):
     )
 
 
-@pytest.mark.parametrize("kind", [kind for kind, (_, dim, _) in KINDS.items() if dim == 2])
-def test_in_the_plane_the_frame_finds_the_rotation(kind, rng):
+@pytest.mark.parametrize(
+    "kind", [*(kind for kind, (_, dim, _) in KINDS.items() if dim == 2), "thick, 3d, axis, nodal"]
+)
+def test_the_frame_of_a_plane_or_a_spatial_beam_finds_the_rotation(kind, rng):
     system = free_beam(kind)
     q = system.q0 + 0.05 * rng.normal(size=system.n_all)
-    big = turned(system, global_rotation(2, rng))
-    frame = make_corotated_frame(system)
-    frame.hold(q)
-    frame.turn(big @ q)
-    np.testing.assert_allclose(matrix_of(frame, system.n_free), big, rtol=0, atol=1e-14)
-
-
-def test_in_space_a_beam_finds_the_rotation(rng):
-    system = free_beam("thick, 3d, axis, nodal")
-    q = system.q0 + 0.05 * rng.normal(size=system.n_all)
-    big = turned(system, global_rotation(3, rng))
-    frame = make_corotated_frame(system)
-    frame.hold(q)
-    frame.turn(big @ q)
+    big = turned(system, global_rotation(system.dim, rng))
+    frame = turned_frame(system, q, big @ q)
     np.testing.assert_allclose(matrix_of(frame, system.n_free), big, rtol=0, atol=1e-14)
 
 
@@ -106,9 +99,7 @@ def test_in_space_a_cable_takes_the_smallest_rotation(rng):
     system = free_beam("thin", 1)
     q = system.q0 + 0.2 * rng.normal(size=system.n_all)
     moved = q + 0.8 * rng.normal(size=system.n_all)
-    frame = make_corotated_frame(system)
-    frame.hold(q)
-    frame.turn(moved)
+    frame = turned_frame(system, q, moved)
     expected = np.zeros((12, 12))
     for places in system.places[0]:
         old, new = (x[places[3:]] / np.linalg.norm(x[places[3:]]) for x in (q, moved))
@@ -125,9 +116,7 @@ def test_half_a_turn_is_a_rotation_too(direction):
     slopes = system.places[0][:, 3:]
     q, back = system.q0.copy(), system.q0.copy()
     q[slopes], back[slopes] = direction, -np.array(direction)
-    frame = make_corotated_frame(system)
-    frame.hold(q)
-    frame.turn(back)
+    frame = turned_frame(system, q, back)
     r = matrix_of(frame, 12)[np.ix_(slopes[0], slopes[0])]
     np.testing.assert_allclose(r @ direction, back[slopes[0]], rtol=0, atol=1e-14)
     np.testing.assert_allclose(r @ r.T, np.eye(3), rtol=0, atol=1e-14)
@@ -146,10 +135,7 @@ def test_a_crossing_turns_by_the_average_of_its_slopes():
     q = system.q0.copy()
     for row, turn in zip(rows, turns, strict=True):
         q[row[3:]] = turn @ q[row[3:]]
-    frame = make_corotated_frame(system)
-    frame.hold(system.q0)
-    frame.turn(q)
-    found = matrix_of(frame, system.n_free)
+    found = matrix_of(turned_frame(system, system.q0, q), system.n_free)
     position = rows[0][:3]
     middle = Rotation.from_rotvec([0.0, 0.0, 0.7]).as_matrix()
     np.testing.assert_allclose(found[np.ix_(position, position)], middle, rtol=0, atol=1e-14)
@@ -168,9 +154,7 @@ def test_average_in_the_plane_where_beams_meet():
     ends = [system.place(a.end), system.place(b.start)]
     q[ends[0][2:]] = np.cos(0.2), np.sin(0.2)  # turned by 0.2, the other one by 0.6
     q[ends[1][2:]] = -np.sin(0.6), np.cos(0.6)
-    frame = make_corotated_frame(system)
-    frame.hold(system.q0)
-    frame.turn(q)
+    frame = turned_frame(system, system.q0, q)
     shared = ends[0][:2]
     found = matrix_of(frame, system.n_free)[np.ix_(shared, shared)]
     c, s = np.cos(0.4), np.sin(0.4)
@@ -186,9 +170,7 @@ def test_fixed_and_linearly_constrained_vectors_stay(rng):
     scene.pin(rod.end, as_constraint=True)
     scene.rod(rod.node(2), (0.0, 1.0))
     system = System(scene)
-    frame = make_corotated_frame(system)
-    frame.hold(system.q0)
-    frame.turn(turned(system, global_rotation(2, rng)) @ system.q0)
+    frame = turned_frame(system, system.q0, turned(system, global_rotation(2, rng)) @ system.q0)
     n = system.n_free + system.n_multipliers
     found = matrix_of(frame, n)
     held = [*system.place(rod.end)[:2], *range(system.n_free, n)]
