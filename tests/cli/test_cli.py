@@ -7,16 +7,8 @@ import numpy as np
 import pytest
 
 from ancfsparse import Newmark, QuasiNewton, simulate
-from ancfsparse.cli import main
 from ancfsparse.problems import pendulum
-
-
-def run(capsys, *words):
-    with pytest.raises(SystemExit) as left:
-        main(words)
-    out, err = capsys.readouterr()
-    return left.value.code, out, err
-
+from tests.cli.command import run
 
 SHORT = ("pendulum", "--time", "0.01", "--json", "-")
 
@@ -121,7 +113,8 @@ def test_json_goes_to_a_file(capsys, tmp_path):
         (("--tolerance", "tight"), "tolerance must be 'paper' or 'default' or a number"),
         (("--tolerance", "-1"), "must be positive"),
         (("--save-every", "0"), "--save-every must be"),
-        (("--json", "nowhere/run.json"), "nowhere/run.json"),
+        (("--json", "nowhere/run.json"), "there is no folder"),
+        (("--integrator", "verlet"), "unknown integrator 'verlet'"),
     ],
 )
 def test_what_cannot_be_meant_is_one_sentence_and_code_2(capsys, words, sentence):
@@ -137,13 +130,6 @@ def test_step_that_fails_is_one_sentence_and_code_1(capsys):
     assert (code, out) == (1, "")
     assert err.count("\n") == 1
     assert "a smaller --step" in err
-
-
-def test_a_folder_that_is_missing_is_noticed_before_the_run(capsys, tmp_path):
-    with pytest.raises(SystemExit) as caught:
-        main(["pendulum", "--json", str(tmp_path / "nowhere" / "run.json")])
-    assert caught.value.code == 2
-    assert "there is no folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -177,17 +163,7 @@ def test_an_accuracy_is_asked_for_and_told(capsys):
 
 
 def test_a_run_to_an_accuracy_names_the_integrator_it_took(capsys):
-    words = (
-        "pendulum",
-        "--elements",
-        "4",
-        "--time",
-        "0.05",
-        "--accuracy",
-        "1e-6",
-        "--step",
-        "5e-3",
-    )
+    words = "pendulum --elements 4 --time 0.05 --accuracy 1e-6 --step 5e-3".split()
     _, out, _ = run(capsys, *words)
     assert re.search(
         r"(CentralDifference|RungeKuttaNystrom|GeneralizedAlpha)\(.*\).* in \d+ steps", out
@@ -198,12 +174,6 @@ def test_a_run_to_an_accuracy_names_the_integrator_it_took(capsys):
     assert settings["chosen"] in out
     code, _, err = run(capsys, *words, "--rho-inf", "0.8")
     assert (code, "--integrator auto: leave it out" in err) == (2, True)
-
-
-def test_an_unknown_integrator_is_refused(capsys):
-    code, _, err = run(capsys, *SHORT, "--integrator", "verlet")
-    assert code == 2
-    assert "unknown integrator 'verlet'" in err
 
 
 @pytest.mark.parametrize(

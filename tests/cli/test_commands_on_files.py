@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 import ancfsparse as ancf
-from ancfsparse.cli import main
 from ancfsparse.problems import pendulum
+from tests.cli.command import run
 
 
 @pytest.fixture(scope="module")
@@ -17,13 +17,6 @@ def file(tmp_path_factory):
     scene, _ = pendulum(n_elements=4)
     ancf.simulate(scene, 0.1, 1e-3, save_every=5, output=path)
     return path
-
-
-def run(capsys, *words):
-    with pytest.raises(SystemExit) as left:
-        main([str(word) for word in words])
-    out, err = capsys.readouterr()
-    return left.value.code, out, err
 
 
 def test_info_tells_run_and_scene(file, capsys):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.problems import chain
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.motion import fixed_step_run
 from ancfsparse.solve.preparation.memory_estimate import estimate_memory
@@ -15,14 +16,6 @@ from tests.operations import operations
 from tests.paths import ROOT
 
 PAGE = ROOT / "docs" / "large.md"
-
-
-def chain(n):
-    scene = ancf.Scene()
-    stuff = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
-    rod = scene.add_beam("l2t2", (0, 0), (0.2 * n, 0), n, *stuff)
-    scene.pin(rod.start)
-    return scene, rod
 
 
 def test_the_example_of_the_page(tmp_path, monkeypatch, capsys):

@@ -5,26 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from ancfsparse.cli import main
 from ancfsparse.problems.named import MECHANISMS
-
-
-def printed(capsys, *words):
-    main_exit = None
-    try:
-        main(["problem", *words])
-    except SystemExit as error:
-        main_exit = error.code
-    out = capsys.readouterr()
-    return main_exit, out.out, out.err
+from tests.cli.command import run
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_known_numbers(name, capsys):
     """By the command with its usual setting, to the tolerance that the table states."""
     case = MECHANISMS[name]
-    code, out, _ = printed(capsys, name, "--at", f"{case.time:g}", "--json", "-")
-    assert code in (None, 0)
+    code, out, _ = run(capsys, "problem", name, "--at", f"{case.time:g}", "--json", "-")
+    assert code == 0
     found = json.loads(out)
     assert found["time"] == [case.time]
     value = np.ravel(found["quantities"][case.quantity][0])
@@ -32,8 +22,8 @@ def test_known_numbers(name, capsys):
 
 
 def test_the_list_names_all(capsys):
-    code, out, _ = printed(capsys, "--list")
-    assert code in (None, 0)
+    code, out, _ = run(capsys, "problem", "--list")
+    assert code == 0
     for name, case in MECHANISMS.items():
         about = out.split(f"\n{name}" if name != "planar_rod" else name)[1].split("\n  ")
         assert set(about[1].split(": ")[1].split(", ")) == set(case.make().watched)
@@ -55,6 +45,6 @@ def test_the_list_names_all(capsys):
     ],
 )
 def test_bad_words(words, message, capsys):
-    code, _, err = printed(capsys, *words)
+    code, _, err = run(capsys, "problem", *words)
     assert code == 2
     assert message in err

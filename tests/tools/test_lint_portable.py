@@ -1,21 +1,10 @@
 """What the lint of portability finds, and what it leaves alone."""
 
-import importlib.util
-
 import pytest
 
-from tests.paths import ROOT
+from tools import lint_portable as lint
 
-TOOLS = ROOT / "tools"
 OFF = "# cython: language_level=3, wraparound=False\n"
-
-
-@pytest.fixture(scope="module")
-def lint():
-    spec = importlib.util.spec_from_file_location("lint_portable", TOOLS / "lint_portable.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize(
@@ -31,7 +20,7 @@ def lint():
         "n = matrix[\n    -1]",
     ],
 )
-def test_a_negative_index_is_found_where_wraparound_is_off(lint, line):
+def test_a_negative_index_is_found_where_wraparound_is_off(line):
     (number,) = lint.negative_indices(OFF + "cdef f(x):\n    " + line + "\n")
     assert number == 3 + line.count("\n")
     assert list(lint.negative_indices(line, is_included=True)) == [1 + line.count("\n")]
@@ -54,7 +43,7 @@ def test_a_negative_index_is_found_where_wraparound_is_off(lint, line):
         "n = values[-1]  # before the pointer",
     ],
 )
-def test_slices_lists_text_and_lines_that_give_their_reason_are_left_alone(lint, line):
+def test_slices_lists_text_and_lines_that_give_their_reason_are_left_alone(line):
     assert not list(lint.negative_indices(OFF + line + "\n"))
 
 
@@ -67,7 +56,7 @@ def test_slices_lists_text_and_lines_that_give_their_reason_are_left_alone(lint,
         "python3 -m venv --without-scm-ignore-files .venv",
     ],
 )
-def test_an_option_that_the_tools_of_debian_12_lack_is_found(lint, line):
+def test_an_option_that_the_tools_of_debian_12_lack_is_found(line):
     ((number, reason),) = lint.newer_options("set -e\n" + line + "\n")
     assert number == 2
     assert "Debian 12 has" in reason
@@ -82,9 +71,9 @@ def test_an_option_that_the_tools_of_debian_12_lack_is_found(lint, line):
         "make -C folder",
     ],
 )
-def test_other_options_are_left_alone(lint, line):
+def test_other_options_are_left_alone(line):
     assert not list(lint.newer_options(line + "\n"))
 
 
-def test_this_repository_has_none(lint, capsys):
+def test_this_repository_has_none(capsys):
     assert lint.main() == 0, capsys.readouterr().out

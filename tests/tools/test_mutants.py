@@ -1,6 +1,5 @@
 """The tool that changes code in wrong ways: what it counts as caught; it puts files back."""
 
-import importlib.util
 import signal
 import subprocess
 import sys
@@ -9,6 +8,7 @@ import time
 import pytest
 
 from tests.paths import ROOT
+from tools import mutants
 
 TOOLS = ROOT / "tools"
 
@@ -22,17 +22,8 @@ tests = ["{tests}"]
 """
 
 
-@pytest.fixture(scope="module")
-def mutants():
-    spec = importlib.util.spec_from_file_location("mutants", TOOLS / "mutants.py")
-    module = sys.modules["mutants"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    yield module
-    del sys.modules["mutants"]
-
-
 @pytest.fixture
-def run(mutants, tmp_path, capsys):
+def run(tmp_path, capsys):
     code = "def double(x):\n    unused = 1\n    return 2 * x\n"
     (tmp_path / "doubled.py").write_text(code)
     (tmp_path / "test_doubled.py").write_text(
@@ -49,36 +40,27 @@ def run(mutants, tmp_path, capsys):
     return run
 
 
-def test_a_mutant_whose_test_fails_is_caught(run):
-    status, shown = run("2 * x", "3 * x")
-    assert (status, shown.split()[0]) == (0, "caught")
-    assert "caught 1 of 1: 100 %" in shown
+@pytest.mark.parametrize(
+    ("change", "options", "code", "words"),
+    [
+        (("2 * x", "3 * x"), {}, 0, ("caught ", "caught 1 of 1: 100 %")),
+        (("unused = 1", "unused = 2"), {}, 1, ("SURVIVED ", "caught 0 of 1: 0 %")),
+        (("unused = 1", "unused = 2"), {"more": 'equivalent = "nothing reads it"'}, 0,
+         ("(nothing reads it)", "caught 0 of 0: none; 1 without effect")),
+        # A text that is not there once.
+        (("4 * x", "5 * x"), {}, 1, ("STALE ",)),
+        (("x", "y"), {}, 1, ("STALE ",)),
+        (("2 * x", "2 * x"), {}, 1, ("STALE ",)),
+        (("2 * x", "3 * x"), {"tests": "test_nothing.py"}, 1, ("BROKEN ",)),
+    ],
+)  # fmt: skip
+def test_what_becomes_of_a_mutant_is_printed(run, change, options, code, words):
+    status, shown = run(*change, **options)
+    assert status == code
+    assert all(each in shown for each in words)
 
 
-def test_a_mutant_whose_tests_pass_survives(run):
-    status, shown = run("unused = 1", "unused = 2")
-    assert (status, shown.split()[0]) == (1, "SURVIVED")
-    assert "caught 0 of 1: 0 %" in shown
-
-
-def test_one_without_effect_is_explained_and_not_counted(run):
-    status, shown = run("unused = 1", "unused = 2", more='equivalent = "nothing reads it"')
-    assert (status, "(nothing reads it)" in shown) == (0, True)
-    assert "caught 0 of 0: none; 1 without effect" in shown
-
-
-@pytest.mark.parametrize(("old", "new"), [("4 * x", "5 * x"), ("x", "y"), ("2 * x", "2 * x")])
-def test_a_text_that_is_not_there_once_is_reported(run, old, new):
-    status, shown = run(old, new)
-    assert (status, shown.split()[0]) == (1, "STALE")
-
-
-def test_tests_that_do_not_exist_catch_nothing(run):
-    status, shown = run("2 * x", "3 * x", tests="test_nothing.py")
-    assert (status, shown.split()[0]) == (1, "BROKEN")
-
-
-def test_the_list_is_read(mutants):
+def test_the_list_is_read():
     listed = mutants.read()
     assert len(listed) >= 40
     texts = {each.file: (TOOLS.parent / each.file).read_text(encoding="utf-8") for each in listed}

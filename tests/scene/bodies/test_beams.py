@@ -148,6 +148,8 @@ def test_points_on_a_beam():
         (lambda rod: rod.node(2.0), "node of beam 0 must be an integer, got 2.0"),
         (lambda rod: rod.at(2.1), "s = 2.1 m lies outside beam 0: it runs from 0 to 2 m"),
         (lambda rod: rod.at(-0.1), "s = -0.1 m lies outside beam 0"),
+        (lambda rod: rod.at(1e308), "lies outside beam 0: it runs from 0 to 2 m"),
+        (lambda rod: rod.at(-1e308), "lies outside beam 0: it runs from 0 to 2 m"),
         (lambda rod: rod.at(np.nan), "arc coordinate s on beam 0 must be finite, got nan m"),
     ],
 )
@@ -188,6 +190,10 @@ def test_points_that_are_not_on_it(point, message):
         ({"velocity": lambda x: "fast"},
          "the result of velocity of beam 0 must be an array of numbers, got 'fast'"),
         ({"name": ""}, "name of a beam must be a non-empty string"),
+        ({"start": (1e300, 0)}, r"beam 0 has an end beyond 1e\+150 m"),
+        ({"end": (1e300, 0)}, r"beam 0 has an end beyond 1e\+150 m"),
+        ({"section": Circle(1e10), "material": Material(1e300, 1.0)},
+         "axial_stiffness of beam 0 is inf, beyond the range"),
     ],
 )  # fmt: skip
 def test_impossible_beams_in_the_plane(changes, message):
@@ -221,27 +227,17 @@ def test_a_round_section_makes_a_spatial_cable():
 
 def test_two_beams_cannot_share_a_name():
     scene = Scene()
-    add(scene, name="rod")
-    with pytest.raises(InputError, match="already has a body named 'rod': give another name"):
-        add(scene, name="rod")
-    assert add(scene).name == "beam 1"
-
-
-def test_names_that_are_taken_are_passed_over():
-    scene = Scene()
     add(scene, name="beam 1")
+    with pytest.raises(InputError, match="already has a body named 'beam 1': give another name"):
+        add(scene, name="beam 1")
     assert [add(scene).name for _ in range(2)] == ["beam 2", "beam 3"]
 
 
-@pytest.mark.parametrize("gravity", [9.81, (0, 0, 0, 1), (1,), "down", ((1, 2), 3)])
+@pytest.mark.parametrize("gravity", [9.81, (0, 0, 0, 1), (1,), "down", ((1, 2), 3), (0, np.nan)])
 def test_gravity_decides_the_dimension(gravity):
-    with pytest.raises(InputError, match=r"gravity must have 2 components .planar scene. or 3"):
+    words = "must have 2 components .planar scene. or 3|must be finite, but its y component is nan"
+    with pytest.raises(InputError, match=f"gravity ({words})"):
         Scene(gravity)
-
-
-def test_gravity_must_be_finite():
-    with pytest.raises(InputError, match="gravity must be finite, but its y component is nan m/s2"):
-        Scene((0, np.nan))
 
 
 def test_damping_scales_stiffness_by_time_and_mass_by_rate():
@@ -275,20 +271,3 @@ def test_damping_scales_stiffness_by_time_and_mass_by_rate():
 def test_a_beam_says_what_is_damped(damping, strain, mass):
     beam = add(material=Material(1e8, 4000.0, **damping))
     assert (beam.strains_damped, beam.masses_damped) == (strain, mass)
-
-
-@pytest.mark.parametrize("s", [1e308, -1e308, 2.1, -0.1])
-def test_points_far_outside(s):
-    with pytest.raises(InputError, match=r"lies outside beam 0: it runs from 0 to 2 m"):
-        add().at(s)
-
-
-@pytest.mark.parametrize("where", ["start", "end"])
-def test_ends_whose_distance_is_no_number(where):
-    with pytest.raises(InputError, match=r"beam 0 has an end beyond 1e\+150 m"):
-        add(**{where: (1e300, 0)})
-
-
-def test_stiffnesses_that_are_no_numbers():
-    with pytest.raises(InputError, match="axial_stiffness of beam 0 is inf, beyond the range"):
-        add(section=Circle(1e10), material=Material(1e300, 1.0))

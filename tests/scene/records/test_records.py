@@ -3,12 +3,10 @@
 import inspect
 from dataclasses import fields
 
-import numpy as np
 import pytest
 
 import ancfsparse as ancf
 from ancfsparse.scene.records.record import RECORD_TYPES
-from ancfsparse.system import System
 from tests.scene.everything import everything
 
 OWN = {
@@ -26,17 +24,6 @@ def test_a_record_has_the_parameters_of_its_method(method):
     usual = {name: each.default for name, each in taken.items() if name != "self"}
     assert {each.name for each in fields(RECORD_TYPES[method])} == set(usual)
     assert set(RECORD_TYPES[method].units) <= set(usual)
-
-
-def test_the_same_records_build_the_same_system():
-    scene, twin = everything(), ancf.Scene((0.0, -9.81, 0.5))
-    for record in scene.records:
-        record.build(twin)
-    assert scene.records == twin.records
-    assert scene.digest() == twin.digest()
-    one, other = System(scene), System(twin)
-    for name in ("q_ref", "q0", "v0"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
 def test_records_are_equal_if_all_that_was_specified_is():

@@ -142,27 +142,19 @@ def test_mistakes_in_sections(make, words):
 
 
 UNEQUAL = ancf.Polygon(ANGLE)
+NUMBERS = ancf.Section(
+    UNEQUAL.area, UNEQUAL.inertia_y, UNEQUAL.inertia_z, UNEQUAL.torsion_constant,
+    inertia_yz=UNEQUAL.inertia_yz,
+)  # fmt: skip
 
 
-def unequal(kind):
-    """Return an angle section as a polygon, or by its numbers."""
-    section = UNEQUAL
-    if kind == "polygon":
-        return section
-    return ancf.Section(
-        section.area, section.inertia_y, section.inertia_z, section.torsion_constant,
-        inertia_yz=section.inertia_yz,
-    )  # fmt: skip
-
-
-@pytest.mark.parametrize("kind", ["polygon", "numbers"])
+@pytest.mark.parametrize("section", [UNEQUAL, NUMBERS], ids=["polygon", "numbers"])
 @pytest.mark.parametrize("curve", [False, True])
-def test_unsymmetrical_bending(kind, curve):
+def test_unsymmetrical_bending(section, curve):
     """A force F along y bends to (I_y, -I_yz) F L^3 / (3 E (I_y I_z - I_yz^2)).
 
     Timoshenko, Strength of Materials, part 1, article 93.
     """
-    section = unequal(kind)
     length = 60.0 * math.sqrt(section.area)
     scene = ancf.Scene((0.0, 0.0, 0.0))
     if curve:
@@ -183,7 +175,7 @@ def test_unsymmetrical_bending(kind, curve):
 
 def test_the_inertia_of_a_section_keeps_its_product():
     """A rod that turns about its own y, z and the line between has the tensor of its area."""
-    section = unequal("polygon")
+    section = UNEQUAL
     for axis in np.array([(0, 1, 0), (0, 0, 1), (0, 0.6, 0.8)], float):
         scene = ancf.Scene((0.0, 0.0, 0.0))
         scene.add_beam(
@@ -200,15 +192,14 @@ def test_the_inertia_of_a_section_keeps_its_product():
 
 
 def test_sections_whose_axes_are_not_principal_are_refused_where_they_have_no_meaning():
-    section = UNEQUAL
     plane = ancf.Scene((0.0, 0.0))
     with pytest.raises(InputError, match="bending leaves the plane: take a spatial scene"):
-        plane.add_beam("thick", (0, 0), (1, 0), 2, section, MATERIAL)
+        plane.add_beam("thick", (0, 0), (1, 0), 2, UNEQUAL, MATERIAL)
     space = ancf.Scene((0.0, 0.0, 0.0))
-    taper = ancf.Taper(unequal("numbers"), unequal("numbers"))
+    taper = ancf.Taper(NUMBERS, NUMBERS)
     with pytest.raises(InputError, match="Taper of a section with inertia_yz"):
         space.add_beam("thick", (0, 0, 0), (1, 0, 0), 2, taper, MATERIAL)
     with pytest.raises(InputError, match="inertia_yz of the section, 5e-09 m4, must be smaller"):
         ancf.Section(1e-4, 4e-9, 5e-9, 1e-9, inertia_yz=5e-9)
     with pytest.raises(InputError, match="bending stiffness is the same"):
-        space.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, unequal("numbers"), MATERIAL)
+        space.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, NUMBERS, MATERIAL)

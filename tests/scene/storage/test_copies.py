@@ -261,4 +261,3 @@ def test_gravity_is_changed_in_copies_alone():
     scene, _ = bar()
     with pytest.raises(AttributeError):
         scene.gravity = (0.0, -1.62)
-    assert str(scene.replaced(gravity=(0.0, -1.62))).startswith("planar scene, gravity (0, -1.62)")

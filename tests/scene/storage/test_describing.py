@@ -3,11 +3,9 @@
 import itertools
 
 import numpy as np
-import pytest
 
 import ancfsparse as ancf
 from ancfsparse import system_memory
-from ancfsparse.errors import SingularSceneError
 
 
 def test_small_bodies_joints_and_loads_ask_neither_for_memory_nor_for_a_decomposition(monkeypatch):
@@ -25,11 +23,3 @@ def test_small_bodies_joints_and_loads_ask_neither_for_memory_nor_for_a_decompos
     scene.rod(beams[2].end, (3.0, 1.0))
     scene.point_force(beams[2].end, (0.0, 1.0))
     assert len(scene.records) == 8
-
-
-def test_directions_of_two_rods_are_still_compared():
-    scene = ancf.Scene((0.0, -9.81))
-    beam = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 4e3))
-    scene.rod(beam.end, (1.0, 1.0))
-    with pytest.raises(SingularSceneError, match="dependent directions"):
-        scene.rod(beam.end, (1.0, -1.0))
