@@ -1,6 +1,8 @@
 """A system that can be checked by hand: one planar beam, its coordinates in reversed order."""
 
+import h5py
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -79,6 +81,22 @@ class ReversedBeam:
         y = np.concatenate([[0.0], np.cumsum(0.5 * step * (np.sin(path)[1:] + np.sin(path)[:-1]))])
         places = np.interp(s, fine, x), np.interp(s, fine, y)
         return np.column_stack([*places, np.cos(theta), np.sin(theta)]).ravel()[::-1]
+
+
+@pytest.fixture
+def close_figures():
+    """Leave no figure of matplotlib behind."""
+    yield
+    plt.close("all")
+
+
+def damage_outline(path, name, change):
+    """Put something else in the place of a table of the outline in a file, or nothing."""
+    with h5py.File(path, "a", libver=("v108", "v108")) as file:
+        table = change(np.asarray(file["outline"][name]))
+        del file["outline"][name]
+        if table is not None:
+            file["outline"][name] = table
 
 
 @pytest.fixture

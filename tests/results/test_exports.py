@@ -14,6 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.problems import net, pendulum
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_outline
+from tests.results.conftest import damage_outline
 
 
 @pytest.fixture(scope="module")
@@ -138,14 +139,11 @@ def test_a_file_of_some_points_has_no_outline(tmp_path):
         read_outline(tmp_path / "run.h5")
 
 
-@pytest.mark.parametrize("places", [None, 99])
+@pytest.mark.parametrize("places", [None, np.full((3, 4, 2), 99)], ids=["lost", "out of range"])
 def test_a_damaged_outline_is_refused(tmp_path, places):
     scene, _ = pendulum(n_elements=3)
     ancf.simulate(scene, 0.01, 1e-3, output=tmp_path / "run.h5")
-    with h5py.File(tmp_path / "run.h5", "a", libver=("v108", "v108")) as file:
-        del file["outline/body 0/places"]
-        if places:
-            file["outline/body 0/places"] = np.full((3, 4, 2), places)
+    damage_outline(tmp_path / "run.h5", "body 0/places", lambda table: places)
     with pytest.raises(InputError, match="its outline is lost"):
         read_outline(tmp_path / "run.h5")
 

@@ -16,6 +16,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.data.output_lock import check_replaceable
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
+from tests.soak.trials import files
 
 
 def pendulum(modulus=1e8, diameter=0.01):
@@ -126,32 +127,11 @@ def test_a_run_that_is_killed_while_it_makes_its_file_can_be_run_again(tmp_path,
     assert load(path, pendulum()[0]).finished
 
 
-def damage(content, rng):
-    """Change a byte or some hundred of them, anywhere, or cut the rest off."""
-    at, kind = rng.integers(len(content)), rng.integers(4)
-    length = 1 if kind == 0 else int(rng.integers(1, 500))
-    values = rng.bytes(length) if kind < 2 else bytes(length)
-    if kind == 3:
-        return content[:at]
-    return (content[:at] + values + content[at + length :])[: len(content)]
-
-
-def test_no_damage_of_a_file_is_read_as_a_run(tmp_path):
-    path, scene = tmp_path / "run.h5", pendulum()[0]
-    run = run_to(path, 300)
-    names, rng = ("t", "q", "v", "a", "lam"), np.random.default_rng(20260722)
-    whole = {name: np.asarray(getattr(run, name)) for name in names}
-    content, noticed = path.read_bytes(), 0
-    for _ in range(200):
-        path.write_bytes(damage(content, rng))
-        try:
-            read = load(path, scene)
-            for name in names:
-                np.testing.assert_array_equal(np.asarray(getattr(read, name)), whole[name])
-            assert repr((read.stats, read.settings)) == repr((run.stats, run.settings))
-        except InputError:
-            noticed += 1
-    assert noticed > 150  # some places of a file hold nothing
+def test_no_damage_of_a_file_is_read_as_a_run():
+    reports = [files.run(20260722, k) for k in range(120)]
+    assert [report.finds for report in reports if report.finds] == []
+    refused = sum(report.outcome == "refused" for report in reports)
+    assert refused > 90  # some places of a file hold nothing
 
 
 def test_a_file_is_written_by_one_run_at_a_time(tmp_path):

@@ -1,8 +1,5 @@
 """Ropes, springs and distances are drawn between their points, and kept in files of runs."""
 
-import h5py
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -11,13 +8,9 @@ import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_outline
+from tests.results.conftest import damage_outline
 
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    mpl.use("Agg")
-    yield
-    plt.close("all")
+pytestmark = pytest.mark.usefixtures("close_figures")
 
 
 def tied(dim, path=None):
@@ -100,11 +93,7 @@ def test_lines_are_those_of_whole_scenes():
 def test_damaged_lines_are_refused(tmp_path, lost):
     path = tmp_path / "run.h5"
     tied(2, path)
-    with h5py.File(path, "a", libver=("v108", "v108")) as file:
-        table = np.asarray(file["outline"][lost])
-        del file["outline"][lost]
-        if lost != "link springs":
-            file["outline"][lost] = table[:-1]
+    damage_outline(path, lost, lambda table: None if lost == "link springs" else table[:-1])
     with pytest.raises(InputError, match="its outline is lost"):
         read_outline(path)
 

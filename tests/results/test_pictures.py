@@ -3,7 +3,6 @@
 import sys
 from itertools import pairwise
 
-import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -13,12 +12,7 @@ import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.problems import elastica, lattice, pendulum
 
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    mpl.use("Agg")
-    yield
-    plt.close("all")
+pytestmark = pytest.mark.usefixtures("close_figures")
 
 
 @pytest.fixture(scope="module")
@@ -136,9 +130,8 @@ def test_equilibrium_beside_its_reference():
 
 def test_a_film_has_a_picture_for_each_instant(arm, tmp_path):
     run, _, b = arm
-    path = run.animate(
-        tmp_path / "arm.gif", seconds=0.4, fps=10, dpi=40, trace=[b.end], progress=False
-    )
+    options = {"seconds": 0.4, "fps": 10, "dpi": 40, "trace": [b.end], "progress": False}
+    path = run.animate(tmp_path / "arm.gif", **options)
     with Image.open(path) as film:
         assert film.n_frames == 4
         assert film.info["duration"] == 100
@@ -147,9 +140,7 @@ def test_a_film_has_a_picture_for_each_instant(arm, tmp_path):
             film.seek(k)
             pictures.append(np.asarray(film.convert("RGB")))
     assert all((one != other).any() for one, other in pairwise(pictures))
-    again = run.animate(
-        tmp_path / "again.gif", seconds=0.4, fps=10, dpi=40, trace=[b.end], progress=False
-    )
+    again = run.animate(tmp_path / "again.gif", **options)
     assert path.read_bytes() == again.read_bytes()
     assert not plt.get_fignums()
 

@@ -1,8 +1,6 @@
 """Pictures, films and files show rigid bodies where they are."""
 
 import h5py
-import matplotlib as mpl
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,15 +13,11 @@ from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
 from ancfsparse.results.hdf5_reader import read_outline
 from ancfsparse.results.plotting.plot import draw_shapes
+from tests.results.conftest import damage_outline
+
+pytestmark = pytest.mark.usefixtures("close_figures")
 
 CORNERS = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)]) * (0.5, 0.2)
-
-
-@pytest.fixture(autouse=True)
-def close_figures():
-    mpl.use("Agg")
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -227,11 +221,7 @@ def test_a_file_of_rigid_bodies_alone(tmp_path):
 def test_a_damaged_outline_is_refused(plate, tmp_path, lost):
     copy = tmp_path / "run.h5"
     copy.write_bytes(plate[-1].read_bytes())
-    with h5py.File(copy, "a", libver=("v108", "v108")) as file:
-        table = np.asarray(file["outline"][lost])
-        del file["outline"][lost]
-        if lost != "rigid names":
-            file["outline"][lost] = table[:-1]
+    damage_outline(copy, lost, lambda table: None if lost == "rigid names" else table[:-1])
     with pytest.raises(InputError, match="its outline is lost"):
         read_outline(copy)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 import ancfsparse as ancf
+from ancfsparse import problems as named
 from ancfsparse.results.hdf5_reader import load
 from tests.soak.report import Report
 
@@ -14,11 +15,7 @@ DAMAGES = ("bits", "zeros", "noise", "cut", "hole", "swap")
 
 
 def pendulum():
-    scene = ancf.Scene()
-    section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 3, section, material)
-    scene.pin(rod.start, as_constraint=True)
-    return scene, rod
+    return named.pendulum("thin", 3, as_constraint=True)
 
 
 @cache
@@ -33,7 +30,8 @@ def good_file():
 
 def contents(run, rod):
     tables = [np.array(getattr(run, name)[:]) for name in ("t", "q", "v", "a", "lam")]
-    return [*tables, run.position(rod.end), run.energy.total, run.reaction(rod.start)]
+    told = repr((run.stats, run.settings))
+    return [*tables, run.position(rod.end), run.energy.total, run.reaction(rod.start), told]
 
 
 def run(seed, index):
