@@ -120,8 +120,9 @@ def test_the_shipped_borders_are_where_runs_end_today(shipped):
     for scene in SCENES:
         of_scene = [pair for pair in borders if pair[0].map_point.scene == scene]
         for completes, fails in some(of_scene, 8):
-            assert run_at(completes.map_point).is_complete, completes
-            assert not run_at(fails.map_point).is_complete, fails
+            for run in (completes, fails):
+                agrees = run_at(run.map_point).is_complete == run.is_complete
+                assert agrees or ends_by_chance(run.map_point), run
 
 
 def test_newton_and_the_others_agree_today(shipped):
@@ -136,7 +137,6 @@ def test_newton_and_the_others_agree_today(shipped):
             map_point = completes.map_point._replace(solver=solver)
             if map_point in shipped.at:
                 run = run_at(map_point)
-                assert run.outcome != FAILED, run
                 assert run.is_complete or ends_by_chance(map_point), run
                 assert run.gain < MAX_GAIN, run
 

@@ -107,7 +107,7 @@ def test_what_does_not_converge_is_no_plan():
     )
     scene.point_force(rope.at(0.6), (5.0, 0.0))
     with pytest.raises(ancf.PlanError, match="does not converge as meshes and steps are refined"):
-        ancf.plan(scene, 0.5, ancf.position(rope.at(0.6)), "0.3 %")
+        ancf.plan(scene, 0.5, ancf.position(rope.at(0.6)), "0.1 %")
 
 
 def test_a_conserved_energy_has_no_relative_error():

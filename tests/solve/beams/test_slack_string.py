@@ -78,7 +78,8 @@ def test_a_line_let_go_is_slack_and_falls():
     scene.drive(cord.end, lambda t: (1.05 - 0.35 * smooth(t - 0.1, 0.02), 0.0))
     rest = ancf.solve_static(scene)
     assert rest.section_force(cord).N.mean() == pytest.approx(0.05 * STIFFNESS, rel=0.01)
-    run = ancf.simulate(scene, 0.3, 2e-4, integrator=ancf.GeneralizedAlpha(0.8), start=rest)
+    # In steps of 0.2 ms rounding decides whether the motion gains 1 % of energy.
+    run = ancf.simulate(scene, 0.3, 1e-4, integrator=ancf.GeneralizedAlpha(0.8), start=rest)
     force = run.section_force(cord).N
     assert force.min() >= 0.0
     assert force.min(axis=0).max() < 1e-6 * STIFFNESS  # each element has been slack
