@@ -31,21 +31,10 @@ class Gear(Joint):
     def lower(self, builder: ConstraintBuilder) -> None:
         """Add the equation ``factor (h_one - ratio h_other - c) = 0``, in metres."""
         factor = self.one.arm if self.of[0] == "angle" else 1.0
-        factors, pairs = (factor, -factor * self.ratio), zip(self.joints, self.of, strict=True)
-        start = [reference_value(joint, of) for joint, of in zip(self.joints, self.of, strict=True)]
-        builder.equation(
-            self.label,
-            -sum(f * value for f, value in zip(factors, start, strict=True)),
-            measures=[
-                (f, joint_coordinate(builder, joint, of))
-                for f, (joint, of) in zip(factors, pairs, strict=True)
-            ],
-        )
-
-    @property
-    def joints(self) -> tuple[Joint, Joint]:
-        """Both joints."""
-        return self.one, self.other
+        terms = (factor, self.one, self.of[0]), (-factor * self.ratio, self.other, self.of[1])
+        offset = -sum(f * reference_value(joint, of) for f, joint, of in terms)
+        coordinates = [(f, joint_coordinate(builder, joint, of)) for f, joint, of in terms]
+        builder.equation(self.label, offset, measures=coordinates)
 
     @property
     def nodes(self) -> tuple[Point, ...]:

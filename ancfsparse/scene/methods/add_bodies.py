@@ -217,15 +217,8 @@ class Bodies(SceneBase):
             Of several edges the straightest two are connected first, and an edge is continued at
             most once at each end.  The shared slope is the mean of both directions, so a cable with
             a bend starts with the stress of that bend.
-        slack : float, optional
-            For ``"string"``: transition strain to zero force [-], as in `add_beam`.
-        strain : str, optional
-            For ``"thin"``: ``"green"`` or ``"biot"``.
-        curvature, section_strain : str, optional
-            For ``"thick"``, as in `add_beam`.
-        velocity : array_like of shape (dim,) or callable, optional
-            Initial velocity [m/s]: one for all, or a function that maps reference positions
-            (k, dim) [m] to velocities (k, dim).  The default is at rest.
+        slack, strain, curvature, section_strain, velocity : optional
+            As in `add_beam`.
         name : str, optional
             Name in messages; by default ``"mesh 0"`` for the first body and so on.
 

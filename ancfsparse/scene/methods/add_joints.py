@@ -182,12 +182,8 @@ class Joints(SceneBase):
         ----------
         a, b : Point
             Two different points.
-        length : callable, optional
-            The distance as a function of t [m], for example of a hydraulic cylinder, given as
-            `drive` takes positions, with ``rate`` [m/s] and ``second_rate`` [m/s2].  By default it
-            is constant.
-        rate, second_rate : callable, optional
-            Its derivatives, as in `drive`.
+        length, rate, second_rate : callable, optional
+            As in `rod`, for example of a hydraulic cylinder.
 
         Returns
         -------

@@ -175,7 +175,12 @@ class Mechanisms(SceneBase):
         beams = [check_turns("a weld", node) for node in ends if node and node.beam.n_elements]
         cables = [node for node in beams if not node.spans(node.beam.axes_of(0)[-1])]
         check_choice("stretch of a weld", stretch, ("free", "fixed"))
-        if self.dim == 3 and len(cables) == 2 and not self._in_line(cables, stretch):
+        # Two cables with one tangent can share a slope.
+        if (
+            self.dim == 3
+            and len(cables) == 2
+            and not (stretch == "fixed" and cables[0].spans(cables[1].frame[0]))
+        ):
             raise InputError(
                 f"{a!r} and {b!r} cannot be welded: the coordinates of cables in space do not "
                 "include rotation about their axes; take element='thick', weld both to a rigid "
@@ -185,11 +190,6 @@ class Mechanisms(SceneBase):
         return self._add(
             joint, WeldSpec(a.reference, None if b is None else b.reference, stretch=stretch)
         )
-
-    @staticmethod
-    def _in_line(cables: list[Point], stretch: str) -> bool:
-        """Return True if two cables have one tangent, and so can share a slope."""
-        return stretch == "fixed" and cables[0].spans(cables[1].frame[0])
 
     def _check_spatial(self, name: str, instead: str) -> None:
         if self.dim == 2:

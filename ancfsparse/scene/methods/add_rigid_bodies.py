@@ -122,7 +122,9 @@ class RigidBodies(SceneBase):
         spread += body_mass * np.outer(arm, arm)
         axes = _axes(label, dim, orientation)
         origin = check_position(f"position of {label}", position, dim)[None].copy()
-        spin = _spin(label, dim, angular_velocity)
+        spin = np.zeros((dim, dim))
+        if angular_velocity is not None:
+            spin = spin_matrix(f"angular velocity of {label}", angular_velocity, dim)
         initial_velocity = np.zeros(dim)
         if velocity is not None:
             initial_velocity = check_vector(f"velocity of {label}", velocity, dim, "m/s")
@@ -254,14 +256,6 @@ def _matrix(quaternion: Vector) -> Vector:
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
-
-
-def _spin(label: str, dim: int, angular_velocity: ArrayLike | None) -> Vector:
-    """Return the skew matrix of an angular velocity, (dim, dim) [rad/s]."""
-    what = f"angular velocity of {label}"
-    if angular_velocity is None:
-        return np.zeros((dim, dim))
-    return spin_matrix(what, angular_velocity, dim)
 
 
 def _across(spin: Vector, axis: Vector) -> Vector:
