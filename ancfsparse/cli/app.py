@@ -13,12 +13,11 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from ancfsparse import cli
-from ancfsparse.cli.elements import element as element_command
 from ancfsparse.cli.files import animate, convert, info, plot
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
-from ancfsparse.cli.plan import plan
 from ancfsparse.errors import AccuracyError, InputError, StepError
+from ancfsparse.kernels.building import build_element
 
 EXIT_FAILURE = 1  # a run failed
 EXIT_INPUT = 2  # an argument is invalid
@@ -30,8 +29,54 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (info, plot, animate, convert, element_command, plan):
+for command in (info, plot, animate, convert):
     app.command()(command)
+
+
+@app.command()
+def element(
+    file: Annotated[
+        Path,
+        typer.Argument(help="Python file with ELEMENT = Element(...), which declares the energy."),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder of the package.")] = Path(),
+    instruction_set: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="x86_64, x86_64_v3 or x86_64_v4; may be repeated [default: of this processor]."
+        ),
+    ] = None,
+) -> None:
+    """Build a user element from its energy: a package with an ELEMENT for add_beam."""
+    package = build_element(file, out, instruction_set or ())
+    typer.echo(
+        f"written: {package}\n"
+        f"with {out.absolute()} in PYTHONPATH: from {package.name} import ELEMENT"
+    )
+
+
+@app.command()
+def plan(
+    scene: Annotated[
+        str, typer.Argument(help="pendulum, twisted, line, net, pull, whip or twang.")
+    ] = "pendulum",
+    error: Annotated[
+        str | None,
+        typer.Option(help="Largest error: a number [m] or a fraction such as '1 %'."),
+    ] = None,
+    run: Annotated[
+        bool, typer.Option(help="Run the plan, and verify it with a finer model.")
+    ] = True,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Compare the pendulum with the method of the paper.")
+    ] = False,
+) -> None:
+    """Select element, mesh and time step of a scene for a requested error of a point."""
+    with in_options():
+        typer.echo(str(cli.plan_scene(scene, error, run)))
+        if compare:
+            for element in cli.ELEMENTS:
+                typer.echo(str(cli.compare_with_paper(element, cli.ERROR)))
 
 
 def check_writable(target: str | None) -> str | None:

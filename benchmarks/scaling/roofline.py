@@ -7,7 +7,7 @@ in place 16, an index 4; fetches before overwriting are not counted.
 
 from __future__ import annotations
 
-import time
+import timeit
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -122,9 +122,4 @@ def _seed(n_elements: int) -> list[Loop]:
 def fastest(work: Callable[[], object], rounds: int) -> float:
     """Return the shortest time of several rounds after one that does not count [s]."""
     work()
-    times = []
-    for _ in range(rounds):
-        begin = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - begin)
-    return min(times)
+    return min(timeit.repeat(work, number=1, repeat=rounds))

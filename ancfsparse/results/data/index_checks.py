@@ -9,26 +9,9 @@ from ancfsparse.messages import format_value
 
 
 def check_index(what: str, value: object, n: int) -> int:
-    """Return an index from 0 to n - 1.
+    """Return an index from 0 to n - 1 of n objects, described by `what` for the message.
 
-    Parameters
-    ----------
-    what : str
-        The indexed objects, for the message.
-    value : object
-        The argument: an integer from -n to n - 1.
-    n : int
-        Number of objects.
-
-    Returns
-    -------
-    int
-        From 0 to n - 1.
-
-    Raises
-    ------
-    InputError
-        If it is not an integer, or out of range.
+    Valid are integers from -n to n - 1, where negative ones count from the end.
     """
     # Differences of times are integers to NumPy.
     if isinstance(value, (bool, np.timedelta64)) or not isinstance(value, (int, np.integer)):
