@@ -8,6 +8,7 @@ from typing import Any
 
 from benchmarks.accuracy.references import Reference
 from benchmarks.accuracy.timed_runs import Point
+from benchmarks.common.tables import group_by
 from benchmarks.common.timing import OURS
 
 
@@ -51,15 +52,13 @@ Key = tuple[str, str, str, float, str]
 
 def grouped_failures(points: Sequence[Point]) -> dict[Key, list[Point]]:
     """Group runs without result by method, model, value and kind of reason."""
-    groups: dict[Key, list[Point]] = {}
-    for p in points:
-        if not p.finished:
-            t = p.task
-            head = t.method if t.program == OURS else f"{t.program}, {t.method}"
-            kind = p.note.partition(" at ")[0]
-            key = (head, t.model, t.knob, t.value, kind)
-            groups.setdefault(key, []).append(p)
-    return groups
+
+    def key(p: Point) -> Key:
+        t = p.task
+        head = t.method if t.program == OURS else f"{t.program}, {t.method}"
+        return head, t.model, t.knob, t.value, p.note.partition(" at ")[0]
+
+    return group_by((p for p in points if not p.finished), key)
 
 
 def failure(head: str, model: str, knob: str, value: float, kind: str, points: list[Point]) -> str:

@@ -19,9 +19,10 @@ from benchmarks.accuracy.comparison import Comparison
 from benchmarks.accuracy.models import MODELS, OUTPUTS, step_up_to
 from benchmarks.accuracy.other_code_tasks import EXUDYN_MODEL, missing, other_code_tasks
 from benchmarks.accuracy.references import Reference, converged_in_time
-from benchmarks.accuracy.timed_runs import Point, Task, fastest, measure
+from benchmarks.accuracy.timed_runs import Task, fastest, measure
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
+from benchmarks.common.tables import group_by
 from benchmarks.common.target import Target
 from benchmarks.common.timing import OURS
 from benchmarks.other_codes.environment import environment
@@ -97,11 +98,11 @@ class WorkPrecision(Comparison):
         """
         orders = {}
         for model, reference in self.references.items():
-            curves: dict[str, list[Point]] = {}
-            for p in self.of(model, OURS):
-                if p.finished and p.error > 10.0 * reference.uncertainty:
-                    curves.setdefault(p.task.name, []).append(p)
-            for name, curve in curves.items():
+            known = [
+                p for p in self.of(model, OURS)
+                if p.finished and p.error > 10.0 * reference.uncertainty
+            ]  # fmt: skip
+            for name, curve in group_by(known, lambda p: p.task.name).items():
                 powers = [
                     math.log(a.error / b.error) / math.log(a.task.value / b.task.value)
                     for a, b in pairwise(curve)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -15,7 +15,7 @@ from benchmarks.accuracy.timed_runs import Point, fastest
 from benchmarks.accuracy.work_precision import LEVELS, WorkPrecision, work_precision
 from benchmarks.common.charts import new_figure, set_axes, set_legend
 from benchmarks.common.study import Study
-from benchmarks.common.tables import Table
+from benchmarks.common.tables import Table, group_by
 from benchmarks.common.timing import OURS
 
 COLOURS = {
@@ -103,7 +103,8 @@ def _panel(
     notes: list[str] | None,
 ) -> None:
     """Draw a line through the best solver at each step, and the other solvers as dots."""
-    for (program, method), points in _curves(result.of(model)).items():
+    curves = group_by(result.of(model), lambda p: (p.task.program, p.task.method))
+    for (program, method), points in curves.items():
         colour, style = _style_of(result, program, method)
         good = [p for p in points if p.finished and not math.isnan(size(p))]
         best: dict[float, Point] = {}
@@ -135,13 +136,6 @@ def _blind(result: WorkPrecision, model: str) -> tuple[float, float]:
     known = result.references[model].uncertainty
     least = min((p.error for p in result.of(model) if p.finished), default=known)
     return 0.5 * min(least, known), known
-
-
-def _curves(points: Sequence[Point]) -> dict[tuple[str, str], list[Point]]:
-    curves: dict[tuple[str, str], list[Point]] = {}
-    for p in points:
-        curves.setdefault((p.task.program, p.task.method), []).append(p)
-    return curves
 
 
 def _style_of(result: WorkPrecision, program: str, method: str) -> tuple[str, str]:

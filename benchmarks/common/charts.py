@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from benchmarks.common.tables import group_by
+
 # A page shows a picture 800 pixels wide, so letters of 8 points have ten pixels there.
 WIDTH = 9.0  # of all charts [in]
 LETTER_SIZE = 8.0  # letters [points]
@@ -75,11 +77,8 @@ def draw_lines(
 
     `style_of` gives the style of a line and its label, empty for a line without one.
     """
-    groups: dict[Key, list[Row]] = {}
-    for row in rows:
-        groups.setdefault(line(row), []).append(row)
     keys = {}
-    for key, members in groups.items():
+    for key, members in group_by(rows, line).items():
         style = {"linestyle": "-", "marker": ".", **style_of(key)}
         (drawn,) = ax.plot([x(row) for row in members], [y(row) for row in members], **style)
         keys[str(style.get("label", ""))] = drawn

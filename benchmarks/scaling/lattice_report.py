@@ -18,7 +18,7 @@ from benchmarks.common.charts import (
     set_legend,
 )
 from benchmarks.common.study import Study
-from benchmarks.common.tables import Table
+from benchmarks.common.tables import Table, group_by
 from benchmarks.common.target import Target
 from benchmarks.scaling.lattices import Row, lattices, pairs, threaded
 
@@ -49,9 +49,7 @@ def runs(rows: Sequence[Row]) -> Table:
 def chart(rows: Sequence[Row]) -> Figure:
     """Draw time and memory per element against the number of elements, by kind of scene."""
     rows = [row for row in rows if row.job.case != "statics" and row.job.threads == 1]
-    kinds: dict[str, list[Row]] = {}
-    for row in rows:
-        kinds.setdefault(_kind(row), []).append(row)
+    kinds = group_by(rows, _kind)
     figure = new_figure(1.0 + 3.4 * len(kinds), "Time and memory of complete and incomplete seeds")
     colours = dict(zip(dict.fromkeys(map(_label, rows)), COLOURS, strict=False))
     axes = panels(figure, 2 * len(kinds), 2)
@@ -224,16 +222,13 @@ def _limit(what: str, known: Sequence[tuple[float, Row, Row]], cost: Callable[[R
 
 def incomplete_rows(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Return the runs with results on incomplete seeds and one thread, by title."""
-    entries: dict[str, list[Row]] = {}
-    for row in rows:
-        job = row.job
-        if (
-            not row.note
-            and (job.factorization, job.threads) == ("incomplete", 1)
-            and job.case != "statics"
-        ):
-            entries.setdefault(job.title, []).append(row)
-    return entries
+    own = [
+        row for row in rows
+        if not row.note
+        and (row.job.factorization, row.job.threads) == ("incomplete", 1)
+        and row.job.case != "statics"
+    ]  # fmt: skip
+    return group_by(own, lambda row: str(row.job.title))
 
 
 STUDY = Study(

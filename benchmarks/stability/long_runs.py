@@ -27,7 +27,7 @@ from benchmarks.common.charts import new_figure, panels, set_axes, set_legend
 from benchmarks.common.methods import INTEGRATORS
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.study import Study
-from benchmarks.common.tables import Table
+from benchmarks.common.tables import Table, group_by
 from benchmarks.common.worker import peak_memory
 from benchmarks.other_codes.environment import environment
 
@@ -261,13 +261,13 @@ def chart(result: LongRuns) -> Figure:
 
 def _coloured(runs: list[LongRun]) -> list[tuple[LongRun, str]]:
     """Give each run a colour of its integrator, darker for longer steps."""
-    found: dict[str, list[LongRun]] = {}
-    for run in runs:
-        names = [name for name in COLOURS if name in run.label]
-        found.setdefault(names[0] if names else "RungeKuttaNystrom", []).append(run)
+
+    def integrator(run: LongRun) -> str:
+        return next((name for name in COLOURS if name in run.label), "RungeKuttaNystrom")
+
     return [
         (run, COLOURS[name][min(k, len(COLOURS[name]) - 1)])
-        for name, members in found.items()
+        for name, members in group_by(runs, integrator).items()
         for k, run in enumerate(sorted(members, key=lambda each: each.dt))
     ]
 
