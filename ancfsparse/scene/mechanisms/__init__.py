@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.two_body_joint import Cylindrical as Cylindrical
     from ancfsparse.scene.mechanisms.two_body_joint import Prismatic as Prismatic
     from ancfsparse.scene.mechanisms.two_body_joint import Revolute as Revolute
+    from ancfsparse.scene.mechanisms.two_body_joint import TwoBodyJoint as TwoBodyJoint
     from ancfsparse.scene.mechanisms.two_body_joint import Universal as Universal
     from ancfsparse.scene.mechanisms.weld import Weld as Weld
     from ancfsparse.scene.mechanisms.winch import Winch as Winch
@@ -22,7 +23,7 @@ __getattr__ = on_demand(
         "gear": "Gear",
         "prescribed_joint": "PrescribedJoint",
         "sliding_joint": "Slide elements_under",
-        "two_body_joint": "Cylindrical Prismatic Revolute Universal",
+        "two_body_joint": "Cylindrical Prismatic Revolute TwoBodyJoint Universal",
         "weld": "Weld",
         "winch": "Winch",
     },

@@ -31,10 +31,6 @@ from ancfsparse.scene.records.record import (
 )
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.mechanisms.gear import Gear
-    from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint
-    from ancfsparse.scene.mechanisms.sliding_joint import Slide
-    from ancfsparse.scene.mechanisms.winch import Winch
     from ancfsparse.scene.records.signal import Signal
 
 
@@ -89,7 +85,7 @@ class Couplings(SceneBase):
         second_rate: Callable[[float], float] | None = None,
         of: str | None = None,
         as_constraint: bool = False,
-    ) -> PrescribedJoint:
+    ) -> mechanisms.PrescribedJoint:
         """Prescribe a joint coordinate: the angle of a hinge, the displacement of a sliding joint.
 
         `Trajectory.joint_force` is the required moment or force; its work is part of the energy
@@ -141,7 +137,9 @@ class Couplings(SceneBase):
             mechanisms.PrescribedJoint(joint, coordinate, motion, flag), record
         )
 
-    def slide(self, point: Point, along: Beam | Mesh, *, lateral: ArrayLike | None = None) -> Slide:
+    def slide(
+        self, point: Point, along: Beam | Mesh, *, lateral: ArrayLike | None = None
+    ) -> mechanisms.Slide:
         """Let a point slide along a beam or a mesh without friction, from element to element.
 
         Parameters
@@ -209,7 +207,7 @@ class Couplings(SceneBase):
         *,
         of_one: str | None = None,
         of_other: str | None = None,
-    ) -> Gear:
+    ) -> mechanisms.Gear:
         """Couple two joints: the coordinate of the first is `ratio` times that of the second.
 
         A rack and pinion are a prismatic joint and a hinge, a screw is a cylindrical joint coupled
@@ -252,7 +250,7 @@ class Couplings(SceneBase):
         second_rate: Callable[[float], float] | None = None,
         drum: Joint | None = None,
         radius: float | None = None,
-    ) -> Winch:
+    ) -> mechanisms.Winch:
         """Add an inextensible massless rope over points, of constant or prescribed length.
 
         `Trajectory.tension` is its uniform tension, which may be negative, unlike that of `rope`.

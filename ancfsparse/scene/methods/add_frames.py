@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,9 +15,6 @@ from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_mechanisms import Mechanisms
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection
-
-if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.frame import Frame
 
 Vector = NDArray[np.float64]
 
@@ -43,7 +38,7 @@ class Frames(Bodies, Mechanisms):
         curvature: str = "axis",
         section_strain: str = "consistent",
         name: str | None = None,
-    ) -> Frame:
+    ) -> bodies.Frame:
         """Add straight, stress-free beams between nodes, welded where they meet.
 
         Parameters

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,17 +20,7 @@ from ancfsparse.scene.joints.joint import check_end, check_other_body, check_tur
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import RECORD_TYPES, At, PointRef, Record, record_type, text
 
-if TYPE_CHECKING:
-    from ancfsparse.scene.mechanisms.two_body_joint import (
-        Cylindrical,
-        Prismatic,
-        Revolute,
-        TwoBodyJoint,
-        Universal,
-    )
-    from ancfsparse.scene.mechanisms.weld import Weld
-
-Kind = TypeVar("Kind", bound="TwoBodyJoint")
+Kind = TypeVar("Kind", bound="mechanisms.TwoBodyJoint")
 
 MAX_ANGLE_ERROR = 1e-9  # [rad], of a right angle
 MAX_LENGTH_ERROR = 8.0 * np.finfo(float).eps  # of a unit vector
@@ -56,7 +46,7 @@ class Mechanisms(SceneBase):
 
     def revolute(
         self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
-    ) -> Revolute:
+    ) -> mechanisms.Revolute:
         """Join two points by a hinge: they coincide and rotate about a common axis.
 
         In a planar scene that is `connect`, or `pin` to the ground.
@@ -88,7 +78,7 @@ class Mechanisms(SceneBase):
         *,
         axis_a: ArrayLike | None = None,
         axis_b: ArrayLike | None = None,
-    ) -> Universal:
+    ) -> mechanisms.Universal:
         """Join two points; an axis of the first stays normal to an axis of the second.
 
         Parameters
@@ -111,7 +101,7 @@ class Mechanisms(SceneBase):
 
     def cylindrical(
         self, a: Point, b: Point | None = None, *, axis: ArrayLike | None = None
-    ) -> Cylindrical:
+    ) -> mechanisms.Cylindrical:
         """Let a point slide along an axis of both bodies and rotate about it.
 
         Parameters
@@ -133,7 +123,9 @@ class Mechanisms(SceneBase):
         self._check_line("a cylindrical joint", *ends, along)
         return self._between(mechanisms.Cylindrical, ends, (along,), ((along,), normals(along)))
 
-    def prismatic(self, a: Point, b: Point | None = None, *, axis: ArrayLike) -> Prismatic:
+    def prismatic(
+        self, a: Point, b: Point | None = None, *, axis: ArrayLike
+    ) -> mechanisms.Prismatic:
         """Let a point slide along an axis without rotation.
 
         Parameters
@@ -155,7 +147,7 @@ class Mechanisms(SceneBase):
         needed = (along, *normals(along))
         return self._between(mechanisms.Prismatic, ends, (along,), (needed, needed))
 
-    def weld(self, a: Point, b: Point | None = None, *, stretch: str = "free") -> Weld:
+    def weld(self, a: Point, b: Point | None = None, *, stretch: str = "free") -> mechanisms.Weld:
         """Join two points without relative rotation.
 
         At a beam it constrains the section, as a clamp does; at a cable in space the direction of

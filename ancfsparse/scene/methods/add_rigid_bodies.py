@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,10 +30,6 @@ from ancfsparse.scene.kinematics.rigid_motion import (
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import as_data, record_type
 
-if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.rigid_body import RigidBody
-    from ancfsparse.scene.bodies.rigid_shapes import RigidShape
-
 ROUNDING_RATIO = 1e-9  # relative error of inertias, unit vectors and right angles
 
 
@@ -42,7 +38,7 @@ class RigidBodies(SceneBase):
 
     def add_body(
         self,
-        shape: RigidShape | None = None,
+        shape: bodies.RigidShape | None = None,
         *,
         position: ArrayLike,
         mass: float | None = None,
@@ -53,7 +49,7 @@ class RigidBodies(SceneBase):
         velocity: ArrayLike | None = None,
         angular_velocity: ArrayLike | None = None,
         name: str | None = None,
-    ) -> RigidBody:
+    ) -> bodies.RigidBody:
         """Add a rigid body.
 
         The origin of its frame is arbitrary.  A joint at the origin fixes coordinates, a joint at
@@ -164,7 +160,9 @@ class RigidBodies(SceneBase):
         return self._take(body, record)
 
 
-def _mass(label: str, shape: RigidShape | None, mass: float | None, density: float | None) -> float:
+def _mass(
+    label: str, shape: bodies.RigidShape | None, mass: float | None, density: float | None
+) -> float:
     if (mass is None) == (density is None):
         given = "neither" if mass is None else "both"
         raise InputError(f"{label} needs its mass or its density, got {given}")
@@ -180,7 +178,7 @@ def _mass(label: str, shape: RigidShape | None, mass: float | None, density: flo
 
 
 def _second_moments(
-    label: str, dim: int, shape: RigidShape | None, mass: float, inertia: ArrayLike | None
+    label: str, dim: int, shape: bodies.RigidShape | None, mass: float, inertia: ArrayLike | None
 ) -> Vector:
     """Return the integral of x x^T over the mass about the centre, (dim, dim) [kg m2]."""
     what = f"inertia of {label}"
