@@ -140,19 +140,3 @@ def test_a_floating_part_is_named_in_statics(legs):
         scene.pin(mesh.node(k))
     floating = rf"3 rigid motions are free, .* of fans \(nodes {legs + 1} to {legs + 2}\)"
     assert_refused(floating, ancf.solve_static, scene, error=SingularSceneError)
-
-
-def test_a_net_between_held_edges_sags_alike_as_mesh_and_as_beam():
-    rests = []
-    for mesh in (True, False):
-        scene = ancf.Scene()
-        if mesh:
-            nodes = np.stack([np.linspace(0, 2, 9), np.zeros(9)], 1)
-            edges = np.stack([np.arange(8), np.arange(1, 9)], 1)
-            body = scene.add_mesh(nodes, edges, "thin", SECTION, MATERIAL)
-        else:
-            body = scene.add_beam("thin", (0, 0), (2, 0), 8, SECTION, MATERIAL)
-        scene.pin(body.node(0))
-        scene.pin(body.node(8))
-        rests.append(ancf.solve_static(scene).position(body.node(4)))
-    np.testing.assert_allclose(*rests, atol=1e-12)

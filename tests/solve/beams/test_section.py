@@ -10,6 +10,7 @@ from scipy.sparse.linalg import eigsh
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.matrices import full, stiffness
 from tests.paths import REFERENCES
 from tests.solve.beams.continuum import tip
@@ -24,11 +25,10 @@ STRAINS = ("consistent", "nodal")
 
 def cantilever(n, section_strain="consistent", dim=2, stretch="free"):
     """The beam of `ancf.problems.cantilever`, not loaded yet."""
-    scene = ancf.Scene((0.0,) * dim)
     out_of_plane = (0.0,) * (dim - 2)
     options = {"curvature": "section", "section_strain": section_strain}
     ends = (0.0, 0.0, *out_of_plane), (2.0, 0.0, *out_of_plane)
-    rod = scene.add_beam("thick", *ends, n, SQUARE, STEEL, **options)
+    scene, rod = build_beam("thick", *ends, n, SQUARE, STEEL, gravity=(0.0,) * dim, **options)
     scene.clamp(rod.start, stretch)
     return scene, rod
 
@@ -124,11 +124,10 @@ def test_vibrations_are_timoshenkos(section_strain):
     # Pinned at both ends: sines w and phi, (rI w2 - E I k2 - k G A)(rA w2 - k G A k2) = (k G A k)2.
     errors = []
     for n in (8, 16, 32):
-        scene = ancf.Scene((0.0, 0.0))
         options = {"curvature": "section", "section_strain": section_strain}
-        rod = scene.add_beam("thick", (0, 0), (0.5, 0), n, SQUARE, STEEL, **options)
-        scene.pin(rod.start)
-        scene.pin(rod.end)
+        scene, rod = build_beam(
+            "thick", (0, 0), (0.5, 0), n, SQUARE, STEEL, "pin", "pin", gravity=(0.0, 0.0), **options
+        )
         system, p = System(scene), rod.parameters()
         elastic, mass = (
             full(system, system.assembly.matrix(m, k, system.q0, np.zeros(0), np.zeros(0)))
@@ -177,10 +176,8 @@ def test_a_free_beam_in_rough_motion_keeps_what_it_has(section_strain, dim):
 
 
 def test_a_damped_beam_loses_what_its_damping_takes():
-    scene = ancf.Scene((0.0, -9.81))
     soft = ancf.Material(2e7, 1000.0, 0.3, axial_damping=1e-3, bending_damping=5e-3)
-    rod = scene.add_beam("thick", (0, 0), (1, 0), 8, SQUARE, soft, curvature="section")
-    scene.clamp(rod.start)
+    scene, _ = build_beam("thick", (0, 0), (1, 0), 8, SQUARE, soft, "clamp", curvature="section")
     run = ancf.simulate(scene, 0.5, 5e-4)
     taken = run.energy.kinetic + run.energy.elastic + run.energy.potential + run.energy.dissipated
     assert run.energy.dissipated[-1] > 0.1 * run.energy.kinetic.max()

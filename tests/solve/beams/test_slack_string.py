@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.grids import grid
 from tests.solve.beams.cords import CORD, RUBBER, STIFFNESS, elastic_catenary
 
@@ -72,9 +73,7 @@ def test_a_line_that_is_tightened_in_motion():
 
 def test_a_line_let_go_is_slack_and_falls():
     """A taut cord whose end comes back by 0.3 m in 20 ms: nothing pushes it."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    cord = scene.add_beam("string", (0, 0), (1, 0), 10, CORD, RUBBER, slack=1e-3)
-    scene.pin(cord.start)
+    scene, cord = build_beam("string", (0, 0), (1, 0), 10, CORD, RUBBER, "pin", slack=1e-3)
     scene.drive(cord.end, lambda t: (1.05 - 0.35 * smooth(t - 0.1, 0.02), 0.0))
     rest = ancf.solve_static(scene)
     assert rest.section_force(cord).N.mean() == pytest.approx(0.05 * STIFFNESS, rel=0.01)

@@ -9,6 +9,7 @@ from ancfsparse.problems import bricard, dzhanibekov, four_bar, heavy_top, n_fou
 from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_acceleration
 from ancfsparse.solve.linearization.matrices import constraint_magnitudes, saddle_seed
 from ancfsparse.system import System
+from tests.beams import build_beam
 
 RATTLE, EIGHTH = ancf.CentralDifference(), ancf.DormandPrince()
 G = 9.81
@@ -79,7 +80,7 @@ def test_energy_errors_have_the_order():
     assert np.ptp(longer.energy.total) < 1.5 * spread[RATTLE][0]
 
 
-def coupled(smooth=True):
+def coupled():
     """A wheel that drives another by a gear, a weight on a winch, an angle and a length driven."""
     scene = ancf.Scene((0.0, -G))
     one = scene.add_body(mass=1.0, inertia=2.0, position=(0, 0), angular_velocity=-1.0)
@@ -144,11 +145,10 @@ def test_accelerations_are_those_of_the_python_formulas(make):
     assert np.max(np.abs(r[: system.n_free])) < 1e-9 * np.max(np.abs(multipliers))
 
 
-def swing(element="thin"):
+def swing():
     """A body on a beam that is pinned by multipliers."""
-    scene = ancf.Scene((0.0, -G))
     section, material = ancf.Circle(0.02), ancf.Material(1e7, 2000.0)
-    beam = scene.add_beam(element, (0, 0), (1, 0), 4, section, material)
+    scene, beam = build_beam("thin", (0, 0), (1, 0), 4, section, material, gravity=(0.0, -G))
     bob = scene.add_body(ancf.Rod(0.3), mass=0.5, position=(1, 0))
     scene.pin(beam.start, as_constraint=True)
     scene.connect(beam.end, bob.origin)

@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import heavy_top
+from tests.beams import build_beam
 
 TIGHT = 1e-12
 # A top by Euler's equations, I = diag(2, 3, 4), omega = (1e-3, 5, 0) at t = 0, in the frame of the
@@ -164,9 +165,8 @@ def test_a_moment_turns_a_body():
 
 def test_a_cable_hangs_on_a_body():
     """A heavy disc on a pinned cable: at rest, the cable carries both weights."""
-    scene = ancf.Scene((0.0, -G))
-    cable = scene.add_beam(
-        "thin", (0, 0), (0, -1), 4, ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    scene, cable = build_beam(
+        "thin", (0, 0), (0, -1), 4, ancf.Circle(0.01), ancf.Material(1e8, 1000.0), gravity=(0.0, -G)
     )
     disc = scene.add_body(ancf.Cylinder(0.1, 0.02), mass=3.0, position=(0, -1.1))
     scene.pin(cable.start)

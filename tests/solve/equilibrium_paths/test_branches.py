@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.solve.equilibrium_paths.elastica import elastica
 
 STEEL = ancf.Material(2.07e11, 7850.0)
@@ -65,9 +66,8 @@ def test_an_arch_sways_before_it_snaps_through():
 
     On the branch the load falls and the crown moves sideways, which it does not on the path.
     """
-    scene = ancf.Scene((0.0, 0.0))
     section, soft = ancf.Rectangle(0.02, 0.02), ancf.Material(1e9, 1000.0)
-    left = scene.add_beam("thin", (0, 0), (1, 0.1), 6, section, soft)
+    scene, left = build_beam("thin", (0, 0), (1, 0.1), 6, section, soft, gravity=(0.0, 0.0))
     right = scene.add_beam("thin", (1, 0.1), (2, 0), 6, section, soft)
     scene.weld(left.end, right.start)
     scene.pin(left.start)

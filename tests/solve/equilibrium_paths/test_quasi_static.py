@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.solve.equilibrium_paths.elastica import elastica
 
 SECTION = ancf.Rectangle(0.01, 0.01)
@@ -57,9 +58,7 @@ def test_what_inertia_changes_is_the_square_of_the_frequency_ratio(slow):
 
 
 def test_a_pendulum_follows_slowly_turning_gravity():
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    rod = scene.add_beam("thin", (0, 0), (0, -1), 4, SECTION, MATERIAL)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (0, -1), 4, SECTION, MATERIAL, "pin")
     scene.changing_gravity(lambda t: (9.81 * t, 0.0))
     run = ancf.quasi_static(scene, 1.0, 0.1)
     x, y = run.position(rod.end).T
@@ -82,9 +81,8 @@ def test_drives_lead_the_way():
 
 def toggle():
     """Two bars whose apex is pushed down: it snaps through at 2 E A sin^3 a / 3 sqrt 3 or so."""
-    scene = ancf.Scene(gravity=(0.0, 0.0))
     given = ("string", (0, 0), (1, 0.1), 1, SECTION, ancf.Material(1e7, 1000.0))
-    left = scene.add_beam(*given)
+    scene, left = build_beam(*given, gravity=(0.0, 0.0))
     right = scene.add_beam(given[0], (1, 0.1), (2, 0), *given[3:])
     scene.connect(left.end, right.start)
     scene.pin(left.start)
@@ -160,9 +158,8 @@ def test_a_straight_column_buckles_when_its_load_passes_eulers():
 
 def test_what_is_held_stays_where_it_is_over_many_states():
     """Extrapolation let the rounding of pins grow with the cube of the number of states."""
-    scene = ancf.Scene((0.0, 0.0))
     made = ancf.Circle(0.02), ancf.Material(1e7, 1000)
-    left = scene.add_beam("thin", (0, 0), (1, 0.1), 4, *made)
+    scene, left = build_beam("thin", (0, 0), (1, 0.1), 4, *made, gravity=(0.0, 0.0))
     right = scene.add_beam("thin", (1, 0.1), (2, 0), 4, *made)
     scene.pin(left.start)
     scene.drive(right.end, lambda t: (2.0 + 0.02 * np.sin(np.pi * t) * (t < 1.0), 0.0))

@@ -6,6 +6,7 @@ import numpy as np
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 T_END, TIMES = 1.0, 200
@@ -16,8 +17,7 @@ def swinging_pendulum():
 
 
 def double_pendulum():
-    scene = ancf.Scene((0.0, -9.81))
-    upper = scene.add_beam("thin", (0, 0), (1, 0), 5, SECTION, MATERIAL)
+    scene, upper = build_beam("thin", (0, 0), (1, 0), 5, SECTION, MATERIAL)
     lower = scene.add_beam("thin", (1, 0), (2, 0), 5, SECTION, MATERIAL)
     scene.pin(upper.start)
     scene.connect(upper.end, lower.start)
@@ -25,9 +25,7 @@ def double_pendulum():
 
 
 def spin_up():
-    scene = ancf.Scene((0.0, 0.0))
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 8, SECTION, MATERIAL)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2, 0), 8, SECTION, MATERIAL, "pin", gravity=(0.0, 0.0))
     scene.point_moment(rod.start, lambda t: 2.0 * math.sin(math.pi * min(t, 1.0)) ** 2)
     return scene
 
@@ -44,9 +42,8 @@ def swinging_cable():
 
 
 def swing():
-    scene = ancf.Scene((0.0, -9.81))
     board = ancf.Rectangle(0.03, 0.03)
-    seat = scene.add_beam("thin", (0, 0), (1, 0), 4, board, MATERIAL, velocity=(1.0, 0.0))
+    scene, seat = build_beam("thin", (0, 0), (1, 0), 4, board, MATERIAL, velocity=(1.0, 0.0))
     scene.rod(seat.start, (0.0, 1.0))
     scene.rod(seat.end, (1.0, 1.0))
     return scene

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 from tests.solve.error_control.accuracy_problems import (
     MATERIAL,
     SCENES,
@@ -83,9 +84,7 @@ def test_its_cost_is_a_small_multiple_of_the_cheapest_way_in_the_package(case):
 def test_the_other_options_go_together_with_an_accuracy(tmp_path):
     def scene():
         wet = ancf.Material(1e8, 4000.0, axial_damping=1e-4, bending_damping=1e-3)
-        scene = ancf.Scene((0.0, -9.81))
-        rod = scene.add_beam("thin", (0, 0), (2, 0), 6, SECTION, wet)
-        scene.pin(rod.start)
+        scene, rod = build_beam("thin", (0, 0), (2, 0), 6, SECTION, wet, "pin")
         return scene, rod
 
     first, rod = scene()
@@ -122,10 +121,7 @@ def test_a_thin_cable_takes_an_explicit_method_of_high_order():
 
 @pytest.mark.parametrize("integrator", ["auto", ancf.GeneralizedAlpha(0.9)])
 def test_slopes_may_move_where_no_node_can(integrator):
-    scene = ancf.Scene((0.0, -9.81))
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 1, SECTION, MATERIAL)
-    scene.pin(rod.start)
-    scene.pin(rod.end)
+    scene, _ = build_beam("thin", (0, 0), (1, 0), 1, SECTION, MATERIAL, "pin", "pin")
     run = ancf.simulate(scene, 0.1, accuracy=1e-5, integrator=integrator)
     exact = ancf.simulate(scene, 0.1, 1e-5, save_every=50, integrator=ancf.CentralDifference())
     assert np.abs(exact.q - exact.q[0]).max() > 0.01

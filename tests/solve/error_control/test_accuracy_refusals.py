@@ -10,6 +10,7 @@ import ancfsparse as ancf
 from ancfsparse.cli import main
 from ancfsparse.errors import AccuracyError
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 from tests.solve.error_control.accuracy_problems import MATERIAL, SECTION, swing, swinging_pendulum
 from tests.solve.refusals import assert_refused
 
@@ -37,10 +38,8 @@ def test_what_cannot_be_meant_is_refused(options, part):
 
 def test_the_rounding_limit_of_accuracy_follows_from_positions():
     """Slopes are about 1 at any size: a beam of a micrometre was taken for one of a metre."""
-    scene = ancf.Scene((0.0, -9.81))
     material = ancf.Material(10.0, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (1e-6, 0), 3, ancf.Circle(2e-8), material)
-    scene.clamp(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (1e-6, 0), 3, ancf.Circle(2e-8), material, "clamp")
     runs = [ancf.simulate(scene, 1e-3, accuracy=accuracy) for accuracy in (1e-14, 1e-11)]
     apart = runs[1].position(rod.end) - runs[0].position(rod.end)
     assert runs[0].stats.error <= 1e-14
@@ -60,10 +59,16 @@ def test_a_rotating_seed_is_refused():
         ancf.simulate(swinging_pendulum(), 1.0, accuracy=1e-4, solver=solver)
 
 
-def test_an_error_that_stays_whatever_the_steps_is_told(monkeypatch):
+@pytest.fixture
+def runs_apart(monkeypatch):
+    """Let all runs seem to be a metre apart."""
     monkeypatch.setattr(
         "ancfsparse.solve.error_control.implicit_candidate.distance", lambda *_: 1.0
     )
+
+
+@pytest.mark.usefixtures("runs_apart")
+def test_an_error_that_stays_whatever_the_steps_is_told():
     with pytest.raises(AccuracyError, match="no longer follows the steps") as caught:
         ancf.simulate(
             swinging_pendulum(), 0.05, accuracy=1e-4, integrator=ancf.GeneralizedAlpha(0.9)
@@ -75,10 +80,8 @@ def test_an_error_that_stays_whatever_the_steps_is_told(monkeypatch):
     assert not caught.value.trajectory.finished
 
 
-def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(monkeypatch, capsys):
-    monkeypatch.setattr(
-        "ancfsparse.solve.error_control.implicit_candidate.distance", lambda *_: 1.0
-    )
+@pytest.mark.usefixtures("runs_apart")
+def test_the_command_ends_with_a_sentence_where_an_accuracy_is_out_of_reach(capsys):
     with pytest.raises(SystemExit) as left:
         main(["pendulum", "--time", "0.05", "--accuracy", "1e-4", "--step", "0.01",
               "--integrator", "newmark"])  # fmt: skip
@@ -118,9 +121,7 @@ def test_times_that_steps_cannot_cross_are_refused(integrator):
 
 def test_a_motion_that_forgets_its_start_ends_early():
     # A soft cable that falls and whips: exact waves, too, are apart by a third of its length.
-    scene = ancf.Scene((0.0, -9.81))
-    cable = scene.add_beam("thin", (0, 0), (1, 0), 3, SECTION, MATERIAL)
-    scene.clamp(cable.start)
+    scene, _ = build_beam("thin", (0, 0), (1, 0), 3, SECTION, MATERIAL, "clamp")
     with pytest.raises(AccuracyError, match="chaotic motions cannot be predicted") as caught:
         ancf.simulate(scene, 7.0, accuracy=1e-3)
     assert caught.value.error > 0.05

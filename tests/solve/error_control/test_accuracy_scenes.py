@@ -46,12 +46,18 @@ def test_the_estimate_is_honest(shares):
         assert error < max(4.0 * estimate, 0.1)
 
 
+def accurate_run(seed, accuracy):
+    """Return the run of a scene, which is as accurate as it should be."""
+    case = make(seed)
+    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=accuracy)
+    exact, _ = reference(case)
+    assert distance(positions(run.system, run.q), exact) <= accuracy
+    return run
+
+
 def test_waves_that_both_runs_dissipate_are_counted():
     # The first two runs of order 4 agree within 0.6e-6 m, and are 2.1e-6 m off.
-    case = make(24)
-    exact, _ = reference(case)
-    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-6)
-    assert distance(positions(run.system, run.q), exact) <= 1e-6
+    accurate_run(24, 1e-6)
 
 
 @pytest.mark.slow
@@ -81,10 +87,7 @@ def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
 def test_a_lower_order_confirms_a_first_run_that_is_accurate_enough():
     # Order 4 at the stable step is 12 times as accurate as requested.  Central differences a third
     # below theirs show it with two thirds of the forces of a second run of order 4.
-    case = make(89)
-    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-8)
-    exact, _ = reference(case)
-    assert distance(positions(run.system, run.q), exact) <= 1e-8
+    run = accurate_run(89, 1e-8)
     assert "RungeKuttaNystrom(order=4)" in run.stats.solver
     assert run.stats.runs == 2
     assert run.stats.residual_evaluations < 3 * 16_650  # of the cheapest fixed step
@@ -93,9 +96,6 @@ def test_a_lower_order_confirms_a_first_run_that_is_accurate_enough():
 def test_explicit_steps_that_surely_suffice_are_taken_at_once():
     # Implicit steps were planned as 17 % cheaper; after two of their runs the error was 7 times the
     # accuracy, and twice as many forces had been spent.
-    case = make(64)
-    run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-4)
-    exact, _ = reference(case)
-    assert distance(positions(run.system, run.q), exact) <= 1e-4
+    run = accurate_run(64, 1e-4)
     assert run.stats.runs == 2
     assert run.stats.residual_evaluations < 3 * 300  # of the cheapest fixed step

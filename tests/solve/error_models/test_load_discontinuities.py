@@ -8,15 +8,14 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.system import System
+from tests.beams import build_beam
 
 T_END = 1.0
 
 
 def discontinuities(*loads):
-    scene = ancf.Scene((0.0, -9.81))
     section, material = ancf.Circle(0.01), ancf.Material(1e7, 1000.0)
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, section, material)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 2, section, material, "pin")
     for load in loads:
         scene.point_force(rod.end, lambda t, load=load: (load(t), 0.0))
     return LoadDiscontinuities(System(scene).loads, 0.0, T_END)

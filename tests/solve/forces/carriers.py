@@ -1,6 +1,7 @@
 """Bars and cables that carry masses, springs and forces, or are driven; shared by tests."""
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 
 # Of a beam that only carries masses and springs, its mass and stiffness beside theirs.
 NOTHING = 1e-14
@@ -43,10 +44,9 @@ def pendulum(
     motion=MOVE, *, youngs_modulus=1e6, damping=0.0, velocity=None, start=(0, 0), **options
 ):
     """Return a soft pendulum whose support moves, and its rod."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
     material = ancf.Material(youngs_modulus, 4000.0, bending_damping=damping)
     section = ancf.Rectangle(0.01, 0.01)
     end = (start[0] + 2, start[1])
-    rod = scene.add_beam("thin", start, end, 6, section, material, velocity=velocity)
+    scene, rod = build_beam("thin", start, end, 6, section, material, velocity=velocity)
     scene.drive(rod.start, motion, **options)
     return scene, rod

@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import LoadError
+from tests.beams import build_beam
 from tests.solve.refusals import assert_refused
 
 SOFT = ancf.Material(1e7, 1000.0)
@@ -88,9 +89,7 @@ def test_the_work_of_changing_gravity_is_counted():
 
 def test_statics_at_a_time_take_loads_gravity_and_drives_there():
     def scene_at(t):
-        scene = ancf.Scene((0.0, -9.81))
-        rod = scene.add_beam("thin", (0, 0), (1, 0), 8, ancf.Circle(0.01), SOFT)
-        scene.pin(rod.start)
+        scene, rod = build_beam("thin", (0, 0), (1, 0), 8, ancf.Circle(0.01), SOFT, "pin")
 
         def given(function):
             return function if t is None else function(t)
@@ -141,8 +140,6 @@ def test_changing_gravity_is_printed_and_checked():
     assert "changing gravity: value (1, 2) m/s2" in str(scene)
     assert_refused("changing gravity has 3 components", scene.changing_gravity, (1.0, 2.0, 3.0))
     assert_refused("t ", ancf.solve_static, scene, t=math.nan)
-    scene = ancf.Scene((0.0, -9.81))
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT)
-    scene.clamp(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), SOFT, "clamp")
     scene.changing_gravity(lambda t: (0.0, 1.0) if t < 1.0 else (0.0, math.inf))
     assert_refused("changing gravity", ancf.solve_static, scene, error=LoadError, t=2.0)

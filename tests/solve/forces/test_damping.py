@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
+from tests.beams import build_beam
 
 YOUNGS, DENSITY, SIDE, STEPS = 1e8, 1000.0, 0.02, 60
 WAVE = np.sqrt(YOUNGS / DENSITY)
@@ -244,11 +245,10 @@ def test_damped_motion_is_of_second_order_with_every_integrator(integrator):
 def test_a_damped_pendulum_is_the_same_with_multipliers():
     paths, reactions = [], []
     for as_constraint in (False, True):
-        scene = ancf.Scene((0.0, -9.81))
         material = ancf.Material(
             1e7, DENSITY, axial_damping=1e-3, bending_damping=0.02, rayleigh=(0.5, 0.0)
         )
-        rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Rectangle(SIDE, SIDE), material)
+        scene, rod = build_beam("thin", (0, 0), (1, 0), 4, ancf.Rectangle(SIDE, SIDE), material)
         scene.pin(rod.start, as_constraint=as_constraint)
         run = ancf.simulate(scene, 0.3, 5e-4, solver=ancf.Newton(), tolerance=1e-7)
         paths.append(run.position(rod.end))

@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
 from ancfsparse.results.hdf5_reader import load
+from tests.beams import build_beam
 from tests.paths import REFERENCES
 from tests.solve.forces.carriers import MOVE, pendulum
 from tests.solve.refusals import assert_refused
@@ -30,10 +31,8 @@ INTEGRATORS = [
 
 def hanging(as_constraint=False):
     """Return the cable of the references, its right end where it lies straight in `q_ref`."""
-    scene = ancf.Scene(gravity=(0.0, -9.81))
     material, section = ancf.Material(1e8, 4000.0), ancf.Rectangle(0.01, 0.01)
-    rod = scene.add_beam("thin", (0, 0), (2.2, 0), 16, section, material, strain="biot")
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2.2, 0), 16, section, material, "pin", strain="biot")
     ramp = ancf.Ramp((0.15, -0.15), 0.5, smooth=True) + np.array([2.0, 0.0])
     scene.drive(rod.end, ramp, as_constraint=as_constraint)
     return scene, rod
@@ -59,10 +58,8 @@ def test_a_hanging_cable_follows_its_support_as_in_exudyn(as_constraint):
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
 def test_a_slack_cable_stays_at_rest(integrator):
-    scene = ancf.Scene(gravity=(0.0, -9.81))
     material, section = ancf.Material(1e8, 4000.0), ancf.Rectangle(0.01, 0.01)
-    rod = scene.add_beam("thin", (0, 0), (2.2, 0), 16, section, material)
-    scene.pin(rod.start)
+    scene, rod = build_beam("thin", (0, 0), (2.2, 0), 16, section, material, "pin")
     scene.drive(rod.end, (2.0, 0.0))
     rest = ancf.solve_static(scene, tolerance=1e-12)
     assert rest.position(rod.at(1.1))[1] < -0.4
@@ -87,10 +84,9 @@ def rigid(motion, length, times):
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
 @pytest.mark.parametrize("motion", [MOVE, ancf.Sine((0.05, 0.1), 0.7)])
 def test_a_stiff_pendulum_is_a_rigid_one(integrator, motion):
-    scene = ancf.Scene(gravity=(0.0, -9.81))
     material, section = ancf.Material(1e14, 4000.0), ancf.Rectangle(0.1, 0.1)
     velocity = tuple(motion.rate(0.0))
-    rod = scene.add_beam("thin", (0, 0), (1, 0), 1, section, material, velocity=velocity)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 1, section, material, velocity=velocity)
     scene.drive(rod.start, motion)
     run = ancf.simulate(scene, 1.0, 1e-4, integrator=integrator)
     rows = np.arange(0, len(run.t), 1000)
@@ -226,8 +222,7 @@ def test_a_winch_lifts_a_bar():
     # The bar hangs along the rope, so it moves as a point: force m (g - l'').
     length = ancf.Ramp(-0.4, 0.5, smooth=True) + 1.0
     material, section = ancf.Material(1e9, 4000.0, axial_damping=1e-3), ancf.Rectangle(0.02, 0.02)
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    bar = scene.add_beam("thin", (0, -1), (0, -2), 4, section, material)
+    scene, bar = build_beam("thin", (0, -1), (0, -2), 4, section, material)
     scene.rod(bar.start, (0.0, 0.0), length=length)
     run = ancf.simulate(scene, 0.6, 1e-3)
     np.testing.assert_allclose(run.position(bar.start)[:, 1], -length(run.t), atol=1e-9)
@@ -242,9 +237,8 @@ def test_a_winch_lifts_a_bar():
 def test_a_rod_of_a_length_that_stays_is_a_rod():
     ends = []
     for options in ({}, {"length": lambda t: math.sqrt(2.0)}):
-        scene = ancf.Scene(gravity=(0.0, -9.81))
         material, section = ancf.Material(1e7, 4000.0), ancf.Rectangle(0.01, 0.01)
-        bar = scene.add_beam("thin", (1, 1), (2, 1), 4, section, material)
+        scene, bar = build_beam("thin", (1, 1), (2, 1), 4, section, material)
         scene.rod(bar.start, (0.0, 0.0), **options)
         run = ancf.simulate(scene, 0.5, 1e-3, solver=NEWTON)
         ends.append(run.position(bar.end))
@@ -304,8 +298,7 @@ def test_errors_of_differences_are_no_impact(steps):
         (0.15, lambda t: (math.sin(0.15 * t), 0.0)),
         (0.3, lambda t: (0.3 * t, 0.0)),
     ):
-        scene = ancf.Scene((0.0, -9.81))
-        line = scene.add_beam(
+        scene, line = build_beam(
             "thin", (0, 0), (0, -1000), 4, ancf.Circle(0.03), ancf.Material(1e11, 7000.0)
         )
         scene.drive(line.start, motion)

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.solve.refusals import assert_refused
 
 # Rotating cantilevers (Wright, Smith, Thresher and Wang, J. Appl. Mech. 49, 1982, table 1; Hodges
@@ -21,9 +23,7 @@ UNIT = np.sqrt(1e10 * 1e-6 / 12.0 / 1000.0)  # of the frequencies of a beam of 1
 def blade(n, speed, dim=3, axis=(0.0, 0.0, 1.0)):
     """Return a scene with a clamped blade of 1 m along +x that rotates about its root."""
     zero = (0.0,) * dim
-    scene = ancf.Scene(zero)
-    beam = scene.add_beam("thin", zero, np.eye(dim)[0], n, SQUARE, SOFT)
-    scene.clamp(beam.start)
+    scene, beam = build_beam("thin", zero, np.eye(dim)[0], n, SQUARE, SOFT, "clamp", gravity=zero)
     scene.rotating_frame(speed if dim == 2 else speed * np.array(axis))
     return scene, beam
 
@@ -55,15 +55,20 @@ def test_the_plane_and_space_agree_along_any_axis():
     np.testing.assert_allclose(found, spatial, rtol=1e-6)
 
 
+def spun_rope(n, youngs_modulus, speed=7.0):
+    """Return a scene with a rope of 1 m along +x, pinned on the axis of rotation."""
+    material = ancf.Material(youngs_modulus, 4e3)
+    scene, rope = build_beam(
+        "thin", (0, 0, 0), (1, 0, 0), n, ancf.Circle(1e-4), material, "pin", gravity=(0, 0, 0)
+    )
+    scene.rotating_frame((0.0, 0.0, speed))
+    return scene, rope
+
+
 def test_a_rotating_string():
     """Pinned on the axis: omega^2 = n (2 n - 1) Omega^2 across the plane, one less in it."""
     speed = 7.0
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    rope = scene.add_beam(
-        "thin", (0, 0, 0), (1, 0, 0), 24, ancf.Circle(1e-4), ancf.Material(1e8, 4e3)
-    )
-    scene.pin(rope.start)
-    scene.rotating_frame((0.0, 0.0, speed))
+    scene, rope = spun_rope(24, 1e8, speed)
     rest = ancf.solve_static(scene)
     # Stretch: (L^2 - s^2) rho Omega^2 / 2 E, a first approximation.
     assert rest.position(rope.end)[0] - 1.0 == pytest.approx(4e3 * speed**2 / 3e8, rel=2e-3)
@@ -76,13 +81,7 @@ def test_a_rotating_string():
 @pytest.mark.parametrize("n", [8, 32])
 def test_a_free_rotation_is_zero_also_beside_large_stiffness(n):
     """Stress by strains of 1e-7 rounds to 5e-10 of the centrifugal forces: that is no growth."""
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    rope = scene.add_beam(
-        "thin", (0, 0, 0), (1, 0, 0), n, ancf.Circle(1e-4), ancf.Material(1e12, 4e3)
-    )
-    scene.pin(rope.start)
-    scene.rotating_frame((0.0, 0.0, 7.0))
-    found = ancf.complex_modes(ancf.solve_static(scene), 3)
+    found = ancf.complex_modes(ancf.solve_static(spun_rope(n, 1e12)[0]), 3)
     assert found.eigenvalues[0] == 0.0
     assert found.stable
     assert 2.0 * np.pi * found.frequencies[1] == pytest.approx(7.0, rel=1e-7)
@@ -176,8 +175,6 @@ def thrown(frame):
 )
 def test_a_motion_is_the_same_in_both_frames(integrator):
     """Centrifugal and Coriolis forces on beams, bodies and masses, at the order of the method."""
-    from scipy.spatial.transform import Rotation
-
     explicit = isinstance(integrator, ancf.DormandPrince)
     steps = (1e-4,) if explicit else (2e-3, 1e-3)
     options = {} if explicit else {"tolerance": 1e-10}

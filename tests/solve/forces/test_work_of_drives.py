@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from tests.beams import build_beam
 
 MEANS = ancf.EnergyMomentum()
 
 
 def swung(as_constraint):
-    scene = ancf.Scene((0.0, -9.81))
-    beam = scene.add_beam(
+    scene, beam = build_beam(
         "thin", (0, 0), (2, 0), 6, ancf.Rectangle(0.01, 0.01), ancf.Material(1e6, 4000.0)
     )
     far = np.array([0.3, 0.2])

@@ -15,6 +15,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, regularize
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
+from tests.beams import build_beam
 
 TIGHT = 1e-9
 WEIGHT = np.array([0.0, -0.8 * 9.81])  # of the paper's pendulum: 4000 kg/m3, 1 cm2, 2 m
@@ -136,9 +137,8 @@ def test_a_rod_as_a_hanger_carries_the_weight():
 def test_two_hinged_beams_swing_like_a_double_pendulum_start():
     # Stiff short beams in a row, released level, pinned at one end and hinged in the middle:
     # rigid double pendulum, alpha_1 = 9 g / 7 L down, alpha_2 = -3 g / 7 L (up), exactly.
-    scene = ancf.Scene()
     section, material = ancf.Rectangle(0.05, 0.05), ancf.Material(1e9, 4000.0)
-    one = scene.add_beam("l2t2", (0, 0), (1, 0), 4, section, material)
+    scene, one = build_beam("l2t2", (0, 0), (1, 0), 4, section, material)
     two = scene.add_beam("l2t2", (1, 0), (2, 0), 4, section, material)
     scene.pin(one.start)
     scene.connect(one.end, two.start)
@@ -191,9 +191,8 @@ def test_a_seed_from_finite_differences_is_not_singular_where_steps_are_long():
 
 
 def _hung(length, modulus):
-    scene = ancf.Scene()
     section, material = ancf.Circle(length / 50), ancf.Material(modulus, 1e3)
-    rod = scene.add_beam("thin", (0, 0), (length, 0), 4, section, material)
+    scene, rod = build_beam("thin", (0, 0), (length, 0), 4, section, material)
     scene.pin(rod.start, as_constraint=True)
     return scene, rod
 
@@ -202,11 +201,10 @@ def _hung(length, modulus):
 def test_slopes_move_where_every_node_is_held(integrator):
     # A hinged beam in gravity, of one element: its ends turn against each other with
     # omega^2 = 120 E I / (rho A L^4), by consistent masses and cubic shape functions.
-    scene = ancf.Scene((0.0, -1e-3))
     section, material = ancf.Circle(0.01), ancf.Material(1e8, 1e3)
-    beam = scene.add_beam("thin", (0, 0), (1, 0), 1, section, material)
-    scene.pin(beam.start)
-    scene.pin(beam.end)
+    scene, beam = build_beam(
+        "thin", (0, 0), (1, 0), 1, section, material, "pin", "pin", gravity=(0.0, -1e-3)
+    )
     run = ancf.simulate(scene, 1.0, 1e-3, integrator=integrator)
     slope = -run.slope(beam.start)[:, 1]
     omega = np.sqrt(120.0 * 1e8 * section.inertia_z / (1e3 * section.area))
@@ -235,11 +233,10 @@ def test_nets_whose_nodes_are_all_held_can_be_run():
 def test_a_rod_is_not_broken_by_rounding_wherever_its_node_lies(start, scale):
     # At the origin nothing but the anchor says how large rounding is.
     for angle in np.linspace(0.1, 3.0, 20):
-        scene = ancf.Scene()
         section, material = ancf.Circle(0.02 * scale), ancf.Material(1e8 * scale, 1e3)
         place = scale * np.array(start)
         end = place + np.array([scale, 0.0])
-        rod = scene.add_beam("thin", place, end, 2, section, material)
+        scene, rod = build_beam("thin", place, end, 2, section, material)
         scene.rod(rod.start, place + 0.7 * scale * np.array([np.cos(angle), np.sin(angle)]))
         check_constraints(System(scene))
 
@@ -268,10 +265,8 @@ def test_a_rod_far_from_the_origin_is_as_exact_as_one_near_it():
 @pytest.mark.parametrize("solver", [ancf.Newton(), "auto"], ids=str)
 def test_a_steel_chain_of_ten_thousand_hangs_on_a_rod(solver):
     # Newton failed at step 6, and others took many corrections: the rod was all rounding.
-    scene = ancf.Scene((0.0, -9.81))
     section, steel = ancf.Rectangle(0.01, 0.01), ancf.Material(2.1e11, 7850.0)
-    chain = scene.add_beam("thin", (0, 0), (2000, 0), 10_000, section, steel)
-    scene.pin(chain.start)
+    scene, chain = build_beam("thin", (0, 0), (2000, 0), 10_000, section, steel, "pin")
     scene.rod(chain.end, (2000, 1))
     run = ancf.simulate(scene, 0.015, 5e-4, solver=solver, save_nodes=[chain.end])
     assert run.stats.recoveries == 0
@@ -308,9 +303,8 @@ def test_how_a_motion_bends_constraints_does_not_depend_on_the_unit_of_time(unit
 
 
 def repeated(first, second):
-    scene = ancf.Scene((0.0, -9.81))
     material = ancf.Material(1e7, 1000.0)
-    beam = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), material)
+    scene, beam = build_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), material)
     for make in (first, second):
         make(scene, beam)
     return scene

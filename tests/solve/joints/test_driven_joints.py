@@ -17,6 +17,11 @@ TURNS = ancf.Ramp(8.0 * math.pi, 2.0, smooth=True)
 INTEGRATORS = [DAMPED, ancf.Newmark(0.0), ancf.HHT(0.1), ancf.EnergyMomentum()]
 
 
+def turn(t):
+    """One and a half turns and more, with a speed that comes and goes [rad]."""
+    return 10.0 * (t - np.sin(2.0 * np.pi * t) / (2.0 * np.pi))
+
+
 def crank(angle=TURNS, gravity=(0.0, -9.81), **options):
     """A rod of 1 m and 1 kg on a pin at its end, its joint and its drive."""
     scene = ancf.Scene(gravity)
@@ -35,9 +40,6 @@ def test_a_crank_turns_as_prescribed_four_times_round(integrator):
 
 
 def test_the_moment_of_a_crank_balances_weight_and_inertia():
-    def turn(t):
-        return 10.0 * (t - np.sin(2.0 * np.pi * t) / (2.0 * np.pi))
-
     errors = []
     for dt in (0.01, 0.005):
         scene, *_ = crank(turn)
@@ -155,29 +157,22 @@ def test_statics_turn_a_crank_to_where_its_drive_begins():
     np.testing.assert_allclose(rest.position(rod.end), [math.cos(2.0), math.sin(2.0)], atol=1e-9)
 
 
-def refused(function, **options):
-    scene, *_ = crank(function, **options)
-    with pytest.raises(ancf.InputError) as caught:
-        ancf.simulate(scene, 1.0, 0.01, integrator=DAMPED)
-    return str(caught.value)
+RATES = {"rate": lambda t: 0.0, "second_rate": lambda t: float(t > 0.6)}
 
 
 @pytest.mark.parametrize(
-    ("function", "words"),
+    ("function", "options", "words"),
     [
-        (lambda t: 0.5 * max(0.0, t - 0.3123), "velocity jumps by about 0.5 rad/s near t = 0.3123"),
-        (lambda t: max(0.0, t - 0.3123) ** 2, "acceleration jumps by about 2 rad/s2 near t = 0.31"),
-        (lambda t: 0.5 * (t > 0.777), "position jumps by about 0.5 rad near t = 0.777"),
-        (lambda t: np.interp(t, [0.0, 0.5, 1.0], [0.0, 0.0, 0.1]), "near t = 0.5 s"),
+        (lambda t: 0.5 * max(0.0, t - 0.3123), {}, "velocity jumps .* 0.5 rad/s near t = 0.3123"),
+        (lambda t: max(0.0, t - 0.3123) ** 2, {}, "acceleration jumps .* 2 rad/s2 near t = 0.31"),
+        (lambda t: 0.0, RATES, "acceleration jumps by about 1 rad/s2 near t = 0.6"),
+        (lambda t: 0.5 * (t > 0.777), {}, "position jumps by about 0.5 rad near t = 0.777"),
+        (lambda t: np.interp(t, [0.0, 0.5, 1.0], [0.0, 0.0, 0.1]), {}, "near t = 0.5 s"),
     ],
 )
-def test_a_drive_that_is_not_smooth_is_refused_and_the_message_says_where(function, words):
-    assert words in refused(function)
-
-
-def test_a_second_rate_that_jumps_is_found():
-    found = refused(lambda t: 0.0, rate=lambda t: 0.0, second_rate=lambda t: float(t > 0.6))
-    assert "acceleration jumps by about 1 rad/s2 near t = 0.6" in found
+def test_a_drive_that_is_not_smooth_is_refused_and_the_message_says_where(function, options, words):
+    scene, *_ = crank(function, **options)
+    assert_refused(words, ancf.simulate, scene, 1.0, 0.01, integrator=DAMPED)
 
 
 @pytest.mark.parametrize(
@@ -224,9 +219,6 @@ def test_bad_arguments_of_driven_joints():
 def test_a_double_pendulum_with_a_driven_crank_moves_as_in_exudyn():
     # Exudyn 1.13.6: two RigidBody2D, RevoluteJoint2D, CoordinateConstraint with offsetUserFunction
     # on the rotation, generalised-alpha with 0.95 and steps of 1e-4 s, whose error is below 1e-5 m.
-    def turn(t):
-        return 10.0 * (t - np.sin(2.0 * np.pi * t) / (2.0 * np.pi))
-
     found = []
     for dt in (1e-3, 5e-4):
         scene = ancf.Scene((0.0, -9.81))

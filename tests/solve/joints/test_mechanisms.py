@@ -7,24 +7,25 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.solve.refusals import assert_refused
 
 TIGHT = 1e-12
 G = 9.81
 Z = np.array([0.0, 0.0, 1.0])
-TURNED = (0.5, 0.5, -0.1, np.sqrt(0.49))
+TURNED = np.array([0.5, 0.5, -0.1, 0.7])  # a quaternion
+TURNED /= np.linalg.norm(TURNED)
 AXIS = np.array([0.6, 0.0, 0.8])
 
 
-def two_boxes(skew):
-    """Two boxes side by side; their frames along those of space, or turned in any way."""
+BOX = ancf.Box(length=0.4, width=0.3, height=0.2)
+
+
+def two_boxes(shape=BOX, **options):
+    """Two boxes at one place, the frame of the first along those of space."""
     scene = ancf.Scene((0.0, 0.0, -G))
-    turned = {"orientation": np.array(TURNED) / np.linalg.norm(TURNED)} if skew else {}
     one = scene.add_body(ancf.Box(length=0.5, width=0.2, height=0.3), mass=2.0, position=(0, 0, 0))
-    two = scene.add_body(
-        ancf.Box(length=0.4, width=0.3, height=0.2), mass=1.0, position=(0, 0, 0), **turned
-    )
-    return scene, one, two
+    return scene, one, scene.add_body(shape, mass=1.0, position=(0, 0, 0), **options)
 
 
 def freedom(scene):
@@ -49,7 +50,7 @@ JOINTS = {
 def test_freedoms_of_two_bodies(name, skew):
     """Six of the pair and those of the joint, with no equation too many."""
     join, own = JOINTS[name]
-    scene, one, two = two_boxes(skew)
+    scene, one, two = two_boxes(**({"orientation": TURNED} if skew else {}))
     join(scene, one.origin, two.origin, AXIS if skew else Z)
     free, equations = freedom(scene)
     assert free == 6 + own
@@ -78,23 +79,14 @@ def test_motions_with_any_frames_agree(name):
     join, _ = JOINTS[name]
     ends = []
     for skew in (False, True):
-        scene, one, two = two_boxes(False)
+        scene, one, two = two_boxes()
         if skew:
-            quaternion = np.array(TURNED) / np.linalg.norm(TURNED)
-            w, v = quaternion[0], quaternion[1:]
+            w, v = TURNED[0], TURNED[1:]
             cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
             turn = (w * w - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * cross
             moments = 1.0 / 12 * np.array([0.2**2 + 0.3**2, 0.4**2 + 0.3**2, 0.4**2 + 0.2**2])
-            scene = ancf.Scene((0.0, 0.0, -G))
-            one = scene.add_body(
-                ancf.Box(length=0.5, width=0.2, height=0.3), mass=2.0, position=(0, 0, 0)
-            )
-            two = scene.add_body(
-                inertia=turn.T @ np.diag(moments) @ turn,
-                mass=1.0,
-                position=(0, 0, 0),
-                orientation=quaternion,
-            )
+            inertia = turn.T @ np.diag(moments) @ turn
+            scene, one, two = two_boxes(None, inertia=inertia, orientation=TURNED)
         join(scene, one.origin, two.origin, Z)
         scene.point_moment(one.origin, (0.3, -0.2, 0.5))
         scene.point_moment(two.origin, (-0.1, 0.4, -0.3))
@@ -287,7 +279,7 @@ def test_contradictions_are_refused():
     ],
 )
 def test_bad_joints(join, message):
-    scene, one, two = two_boxes(False)
+    scene, one, two = two_boxes()
     assert_refused(message, join, scene, one, two)
     assert not scene.joints
 
@@ -307,13 +299,11 @@ def test_cables_in_space_are_not_welded():
     assert_refused("coordinates of cables in space do not include", scene.weld, one.end, two.start)
 
 
-def frame(element, bent):
-    """A clamped beam with a short one at its end, at a right angle or straight, and a load."""
-    scene = ancf.Scene((0.0, 0.0))
+def frame(element):
+    """A clamped beam with a short one at its end, at a right angle, and a load."""
     section, material = ancf.Rectangle(0.02, 0.02), ancf.Material(1e9, 1e3, 0.0)
-    one = scene.add_beam(element, (0, 0), (1, 0), 4, section, material)
-    end = (1.0, 0.5) if bent else (1.5, 0.0)
-    two = scene.add_beam(element, (1, 0), end, 2, section, material)
+    scene, one = build_beam(element, (0, 0), (1, 0), 4, section, material, gravity=(0.0, 0.0))
+    two = scene.add_beam(element, (1, 0), (1.0, 0.5), 2, section, material)
     scene.clamp(one.start)
     scene.weld(one.end, two.start)
     scene.point_force(two.end, (0.02, -0.01))
@@ -327,7 +317,7 @@ def test_a_welded_frame_bends_as_formulas_say(element):
     The column of h = 0.5 m carries Fx at its top and Fy along it; the arm of a = 1 m bends under
     Fy and the moment Fx h.
     """
-    scene, column = frame(element, True)
+    scene, column = frame(element)
     found = ancf.solve_static(scene).displacement(column.end)
     bending, stretching = 1e9 * 0.02**4 / 12, 1e9 * 0.02**2
     a, h, (fx, fy) = 1.0, 0.5, (0.02, -0.01)
@@ -361,9 +351,8 @@ def test_two_cables_in_line_in_space_are_welded_to_one():
 def test_a_weld_with_fixed_stretch_is_a_clamp_with_fixed_stretch():
     found = []
     for join in ("clamp", "weld"):
-        scene = ancf.Scene((0.0, -G))
         section, material = ancf.Circle(0.02), ancf.Material(1e6, 1e3)
-        rod = scene.add_beam("thin", (0, 0), (0.8, 0.6), 4, section, material)
+        scene, rod = build_beam("thin", (0, 0), (0.8, 0.6), 4, section, material, gravity=(0.0, -G))
         getattr(scene, join)(rod.start, stretch="fixed")
         found.append(ancf.solve_static(scene, tolerance=1e-12).position(rod.end))
     np.testing.assert_allclose(*found, atol=1e-9)

@@ -10,6 +10,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 from ancfsparse.system import System
+from tests.beams import build_beam
 from tests.matrices import stiffness
 from tests.solve.refusals import assert_refused
 
@@ -17,16 +18,21 @@ G = 9.81
 DAMPED = ancf.GeneralizedAlpha(0.9)
 
 
-def rope_of_the_paper(n, bead=0.1, x=0.5):
-    """A cable of EA 1e4 N, EI 0.0833333 N m2, 0.4 kg/m between two pins, and a bead on it."""
-    scene = ancf.Scene((0.0, -G))
-    side = math.sqrt(12.0 * 0.0833333 / 1e4)
-    material = ancf.Material(1e4 / side**2, 0.4 / side**2)
-    section = ancf.Rectangle(side, side)
-    rope = scene.add_beam("thin", (0, 0), (2, 0), n, section, material, strain="biot")
-    scene.pin(rope.start)
-    scene.pin(rope.end)
-    body = scene.add_body(mass=bead, inertia=1e-4, position=(x, 0))
+SIDE = math.sqrt(12.0 * 0.0833333 / 1e4)
+PAPER = ancf.Rectangle(SIDE, SIDE), ancf.Material(1e4 / SIDE**2, 0.4 / SIDE**2)
+"""Section and material of a cable of EA 1e4 N, EI 0.0833333 N m2, 0.4 kg/m."""
+
+
+def bead_at(scene, x, **options):
+    return scene.add_body(mass=0.1, inertia=1e-4, position=(x, 0), **options)
+
+
+def rope_of_the_paper(n):
+    """A cable between two pins, and a bead on it."""
+    scene, rope = build_beam(
+        "thin", (0, 0), (2, 0), n, *PAPER, "pin", "pin", gravity=(0.0, -G), strain="biot"
+    )
+    body = bead_at(scene, 0.5)
     return scene, rope, body, scene.slide(body.origin, rope)
 
 
@@ -74,24 +80,27 @@ def test_a_bead_on_a_quarter_circle_is_a_pendulum():
     np.testing.assert_allclose(radius, 1.0, atol=1e-5)
 
 
+def held_wire(n, length):
+    """A straight wire whose nodes are all held, in a field along it, and a bead."""
+    scene, wire = build_beam(
+        "thin", (0, 0), (length, 0), n, ancf.Circle(0.02), ancf.Material(1e9, 1e3),
+        gravity=(2.0, 0.0),
+    )  # fmt: skip
+    for node in range(n + 1):
+        scene.clamp(wire.node(node), stretch="fixed")
+    bead = bead_at(scene, 0.1)
+    scene.slide(bead.origin, wire)
+    return scene, bead
+
+
 def test_a_bead_passes_all_elements_of_a_straight_wire_evenly():
-    scene = ancf.Scene((2.0, 0.0))
-    wire = scene.add_beam("thin", (0, 0), (2, 0), 7, ancf.Circle(0.02), ancf.Material(1e9, 1e3))
-    for k in range(8):
-        scene.clamp(wire.node(k), stretch="fixed")
-    body = scene.add_body(mass=0.1, inertia=1e-4, position=(0.1, 0))
-    scene.slide(body.origin, wire)
+    scene, body = held_wire(7, 2.0)
     run = ancf.simulate(scene, 1.3, 0.01, integrator=DAMPED)
     np.testing.assert_allclose(run.position(body.origin)[:, 0], 0.1 + run.t**2, atol=1e-6)
 
 
 def test_a_bead_that_runs_off_the_end_ends_the_run_and_keeps_the_states_before():
-    scene = ancf.Scene((2.0, 0.0))
-    wire = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.02), ancf.Material(1e9, 1e3))
-    for k in range(5):
-        scene.clamp(wire.node(k), stretch="fixed")
-    body = scene.add_body(mass=0.1, inertia=1e-4, position=(0.1, 0), name="bead")
-    scene.slide(body.origin, wire)
+    scene, body = held_wire(4, 1.0)
     with pytest.raises(ancf.LoadError, match=r"ran off its end, to s = 1.* of 1 m") as caught:
         ancf.simulate(scene, 2.0, 0.01, integrator=DAMPED)
     # 0.1 + t^2 = 1 at t = .9487
@@ -103,11 +112,10 @@ def test_a_bead_that_runs_off_the_end_ends_the_run_and_keeps_the_states_before()
 
 def cable_car(**options):
     """A carriage with a hanging cabin on a rope in space."""
-    scene = ancf.Scene((0.0, 0.0, -G))
     section, material = ancf.Circle(0.03), ancf.Material(1e9, 5e3)
-    rope = scene.add_beam("thin", (0, 0, 0), (20, 0, -2), 20, section, material)
-    scene.pin(rope.start)
-    scene.pin(rope.end)
+    scene, rope = build_beam(
+        "thin", (0, 0, 0), (20, 0, -2), 20, section, material, "pin", "pin", gravity=(0.0, 0.0, -G)
+    )
     at = np.array([4.0, 0.0, -0.4])
     carriage = scene.add_body(mass=2.0, inertia=(0.1, 0.1, 0.1), position=at)
     cabin = scene.add_body(ancf.Rod(1.5), mass=30.0, position=at, orientation=DOWN)
@@ -218,41 +226,31 @@ def test_a_point_slides_far_in_statics_however_fine_the_mesh():
     np.testing.assert_allclose(found[:2], found[2:] * 2, rtol=0.0, atol=2e-5)
 
 
-def cross(n=4, strain="biot", z=()):
-    """Two crossing cables of a mesh whose ends are held, the first along x with elements of 2 m."""
-    side = math.sqrt(12.0 * 0.0833333 / 1e4)
-    material = ancf.Material(1e4 / side**2, 0.4 / side**2)
+def cross(*z):
+    """Two crossing cables of a mesh whose ends are held, the first along x over 2 m."""
     scene = ancf.Scene((0.0, -G, *(0.0 for _ in z)))
     nodes = [(0, 0, *z), (1, 0, *z), (2, 0, *z), (1, 1, *z), (1, -1, *z)]
-    net = scene.add_mesh(
-        nodes, [(0, 1), (2, 1), (3, 1), (1, 4)], "thin", ancf.Rectangle(side, side), material,
-        n_elements=n, strain=strain,
-    )  # fmt: skip
+    edges = [(0, 1), (2, 1), (3, 1), (1, 4)]
+    net = scene.add_mesh(nodes, edges, "thin", *PAPER, n_elements=4, strain="biot")
     for k in (0, 2, 3, 4):
         scene.pin(net.node(k))
     return scene, net
 
 
 def test_a_bead_on_a_line_of_a_mesh_moves_as_on_a_beam_and_passes_the_crossing():
-    side = math.sqrt(12.0 * 0.0833333 / 1e4)
-    material = ancf.Material(1e4 / side**2, 0.4 / side**2)
     paths = []
     for along in ("beam", "mesh"):
         scene = ancf.Scene((0.0, -G))
         if along == "beam":
-            rope = scene.add_beam(
-                "thin", (0, 0), (2, 0), 8, ancf.Rectangle(side, side), material, strain="biot"
-            )
+            rope = scene.add_beam("thin", (0, 0), (2, 0), 8, *PAPER, strain="biot")
             ends, middle = (rope.start, rope.end), rope.node(4)
         else:
-            rope = scene.add_mesh(
-                [(0, 0), (1, 0), (2, 0)], [(0, 1), (2, 1)], "thin",
-                ancf.Rectangle(side, side), material, n_elements=4, strain="biot",
-            )  # fmt: skip
+            nodes, edges = [(0, 0), (1, 0), (2, 0)], [(0, 1), (2, 1)]
+            rope = scene.add_mesh(nodes, edges, "thin", *PAPER, n_elements=4, strain="biot")
             ends, middle = (rope.node(0), rope.node(2)), rope.node(1)
         for node in ends:
             scene.pin(node)
-        bead = scene.add_body(mass=0.1, inertia=1e-4, position=(0.6, 0), velocity=(2.0, 0.0))
+        bead = bead_at(scene, 0.6, velocity=(2.0, 0.0))
         scene.slide(bead.origin, rope)
         run = ancf.simulate(scene, 0.4, 1e-3, integrator=DAMPED, tolerance=1e-11)
         paths.append(np.hstack([run.position(bead.origin), run.position(middle)]))
@@ -262,7 +260,7 @@ def test_a_bead_on_a_line_of_a_mesh_moves_as_on_a_beam_and_passes_the_crossing()
 
 def test_a_bead_goes_straight_on_at_a_crossing():
     scene, net = cross()
-    bead = scene.add_body(mass=0.1, inertia=1e-4, position=(0.6, 0), velocity=(3.0, 0.0))
+    bead = bead_at(scene, 0.6, velocity=(3.0, 0.0))
     slide = scene.slide(bead.origin, net)
     run = ancf.simulate(scene, 0.3, 1e-3, integrator=DAMPED)
     assert run.position(bead.origin)[-1, 0] > 1.2
@@ -272,7 +270,7 @@ def test_a_bead_goes_straight_on_at_a_crossing():
 
 
 def test_a_ring_slides_along_a_net_in_space_and_off_its_end():
-    scene, net = cross(z=(0,))
+    scene, net = cross(0)
     ring = scene.add_body(ancf.Sphere(0.01), mass=0.1, position=(0.6, 0, 0), velocity=(3.0, 0, 0))
     scene.slide(ring.origin, net, lateral=(0, 0, 1))
     with pytest.raises(ancf.LoadError, match=r"along mesh 0 ran off its end") as found:

@@ -119,9 +119,7 @@ def test_a_thick_beam_in_the_plane_swings_like_one_in_space():
     ],
     ids=str,
 )
-def test_nodal_strains_free_the_thick_pendulum_that_its_section_locks(
-    options, height, bound
-):
+def test_nodal_strains_free_the_thick_pendulum_that_its_section_locks(options, height, bound):
     # nu = 0: -1.2554 m with 10 elements, -1.20505 with nodal section strains; thin: -1.20293.
     tip, _ = run(ancf.Newton(), 1e-6, "thick", t_end=0.5, save_every=1000, **options)
     assert tip[-1, 1] == pytest.approx(height, abs=bound)
