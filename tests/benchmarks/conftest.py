@@ -1,11 +1,16 @@
 """What every chart of a study must pass."""
 
+import csv
 import itertools
+import json
+from dataclasses import replace
+from typing import NamedTuple
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
+from benchmarks import commands
 from benchmarks.common.charts import LETTER_SIZE, NOTE_SIZE, WIDTH
 
 
@@ -41,3 +46,46 @@ def _check(figure):
 def readable():
     """Return the check of a chart."""
     return _check
+
+
+class Written(NamedTuple):
+    """Text on the terminal, rows of the CSV table, JSON object, and page of a study."""
+
+    out: str
+    table: list[dict]
+    data: dict
+    page: str
+
+
+@pytest.fixture
+def run_study(tmp_path, capsys):
+    """Return a function that runs the command of a study and reads what it has written."""
+
+    def run(words, *options):
+        study, page = commands.STUDIES[words], tmp_path / "page.md"
+        places = [f"<!-- {name}:begin -->\n<!-- {name}:end -->\n" for name in study.regions]
+        page.write_text("".join(places), encoding="utf-8")
+        to_page = ["--page", str(page)] if places else []
+        with pytest.raises(SystemExit) as left:
+            commands.main([*words.split(), *options, "--output", str(tmp_path), *to_page])
+        assert left.value.code == 0
+        for name in study.charts:
+            assert (tmp_path / f"{name}.png").stat().st_size > 5_000
+        with (tmp_path / f"{study.name}.csv").open(encoding="utf-8") as file:
+            table = list(csv.DictReader(file))
+        data = json.loads((tmp_path / f"{study.name}.json").read_text(encoding="utf-8"))
+        return Written(capsys.readouterr().out, table, data, page.read_text(encoding="utf-8"))
+
+    return run
+
+
+@pytest.fixture
+def run_result(run_study, monkeypatch):
+    """Return a function that writes a result as the command of its study does."""
+
+    def run(words, result):
+        done = replace(commands.STUDIES[words], run=lambda progress: result)
+        monkeypatch.setitem(commands.STUDIES, words, done)
+        return run_study(words)
+
+    return run

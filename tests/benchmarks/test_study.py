@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import re
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -139,10 +140,39 @@ def test_every_region_has_its_place_on_one_page_with_its_gallery(study):
 
 @pytest.mark.parametrize("words", commands.STUDIES)
 def test_every_command_shows_its_options(words, capsys):
-    with pytest.raises(SystemExit) as left:
-        commands.main([*words.split(), "--help"])
-    assert left.value.code == 0
-    text = capsys.readouterr().out
+    code, text, _ = run(capsys, *words.split(), "--help")
+    assert code == 0
     assert "--output" in text
     assert "--page" in text
     assert "--progress" not in text
+
+
+def run(capsys, *words):
+    with pytest.raises(SystemExit) as left:
+        commands.main(words)
+    out, err = capsys.readouterr()
+    return left.value.code, out, err
+
+
+@pytest.mark.parametrize("words", commands.STUDIES)
+def test_outputs_are_checked_before_a_study(capsys, tmp_path, words):
+    file = tmp_path / "a.md"
+    file.write_text("a page without markers\n", encoding="utf-8")
+    cases = [
+        (("--page", str(file)), "has no place for"),
+        (("--page", str(tmp_path / "no.md")), "no such page"),
+        *((("--output", str(each)), "cannot be a folder") for each in (file, file / "deeper")),
+    ]
+    for options, sentence in cases:
+        code, out, err = run(capsys, *words.split(), *options)
+        assert (code, out) == (2, "")
+        assert sentence in err
+
+
+@pytest.mark.parametrize("words", [["speed", "pendulum"], ["scaling", "sizes", "--peers"]])
+def test_without_exudyn_nothing_is_run(monkeypatch, capsys, words):
+    monkeypatch.setitem(sys.modules, "exudyn", None)
+    code, _, err = run(capsys, *words)
+    assert code == 2
+    assert "pip install 'ancfsparse[peers]'" in err
+    assert err.count("\n") == 1

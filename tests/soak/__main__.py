@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from tests.soak.report import Find, Tally, as_json, table
+from tests.soak.report import Tally, table
 from tests.soak.worker import KINDS, Worker, one
 
 # Fractions of the time, relative to each other.
@@ -38,7 +38,10 @@ def main():
     tallies, finds = soak(given.seed, given.seconds, given.kind or list(KINDS), given.most)
     print(table(tallies, finds))
     given.json.parent.mkdir(parents=True, exist_ok=True)
-    given.json.write_text(json.dumps(as_json(given.seed, tallies, finds), indent=1))
+    kinds = {kind: vars(tally) for kind, tally in tallies.items()}
+    given.json.write_text(
+        json.dumps({"seed": given.seed, "kinds": kinds, "finds": finds}, indent=1)
+    )
     return bool(finds)
 
 
@@ -57,7 +60,9 @@ def soak(seed, seconds, kinds, most=math.inf):
             kind = min(open_kinds, key=lambda each: tallies[each].seconds / WEIGHTS[each])
             tally = tallies[kind]
             report, took = worker.trial(kind, seed, tally.trials)
-            finds += [Find(kind, seed, tally.trials, what, report.tried) for what in report.finds]
+            trial = {"kind": kind, "seed": seed, "index": tally.trials, "tried": report.tried}
+            again = f'make soak ARGS="--seed {seed} --kind {kind} --index {tally.trials}"'
+            finds += [trial | {"what": what, "again": again} for what in report.finds]
             tally.trials += 1
             tally.seconds += took
             tally.outcomes[report.outcome] += 1

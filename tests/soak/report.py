@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 
 SHOWN = 3  # printed finds that differ in numbers only; the file has all
 
@@ -14,21 +14,6 @@ class Report:
     outcome: str
     finds: list[str] = field(default_factory=list)
     tried: str = ""
-
-
-@dataclass(frozen=True)
-class Find:
-    kind: str
-    seed: int
-    index: int
-    what: str
-    tried: str
-
-    @property
-    def again(self):
-        """The command that repeats the trial."""
-        options = f"--seed {self.seed} --kind {self.kind} --index {self.index}"
-        return f'make soak ARGS="{options}"'
 
 
 @dataclass
@@ -45,21 +30,14 @@ def table(tallies, finds):
     lines = [f"{'kind':<14}{'trials':>8}{'seconds':>9}{'finds':>7}  outcomes"]
     for kind, tally in tallies.items():
         counts = ", ".join(f"{name} {count}" for name, count in tally.outcomes.most_common())
-        found = sum(find.kind == kind for find in finds)
+        found = sum(find["kind"] == kind for find in finds)
         lines.append(f"{kind:<14}{tally.trials:>8}{tally.seconds:>9.1f}{found:>7}  {counts}")
     alike = Counter()
     for find in finds:
-        what = re.sub(r"[\d.]+(e[+-]?\d+)?", "#", find.what)
-        alike[find.kind, what] += 1
-        if alike[find.kind, what] <= SHOWN:
-            lines += ["", f"{find.kind} {find.index}: {find.what}", f"  tried: {find.tried}"]
-            lines.append(f"  again: {find.again}")
+        what = re.sub(r"[\d.]+(e[+-]?\d+)?", "#", find["what"])
+        alike[find["kind"], what] += 1
+        if alike[find["kind"], what] <= SHOWN:
+            lines.append(
+                "\n{kind} {index}: {what}\n  tried: {tried}\n  again: {again}".format(**find)
+            )
     return "\n".join(lines)
-
-
-def as_json(seed, tallies, finds):
-    return {
-        "seed": seed,
-        "kinds": {kind: vars(tally) for kind, tally in tallies.items()},
-        "finds": [asdict(find) | {"again": find.again} for find in finds],
-    }

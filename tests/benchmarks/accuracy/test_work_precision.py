@@ -1,6 +1,5 @@
 """The work-precision study on short runs, and what it says about hand-made data."""
 
-import csv
 import json
 import math
 import sys
@@ -15,9 +14,8 @@ from benchmarks.accuracy.candidates import INTEGRATORS, Integrator, candidates
 from benchmarks.accuracy.models import MODELS
 from benchmarks.accuracy.references import Reference, trapezoidal_tip
 from benchmarks.accuracy.timed_runs import Point, Task, measure
-from benchmarks.accuracy.work_precision import LEVELS, WorkPrecision, work_precision
+from benchmarks.accuracy.work_precision import WorkPrecision, work_precision
 from benchmarks.accuracy.work_precision_report import STUDY, chart, findings
-from benchmarks.commands import main
 from benchmarks.common.timing import OURS
 
 MODEL = "Thin, Biot"
@@ -120,23 +118,19 @@ def test_ratios_and_targets_of_hand_made_curves():
 
 
 def test_findings_name_who_is_fastest_whoever_it_is():
-    ahead = study(*OURS_CURVE, point("Exudyn", 0.1, 1e-3), point("SciPy", 0.5, 1e-5))
-    assert any("Exudyn takes 10.0 to 10.0 times as long" in each for each in findings(ahead))
-    assert not any("it is faster at" in each for each in findings(ahead))
-    behind = study(*OURS_CURVE, point("SUNDIALS", 0.005, 1e-5, solver=""))
-    assert any("SUNDIALS takes 0.2 to " in each for each in findings(behind))
-    assert any("it is faster at" in each for each in findings(behind))
-    alone = study(*OURS_CURVE, point("SciPy", 0.5, 1e-9, solver=""))
-    assert any("only it has a result" in each for each in findings(alone))
-    assert not any("fewest evaluations" in each for each in findings(ahead))
-    thrifty = study(*OURS_CURVE, point("SciPy", 0.5, 1e-5, solver="", residuals=99))
-    assert any("SciPy's trapezoidal needs the fewest" in each for each in findings(thrifty))
+    def said(*others):
+        return "\n".join(findings(study(*OURS_CURVE, *others)))
 
-
-def test_levels_run_from_a_centimetre_to_a_nanometre():
-    assert LEVELS[0] == 1e-2
-    assert LEVELS[-1] == 1e-9
-    assert list(LEVELS) == sorted(LEVELS, reverse=True)
+    ahead = said(point("Exudyn", 0.1, 1e-3), point("SciPy", 0.5, 1e-5))
+    assert "Exudyn takes 10.0 to 10.0 times as long" in ahead
+    assert "it is faster at" not in ahead
+    assert "fewest evaluations" not in ahead
+    behind = said(point("SUNDIALS", 0.005, 1e-5, solver=""))
+    assert "SUNDIALS takes 0.2 to " in behind
+    assert "it is faster at" in behind
+    assert "only it has a result" in said(point("SciPy", 0.5, 1e-9, solver=""))
+    thrifty = said(point("SciPy", 0.5, 1e-5, solver="", residuals=99))
+    assert "SciPy's trapezoidal needs the fewest" in thrifty
 
 
 def test_record_and_page_hold_failures_and_verdicts():
@@ -156,22 +150,14 @@ def test_solvers_of_a_row_are_those_of_both_lists():
     assert [t.solver for t in candidates(MODEL, 4, 2.0, [explicit])] == [""]
 
 
-def test_command_writes_tables_and_charts_without_peers(tmp_path, capsys, monkeypatch):
+def test_command_writes_tables_and_charts_without_peers(run_study, monkeypatch):
     for name in ("exudyn", "benchmarks.other_codes._sundials", "elastica"):
         monkeypatch.setitem(sys.modules, name, None)
     words = ["--elements", "4", "--time", "0.08", "--rounds", "1", "--peers"]
-    with pytest.raises(SystemExit) as left:
-        main(["accuracy", "work-precision", *words, "--output", str(tmp_path)])
-    out = capsys.readouterr().out
-    assert left.value.code == 0
-    assert out.count("pip install 'ancfsparse[peers]'") == 2
-    assert out.count("`make peers`") == 1
-    with (tmp_path / "work-precision.csv").open(encoding="utf-8") as file:
-        table = list(csv.DictReader(file))
-    programs = {row["program"] for row in table}
-    assert programs == {OURS, "SciPy"}
-    assert all(row["note"] or float(row["seconds"]) > 0.0 for row in table)
-    data = json.loads((tmp_path / "work-precision.json").read_text(encoding="utf-8"))
-    assert len(data["points"]) == len(table)
-    assert data["references"]["L2T2"]["uncertainty"] < 1e-9
-    assert (tmp_path / "work-precision.png").stat().st_size > 10_000
+    written = run_study("accuracy work-precision", *words)
+    assert written.out.count("pip install 'ancfsparse[peers]'") == 2
+    assert written.out.count("`make peers`") == 1
+    assert {row["program"] for row in written.table} == {OURS, "SciPy"}
+    assert all(row["note"] or float(row["seconds"]) > 0.0 for row in written.table)
+    assert len(written.data["points"]) == len(written.table)
+    assert written.data["references"]["L2T2"]["uncertainty"] < 1e-9

@@ -1,10 +1,7 @@
 """Secant pairs on incomplete seeds: what the study runs, weighs, says and draws."""
 
-import csv
-
 import pytest
 
-from benchmarks.commands import main
 from benchmarks.scaling import lattice_pairs as module
 from benchmarks.scaling.lattice_pairs import (
     STUDY,
@@ -51,13 +48,9 @@ def test_the_chart_can_be_read(readable):
     readable(chart(rows()))
 
 
-def test_the_command_runs_a_small_lattice(tmp_path, monkeypatch):
+def test_the_command_runs_a_small_lattice(run_study, monkeypatch):
     monkeypatch.setattr(module, "H_OMEGA", {"steel": (50, 250)})
     monkeypatch.setattr(module, "MOTIONS", ("rest",))
-    with pytest.raises(SystemExit) as left:
-        main(["scaling", "lattice-pairs", "--nodes", "4", "--output", str(tmp_path)])
-    assert left.value.code == 0
-    with (tmp_path / "memory-lattices.csv").open(encoding="utf-8") as file:
-        table = list(csv.DictReader(file))
+    table = run_study("scaling lattice-pairs", "--nodes", "4").table
     assert len(table) == 2 * len(candidates())
     assert all(float(line["work"]) > 0.0 for line in table)

@@ -1,11 +1,7 @@
 """The study of lattices on tiny sizes: what it writes and says."""
 
-import csv
-import json
-
 import pytest
 
-from benchmarks.commands import main
 from benchmarks.scaling.lattice_jobs import OTHERS, RUNS, Job, jobs_of
 from benchmarks.scaling.lattice_report import STUDY, chart, findings, targets
 from benchmarks.scaling.lattices import Row, _again_in_turn, in_process, pairs, run
@@ -19,22 +15,14 @@ def row(size, factorization, seconds, case="lattice", threads=1, jitter=0.0, **m
     return Row(job, record | more)
 
 
-def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
+def test_study_on_tiny_sizes(run_study, monkeypatch):
     # All in this process, whose memory says nothing.
     monkeypatch.setattr("benchmarks.scaling.lattice_jobs.OCTETS", {1: 3, 2: 6})
     here = "benchmarks.scaling.lattices.in_process"
     monkeypatch.setattr(here, lambda job: run(job) | {"base_bytes": 0})
-    page = tmp_path / "page.md"
-    page.write_text("<!-- lattices:begin -->\n<!-- lattices:end -->\n", encoding="utf-8")
     words = ["--largest", "3", "--largest-net", "3", "--largest-exact", "3", "--steps", "2"]
-    words += ["--threads", "2"]
-    with pytest.raises(SystemExit) as left:
-        main(["scaling", "lattices", *words, "--output", str(tmp_path), "--page", str(page)])
-    out = capsys.readouterr().out
-    assert left.value.code == 0
+    out, table, data, page = run_study("scaling lattices", *words, "--threads", "2")
     assert "steel lattice, at rest, 0.004 s" in out
-    with (tmp_path / "lattices.csv").open(encoding="utf-8") as file:
-        table = list(csv.DictReader(file))
     scenes = 1 + 2 * len(RUNS) + len(OTHERS)
     assert len(table) == 2 * scenes + 3  # the last three on two threads
     assert [line["threads"] for line in table[-4:]] == ["1", "2", "2", "2"]
@@ -45,17 +33,16 @@ def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
     assert all(float(line["sweeps"]) >= float(line["corrections"]) for line in incomplete)
     exact = [line for line in table if line["factorization"] == "complete"]
     assert all(1.0 <= float(line["fill"]) < 3.0 for line in exact)
-    record = json.loads((tmp_path / "lattices.json").read_text())
-    assert len(record["findings"]) == scenes + 2 + 3  # who wins by what; gains of two threads
-    assert [each["what"] for each in record["targets"]] == [
-        "soft lattice, at rest, 0.001 s, 3: gain of 2 threads",
-        "steel lattice, at rest, 0.004 s, 3: gain of 2 threads",
-        "steel lattice, at rest, 0.01 s, 3: gain of 2 threads",
+    assert len(data["findings"]) == scenes + 2 + 3  # who wins by what; gains of two threads
+    assert [each["what"] for each in data["targets"]] == [
+        f"{case}, 3: gain of 2 threads"
+        for case in (
+            "soft lattice, at rest, 0.001 s",
+            "steel lattice, at rest, 0.004 s",
+            "steel lattice, at rest, 0.01 s",
+        )
     ]
-    assert "| net, at rest, 0.0005 s | 3 nodes a side | complete | 12 |" in page.read_text(
-        encoding="utf-8"
-    )
-    assert (tmp_path / "gallery" / "lattices.png").stat().st_size > 10_000
+    assert "| net, at rest, 0.0005 s | 3 nodes a side | complete | 12 |" in page
 
 
 def test_what_is_said_follows_the_rows():
@@ -107,16 +94,12 @@ def test_from_which_fill_on_seeds_win_is_said():
 def test_all_that_is_asked_for_is_listed():
     jobs = jobs_of(46, 200, 16, 20, 2)
     assert len(set(jobs)) == len(jobs)
-    titles = {job.title for job in jobs}
-    assert {
-        "steel irregular lattice, rough, 0.001 s",
-        "soft lattice on rods, at rest, 0.001 s",
-    } <= (titles)
+    expected = {"steel irregular lattice, rough, 0.001 s", "soft lattice on rods, at rest, 0.001 s"}
+    assert expected <= {job.title for job in jobs}
     exact = [job for job in jobs if job.factorization == "complete"]
     assert max(job.size for job in exact if job.case == "lattice") == 22
-    assert {job.factorization for job in jobs if job.threads == 2 or job.case == "statics"} == {
-        "incomplete"
-    }
+    special = [job for job in jobs if job.threads == 2 or job.case == "statics"]
+    assert {job.factorization for job in special} == {"incomplete"}
 
 
 def test_runs_on_one_and_two_threads_are_compared_by_the_fastest_in_turn(monkeypatch):
@@ -159,9 +142,7 @@ def test_a_process_of_its_own_answers():
 
 
 def test_a_run_that_cannot_be_leaves_a_note():
-    assert (
-        "unknown factorization" in run(Job("lattice", 2, "soft", "rest", 1e-3, 1, "none"))["note"]
-    )
-    assert (
-        "exit code" in in_process(Job("lattice", 2, "glass", "rest", 1e-3, 1, "complete"))["note"]
-    )
+    note = run(Job("lattice", 2, "soft", "rest", 1e-3, 1, "none"))["note"]
+    assert "unknown factorization" in note
+    note = in_process(Job("lattice", 2, "glass", "rest", 1e-3, 1, "complete"))["note"]
+    assert "exit code" in note

@@ -1,15 +1,13 @@
 """The scaling study on tiny sizes: what it writes, and what it says when something cannot run."""
 
-import csv
-import json
-import sys
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 
-from benchmarks.commands import main
 from benchmarks.common.worker import Worker
 from benchmarks.scaling import roofline as module
-from benchmarks.scaling import scaling_job as scaling_job
+from benchmarks.scaling import scaling_job
 from benchmarks.scaling.roofline import Loop, Roofline, roofline, triad
 from benchmarks.scaling.rows import TITLES, Row, Scaling, ratios, slope
 from benchmarks.scaling.scaling import MAX_REPEATS, leave_out, rounds_of, scaling
@@ -32,31 +30,29 @@ def rows(size, seconds, note="", scene=("chain", "rest")):
     return result
 
 
-def test_study_on_tiny_sizes(tmp_path, capsys, monkeypatch):
+@pytest.fixture
+def here(monkeypatch):
+    """Run all jobs in this process, with as few rounds as possible."""
+    runner = SimpleNamespace(run=lambda job, limit: scaling_job.run(job, 0))
+    monkeypatch.setattr("benchmarks.scaling.scaling.Worker", lambda program: nullcontext(runner))
     monkeypatch.setattr("benchmarks.scaling.scaling.roofline", lambda n: QUICK)
     monkeypatch.setattr("benchmarks.scaling.scaling.MIN_TOTAL_TIME", 0.0)
-    page = tmp_path / "page.md"
-    page.write_text("<!-- scaling:begin -->\n<!-- scaling:end -->\n", encoding="utf-8")
+
+
+@pytest.mark.usefixtures("here")
+def test_study_on_tiny_sizes(run_study):
     words = ["--largest", "12", "--largest-net", "3", "--steps", "4", "--rounds", "1"]
-    with pytest.raises(SystemExit) as left:
-        main(["scaling", "sizes", *words, "--output", str(tmp_path), "--page", str(page)])
-    out = capsys.readouterr().out
-    assert left.value.code == 0
+    out, table, data, page = run_study("scaling sizes", *words)
     assert "net falling from rest, 3: 12 elements, 69 unknowns" in out
     assert "chain in rough motion, 12: 12 elements, 50 unknowns" in out
-    with (tmp_path / "scaling.csv").open(encoding="utf-8") as file:
-        table = list(csv.DictReader(file))
     assert len(table) == 5 * len(SOLVERS)  # chains of 10 and 12 in two motions, and a net
     assert all(float(row["microseconds_per_element_and_step"]) > 0 for row in table)
     assert all(float(row["iterations_per_step"]) >= 1 for row in table)
-    data = json.loads((tmp_path / "scaling.json").read_text(encoding="utf-8"))
     assert len(data["rows"]) == len(table)
     assert data["roofline"]["loops"][0]["bytes"] == 50.0
     assert len(data["targets"]) == 5
-    text = page.read_text(encoding="utf-8")
-    assert "| net falling from rest, 3 x 3 | 12 |" in text
-    assert "- `auto` over the best fixed solver of each scene and size: " in text
-    assert (tmp_path / "gallery" / "scaling.png").stat().st_size > 10_000
+    assert "| net falling from rest, 3 x 3 | 12 |" in page
+    assert "- `auto` over the best fixed solver of each scene and size: " in page
 
 
 def test_what_threads_gain_is_told():
@@ -69,9 +65,8 @@ def test_what_threads_gain_is_told():
     assert result.growth() == {"1,000,000 over 1,000 elements": pytest.approx(3.0)}
 
 
-def test_threads_run_beside_auto(monkeypatch):
-    monkeypatch.setattr("benchmarks.scaling.scaling.roofline", lambda n: QUICK)
-    monkeypatch.setattr("benchmarks.scaling.scaling.MIN_TOTAL_TIME", 0.0)
+@pytest.mark.usefixtures("here")
+def test_threads_run_beside_auto():
     result = scaling(10, 2, nets=False, rounds=1, threads=2)
     found = [row for row in result.rows if row.job.threads == 2]
     assert [row.job.solver for row in found] == ["auto, 2 threads"] * 2
@@ -98,21 +93,12 @@ def test_a_process_that_dies_leaves_a_note():
     assert record["note"] == "the process ended with exit code -9"
 
 
-def test_peers_run_the_same_scenes():
+@pytest.mark.parametrize(("case", "size"), [("chain", 5), ("net", 3)])
+def test_peers_run_the_same_scenes(case, size):
     pytest.importorskip("exudyn")
-    for case, size in (("chain", 5), ("net", 3)):
-        job = Job(case, size, "rough", "Exudyn, full Newton", 5, 5e-4)
-        record = scaling_job.run(job, 0)
-        assert record["seconds"] > 0
-        assert 1.0 <= record["iterations_per_step"] < 5.0
-
-
-def test_without_exudyn_nothing_is_run(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "exudyn", None)
-    with pytest.raises(SystemExit) as left:
-        main(["scaling", "sizes", "--peers"])
-    assert left.value.code == 2
-    assert "pip install 'ancfsparse[peers]'" in capsys.readouterr().err
+    record = scaling_job.run(Job(case, size, "rough", "Exudyn, full Newton", 5, 5e-4), 0)
+    assert record["seconds"] > 0
+    assert 1.0 <= record["iterations_per_step"] < 5.0
 
 
 def by_hand():

@@ -1,11 +1,8 @@
 """The map of exact beside incomplete seeds: what it says and draws."""
 
-import csv
-
 import pytest
 
 from ancfsparse.errors import InputError
-from benchmarks.commands import main
 from benchmarks.stability.factorizations import (
     CLAIMED_H_OMEGA,
     FACTORIZATIONS,
@@ -43,11 +40,6 @@ def test_lattices_finish_on_both_where_steps_are_short():
         factorizations(("none",))
 
 
-def test_the_command_writes_the_map(tmp_path):
+def test_the_command_writes_the_map(run_study):
     words = ["--scene", "pendulum", "--step", "0.005", "--stiffness", "1e7"]
-    with pytest.raises(SystemExit) as left:
-        main(["stability", "factorizations", *words, "--output", str(tmp_path)])
-    assert left.value.code == 0
-    with (tmp_path / "stability-seeds.csv").open(encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == 2 * len(FACTORIZATIONS)
-    assert (tmp_path / "stability-seeds.png").stat().st_size > 5_000
+    assert len(run_study("stability factorizations", *words).table) == 2 * len(FACTORIZATIONS)

@@ -1,12 +1,10 @@
 """The study of long runs, on short ones."""
 
-import json
 import re
 
 import numpy as np
 import pytest
 
-from benchmarks.commands import main
 from benchmarks.stability.long_runs import (
     CANDIDATES,
     MIN_GROWTH,
@@ -76,19 +74,9 @@ def test_the_chart_can_be_read(readable):
     readable(chart(LongRuns(runs, {})))
 
 
-def test_command(tmp_path, capsys):
-    page = tmp_path / "page.md"
-    page.write_text("<!-- long-runs:begin -->\n<!-- long-runs:end -->\n", encoding="utf-8")
-    with pytest.raises(SystemExit) as left:
-        main(["stability", "long-runs", "--steps", "400", "--output", str(tmp_path),
-              "--page", str(page)])  # fmt: skip
-    assert left.value.code == 0
-    assert re.search(
-        r"^  GeneralizedAlpha\(0\.8\), dt = 0\.0005 s +0\.2 s ", capsys.readouterr().out, re.M
-    )
-    text = page.read_text(encoding="utf-8")
-    assert "| GeneralizedAlpha(0.8), dt = 0.0005 s | 0.2 s |" in text
-    assert "Memory grew in no run" in text
-    data = json.loads((tmp_path / "long-runs.json").read_text(encoding="utf-8"))
+def test_command(run_study):
+    out, _, data, page = run_study("stability long-runs", "--steps", "400")
+    assert re.search(r"^  GeneralizedAlpha\(0\.8\), dt = 0\.0005 s +0\.2 s ", out, re.M)
+    assert "| GeneralizedAlpha(0.8), dt = 0.0005 s | 0.2 s |" in page
+    assert "Memory grew in no run" in page
     assert len(data["runs"]) == len(CANDIDATES)
-    assert (tmp_path / "gallery" / "long-runs.png").stat().st_size > 10_000

@@ -1,8 +1,5 @@
 """The stability map as shipped: its claims, and its borders run again."""
 
-import csv
-import itertools
-import json
 import math
 import re
 from dataclasses import replace
@@ -12,7 +9,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from benchmarks.commands import main
+from benchmarks.commands import STUDIES, main
 from benchmarks.stability.cells import (
     FAILED,
     FINISHED,
@@ -32,7 +29,7 @@ from benchmarks.stability.cells import (
     work_uncertainty,
 )
 from benchmarks.stability.findings import findings
-from benchmarks.stability.report import integrator_chart, solver_chart
+from benchmarks.stability.report import STUDY, integrator_chart, solver_chart
 from benchmarks.stability.scenes import PUSH, SCENES, Case
 from benchmarks.stability.stability_map import (
     FOR_ALL_SOLVERS,
@@ -141,25 +138,6 @@ def test_newton_and_the_others_agree_today(shipped):
                 assert run.gain < MAX_GAIN, run
 
 
-def test_energies_are_those_of_a_formula_of_ones_own():
-    # A truss: EA L e^2 / 2 with Green's strain, and a consistent mass of cubic shape functions.
-    case = SCENES["truss pendulum"](1e9)
-    path = ancf.simulate(case.scene, 0.2, 1e-3, integrator=ancf.Newmark(0.0), tolerance=1e-6)
-    u, weight = np.polynomial.legendre.leggauss(6)
-    x, weight = 0.5 * (u + 1.0), 0.5 * weight
-    length, given = case.rod.length, case.rod.stiffnesses()
-    shapes = np.stack([1 - 3 * x**2 + 2 * x**3, length * (x - 2 * x**2 + x**3),
-                       3 * x**2 - 2 * x**3, length * (x**3 - x**2)])  # fmt: skip
-    ends = [case.rod.start, case.rod.end]
-    speed = np.zeros((len(path.t), 6, 2))
-    rates = [np.gradient(path.slope(node), path.t, axis=0, edge_order=2) for node in ends]
-    for k, node in enumerate(ends):
-        speed += shapes[2 * k][None, :, None] * path.velocity(node)[:, None]
-        speed += shapes[2 * k + 1][None, :, None] * rates[k][:, None]
-    kinetic = 0.5 * given["mass_per_length"] * length * np.sum(speed**2, axis=2) @ weight
-    np.testing.assert_allclose(kinetic[1:-1], path.energy.kinetic[1:-1], rtol=2e-3)
-
-
 def test_work_of_a_force_is_force_times_way():
     scene = ancf.Scene((0.0, 0.0))
     rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Rectangle(0.05, 0.05),
@@ -232,45 +210,37 @@ def test_rows_survive_the_table():
     assert Run.of({name: str(value) for name, value in run.record().items()}) == run
 
 
-def test_a_small_map(tmp_path, capsys):
-    page = tmp_path / "page.md"
-    marks = [f"<!-- {name}:{end} -->" for name, end in
-             itertools.product(("stability", "stability-solvers"), ("begin", "end"))]  # fmt: skip
-    page.write_text("\n".join(marks), encoding="utf-8")
+def test_a_small_map(run_study):
     words = ["--scene", "truss pendulum", "--stiffness", "1e6", "--stiffness", "2e11",
              "--step", "0.01", "--step", "0.02"]  # fmt: skip
-    with pytest.raises(SystemExit) as left:
-        main(["stability", "map", *words, "--output", str(tmp_path), "--page", str(page)])
-    assert left.value.code == 0
-    out = capsys.readouterr().out
+    out, table, data, page = run_study("stability map", *words)
     assert f"{2 * 2 * 34} runs: " in out
-    with (tmp_path / "stability.csv").open(encoding="utf-8") as file:
-        table = list(csv.DictReader(file))
     assert len(table) == 2 * 2 * 34
     assert {row["outcome"] for row in table} <= set(OUTCOMES)
     assert all(math.isfinite(float(row["gain"])) for row in table)
     soft = [row for row in table if row["youngs_modulus"] == "1000000.0"]
     assert {row["outcome"] for row in soft} == {FINISHED}
-    data = json.loads((tmp_path / "stability.json").read_text(encoding="utf-8"))
     assert "damped Newton saved at most" in " ".join(data["findings"])
-    assert "| GeneralizedAlpha(0.5) | 0.0" in page.read_text(encoding="utf-8")
-    for name in ("stability.png", "stability-solvers.png"):
-        assert (tmp_path / "gallery" / name).stat().st_size > 10_000
+    assert "| GeneralizedAlpha(0.5) | 0.0" in page
 
 
-def test_charts_and_tables_come_from_the_table_too(tmp_path, capsys):
-    with pytest.raises(SystemExit) as left:
-        main(["stability", "map", "--from", str(SHIPPED), "--output", str(tmp_path)])
-    assert left.value.code == 0
-    assert re.search(r"^  bfgs, 10 pairs +GeneralizedAlpha\(0\.8\) ", capsys.readouterr().out, re.M)
+@pytest.fixture(scope="module")
+def drawn(shipped):
+    return {"stability": integrator_chart(shipped), "stability-solvers": solver_chart(shipped)}
+
+
+def test_charts_and_tables_come_from_the_table_too(run_study, drawn, tmp_path, monkeypatch):
+    charts = {name: lambda _, figure=figure: figure for name, figure in drawn.items()}
+    assert STUDY.charts.keys() == charts.keys()
+    monkeypatch.setitem(STUDIES, "stability map", replace(STUDY, charts=charts))
+    out = run_study("stability map", "--from", str(SHIPPED)).out
+    assert re.search(r"^  bfgs, 10 pairs +GeneralizedAlpha\(0\.8\) ", out, re.M)
     assert (tmp_path / "stability.csv").read_bytes() == SHIPPED.read_bytes()
-    for name in ("stability.png", "stability-solvers.png"):
-        assert (tmp_path / name).stat().st_size > 10_000
 
 
-def test_the_charts_can_be_read(shipped, readable):
-    readable(integrator_chart(shipped))
-    readable(solver_chart(shipped))
+def test_the_charts_can_be_read(drawn, readable):
+    for figure in drawn.values():
+        readable(figure)
 
 
 def test_a_table_that_is_none_is_refused(tmp_path, capsys):

@@ -1,23 +1,11 @@
 """The timing against Exudyn, and the message without it."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
 
-from benchmarks.commands import main
 from benchmarks.table1.speed import STUDY, pendulum_speed
-
-
-def test_missing_exudyn_is_one_clear_sentence(monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "exudyn", None)
-    with pytest.raises(SystemExit) as left:
-        main(["speed", "pendulum"])
-    assert left.value.code == 2
-    err = capsys.readouterr().err
-    assert "pip install 'ancfsparse[peers]'" in err
-    assert err.count("\n") == 1
 
 
 def test_same_discretisation_gives_the_same_motion():

@@ -1,7 +1,5 @@
 """Table 1 on a short run: shapes, files and the sentences on them."""
 
-import csv
-import json
 import math
 
 import numpy as np
@@ -47,10 +45,8 @@ def test_matched_runs_are_at_least_as_good(table):
             assert match.ratio == pytest.approx(table.cells[row, column].seconds / match.seconds)
 
 
-def test_files_hold_the_table(table, tmp_path):
-    paths = report.STUDY.write(table, tmp_path / "new")
-    with paths[0].open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+def test_files_hold_the_table(table, run_result):
+    out, rows, data, page = run_result("table1", table)
     assert len(rows) == 2 * len(cells.COLUMNS)
     assert list(rows[0]) == [
         "element", "method", "stands_for", "seconds", "paper_seconds", "speed_up",
@@ -59,43 +55,15 @@ def test_files_hold_the_table(table, tmp_path):
     broyden = next(row for row in rows if (row["element"], row["method"]) == ("Thin", "Broyden"))
     assert float(broyden["paper_seconds"]) == 7.22
     assert float(broyden["speed_up"]) == pytest.approx(7.22 / float(broyden["seconds"]))
-    data = json.loads(paths[1].read_text(encoding="utf-8"))
     assert len(data["cells"]) == len(rows)
     assert data["findings"] == findings(table)
     assert data["settings"]["instruction_set"].startswith("x86_64")
-
-
-def test_text_shows_every_method_of_every_row(table):
-    text = report.STUDY.text(table)
     for words in (*ROWS, *cells.COLUMNS, "ode23t", "10.10"):
-        assert words in text
-
-
-def test_readme_is_rewritten_between_its_markers_only(table, tmp_path):
-    readme = tmp_path / "README.md"
-    begin, end = "<!-- table1:begin -->", "<!-- table1:end -->"
-    readme.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
-    report.STUDY.write(table, tmp_path)
-    report.STUDY.fill(table, readme, tmp_path)
-    report.STUDY.fill(table, readme, tmp_path)
-    assert (tmp_path / "docs" / "gallery" / "figure1.png").is_file()
-    text = readme.read_text(encoding="utf-8")
-    assert text.startswith(f"before\n{begin}\n|")
-    assert text.endswith(f"{end}\nafter\n")
-    assert "old" not in text
-    assert "| Radau, for `ode23t` |" in text
-    assert "(1.69)" in text
-    assert "set-up before the first step" in text
-
-
-def test_findings_go_to_their_own_page(table, tmp_path):
-    page = tmp_path / "benchmarks.md"
-    begin, end = "<!-- table1-findings:begin -->", "<!-- table1-findings:end -->"
-    page.write_text(f"before\n{begin}\nold\n{end}\nafter\n", encoding="utf-8")
-    report.STUDY.write(table, tmp_path)
-    report.STUDY.fill(table, page, tmp_path)
-    lines = page.read_text(encoding="utf-8").splitlines()
-    assert lines == ["before", begin, *(f"- {each}" for each in findings(table)), end, "after"]
+        assert words in out
+    for words in ("| Radau, for `ode23t` |", "(1.69)", "set-up before the first step"):
+        assert words in page
+    begin, end = "<!-- table1-findings:begin -->\n", "\n<!-- table1-findings:end -->"
+    assert begin + "\n".join(f"- {each}" for each in findings(table)) + end in page
 
 
 def test_the_march_of_a_cell_leaves_its_set_up_out(table, monkeypatch):
@@ -113,19 +81,8 @@ def test_the_march_of_a_cell_leaves_its_set_up_out(table, monkeypatch):
     assert math.isnan(table.cells["Thin", "RK23"].set_up_seconds)
 
 
-def test_readme_without_markers_is_refused_and_kept(table, tmp_path):
-    readme = tmp_path / "README.md"
-    readme.write_text("nothing here\n", encoding="utf-8")
-    with pytest.raises(InputError, match="no place for table1"):
-        report.STUDY.fill(table, readme, tmp_path)
-    assert readme.read_text(encoding="utf-8") == "nothing here\n"
+def test_figures_are_drawn_with_units(table):
 
-
-def test_figures_are_drawn_with_units(table, tmp_path):
-    for stem in ("figure1", "figure2"):
-        path = tmp_path / f"{stem}.png"
-        report.STUDY.charts[stem](table).savefig(path)
-        assert path.read_bytes().startswith(b"\x89PNG")
     among, against, off = figures.figure2(table).axes
     assert off.get_xlabel() == "time [s]"
     assert all(ax.get_ylabel().endswith("[m]") for ax in (among, against, off))

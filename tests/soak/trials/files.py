@@ -31,7 +31,7 @@ def good_file():
 def contents(run, rod):
     tables = [np.array(getattr(run, name)[:]) for name in ("t", "q", "v", "a", "lam")]
     told = repr((run.stats, run.settings))
-    return [*tables, run.position(rod.end), run.energy.total, run.reaction(rod.start), told]
+    return [*tables, run.position(rod.end), run.energy.total, told]
 
 
 def run(seed, index):

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import ancfsparse as ancf
+from ancfsparse import problems as named
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from tests.soak.report import Report
@@ -27,11 +28,7 @@ PATIENCE = 120.0  # time limit of a child [s]
 
 
 def pendulum():
-    scene = ancf.Scene()
-    section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 20, section, material)
-    scene.pin(rod.start)
-    return scene
+    return named.pendulum("thin", 20).scene
 
 
 def job(path, pipe):
