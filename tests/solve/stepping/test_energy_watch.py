@@ -166,8 +166,8 @@ def hung(solver, dt):
 
 def test_a_solution_whose_energy_rises_gives_way_to_that_of_newton():
     # In step 69 corrections end where there is 0.29 of the largest kinetic energy more than before,
-    # but not with any rounding, and so in a few later ones.  That is less than at the start: no bound
-    # on the whole gain would notice.
+    # but not with any rounding, and so in a few later ones.  That is less than at the start, so
+    # that no bound on the whole gain would notice.
     given_way = 0
     for k in range(6):
         dt = 0.0219 * (1.0 + 1e-6 * k)
