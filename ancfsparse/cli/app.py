@@ -73,7 +73,9 @@ def plan(
 ) -> None:
     """Select element, mesh and time step of a scene for a requested error of a point."""
     with in_options():
-        typer.echo(str(cli.plan_scene(scene, error, run)))
+        planned = cli.plan_scene(scene, error)
+        results = [planned, planned.run(verify=True)] if run else [planned]
+        typer.echo("\n".join(map(str, results)))
         if compare:
             for element in cli.ELEMENTS:
                 typer.echo(str(cli.compare_with_paper(element, cli.ERROR)))

@@ -16,7 +16,6 @@ from ancfsparse.integrators import Newmark
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import QuasiNewton
 from ancfsparse.plans import Plan, plan, position, static_deflection
-from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.problems import pendulum
 from ancfsparse.problems.auto_scenes import AUTO_SCENES
 from ancfsparse.results import Trajectory
@@ -36,32 +35,11 @@ MAX_TOTAL_TIME = 1.0  # s, of timed runs
 ERROR = 1e-3  # m, of the comparison
 
 
-@dataclass(frozen=True)
-class Planned:
-    """A plan, and its run if requested.
-
-    Attributes
-    ----------
-    plan : Plan
-        The plan.
-    run : PlannedRun or None
-        Its run, verified.
-    """
-
-    plan: Plan
-    run: PlannedRun | None
-
-    def __str__(self) -> str:
-        """Return both as text."""
-        return "\n".join(map(str, (self.plan, self.run) if self.run else (self.plan,)))
-
-
-def plan_scene(name: str, error: str | None, is_run: bool) -> Planned:
+def plan_scene(name: str, error: str | None) -> Plan:
     """Plan one of `AUTO_SCENES` with the options of the command, by default to its own error."""
     scene, point, t_end, usual = AUTO_SCENES[check_choice("scene", name, AUTO_SCENES)]()
     quantity = static_deflection(point) if t_end is None else position(point)
-    result = plan(scene, t_end, quantity, _parse_error(usual if error is None else error))
-    return Planned(result, result.run(verify=True) if is_run else None)
+    return plan(scene, t_end, quantity, _parse_error(usual if error is None else error))
 
 
 def _parse_error(text: str) -> float | str:

@@ -19,7 +19,7 @@ def test_a_sagging_line_is_planned_run_and_verified():
 
 
 def test_a_short_twisted_beam_is_no_cable():
-    plan = plan_scene("twisted", None, is_run=False).plan
+    plan = plan_scene("twisted", None)
     (rung,) = plan.model.elements.values()
     assert rung.name == "thick"
     assert plan.is_met
@@ -27,9 +27,9 @@ def test_a_short_twisted_beam_is_no_cable():
 
 def test_bad_input_gets_a_sentence():
     with pytest.raises(InputError, match="unknown scene 'nett': did you mean 'net'"):
-        plan_scene("nett", None, is_run=False)
+        plan_scene("nett", None)
     with pytest.raises(InputError, match="--error needs a number"):
-        plan_scene("line", "much", is_run=False)
+        plan_scene("line", "much")
 
 
 def test_the_planned_pendulum_is_as_exact_as_the_paper_refined():
