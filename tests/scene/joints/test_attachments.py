@@ -64,7 +64,7 @@ def test_what_is_invalid_is_refused_at_once(attach, message):
         ((1.0, -1.0, 1.0), "is not physical"),
         ((1.0, 2.0), "3 principal moments or a 3 x 3 matrix"),
         (((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), "must be symmetric"),
-        ((1.0, np.inf, 1.0), "matrix of finite numbers"),
+        ((1.0, np.inf, 1.0), "must be finite"),
     ],
 )
 def test_moments_that_no_body_has_are_refused(inertia, message):
