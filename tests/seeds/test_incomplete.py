@@ -295,17 +295,6 @@ def test_what_is_small_or_a_tree_is_one_front(rng, monkeypatch):
     assert IncompleteSeed(indptr, indices, made, 2).threads == 1
 
 
-def test_solves_repeat_bit_for_bit(rng):
-    a, groups = springs(rng, 100, grid(10)[1], 1e-3)
-    r = rng.normal(size=len(a))
-    runs = []
-    for _ in range(2):
-        seed, values = seed_of(a, groups)
-        seed.factor(values)
-        runs.append([seed.own.solve(r) for _ in range(3)])
-    assert np.array_equal(*runs)
-
-
 @pytest.mark.parametrize(("dim", "side", "parts"), [(2, 9, 1), (3, 8, 3)])
 def test_nets_are_eliminated_in_one_front_and_lattices_in_two(rng, monkeypatch, dim, side, parts):
     # In nets two fronts take more than twice the sweeps.

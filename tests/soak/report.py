@@ -4,6 +4,8 @@ import re
 from collections import Counter
 from dataclasses import dataclass, field
 
+from hypothesis import HealthCheck, given, seed, settings
+
 SHOWN = 3  # printed finds that differ in numbers only; the file has all
 
 
@@ -23,6 +25,25 @@ class Tally:
     trials: int = 0
     seconds: float = 0.0
     outcomes: Counter = field(default_factory=Counter)
+
+
+def search(number, index, strategy, check, most):
+    """Search for an example that breaks a check, and reduce it; return the error, or None."""
+
+    @seed(number * 1_000_003 + index)
+    @settings(
+        max_examples=most, deadline=None, database=None, report_multiple_bugs=False,
+        suppress_health_check=list(HealthCheck), print_blob=False,
+    )  # fmt: skip
+    @given(strategy)
+    def checked(example):
+        check(*example)
+
+    try:
+        checked()
+    except Exception as raw:
+        return raw
+    return None
 
 
 def table(tallies, finds):

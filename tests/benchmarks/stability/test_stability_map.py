@@ -235,6 +235,7 @@ def test_charts_and_tables_come_from_the_table_too(run_study, drawn, tmp_path, m
     monkeypatch.setitem(STUDIES, "stability map", replace(STUDY, charts=charts))
     out = run_study("stability map", "--from", str(SHIPPED)).out
     assert re.search(r"^  bfgs, 10 pairs +GeneralizedAlpha\(0\.8\) ", out, re.M)
+    assert "of Newton's own calm runs, at most 11 %." in out
     assert (tmp_path / "stability.csv").read_bytes() == SHIPPED.read_bytes()
 
 

@@ -51,9 +51,13 @@ def test_matrices_turn_with_the_element(name, kernel, bench, rng):
     turn = rotation(labels, rng)
     q = STATES["random"](labels, VALUES["length"], rng)
     big = np.column_stack([rotate(e, labels, turn) for e in np.eye(element.n)])
+    # Without this a seed that turns with the body would be of no use.
     matrix = element.matrix(kernel, q)[0]
     turned = element.matrix(kernel, big @ q)[0]
     assert np.abs(turned - big @ matrix @ big.T).max() <= 1e-12 * np.abs(matrix).max()
+    force = element.run("force", q)[0]
+    turned = element.run("force", big @ q)[0]
+    assert np.abs(turned - big @ force).max() <= 1e-12 * np.abs(matrix).max()
 
 
 @pytest.mark.parametrize("name", [n for n in ENERGIES if not n.endswith("gauss")])

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from tests.kernels.bench import VALUES
-from tests.kernels.reference_energies import IN_PLANE
 from tests.kernels.states import STATES, straight
 
 FORMS = [f"{c}_{s}" for c in ("axis", "section") for s in ("consistent", "nodal")]
@@ -17,25 +16,6 @@ def test_closed_form_is_exact_quadrature(state, bench, rng):
     for kernel in ("energy", "force"):
         expected = quadrature.run(kernel, q)
         assert np.abs(closed.run(kernel, q) - expected).max() <= 1e-12 * np.abs(expected).max()
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_planar_form_is_the_spatial_one_in_the_plane(form, bench, rng):
-    planar, spatial = bench(f"thick_planar_{form}"), bench(f"thick_{form}")
-    q = STATES["uneven stretch"](planar.labels, VALUES["length"], rng)
-    full = np.zeros(24)
-    full[IN_PLANE] = q
-    for kernel in ("energy", "force", "residual"):
-        expected = spatial.run(kernel, full)[0]
-        found = planar.run(kernel, q)[0]
-        if kernel != "energy":
-            assert not np.delete(expected, IN_PLANE).any()
-            expected = expected[IN_PLANE]
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
-    for kernel in ("tangent", "mass"):
-        expected = spatial.matrix(kernel, full)[0][np.ix_(IN_PLANE, IN_PLANE)]
-        found = planar.matrix(kernel, q)[0]
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("form", FORMS)

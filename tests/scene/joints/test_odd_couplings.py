@@ -32,32 +32,27 @@ def test_a_gear_whose_squares_leave_the_range_of_numbers_is_refused(ratio):
         scene.gear(one, other, ratio)
 
 
-def test_a_drum_takes_a_fraction_and_no_radius_out_of_range():
-    scene, hinge, _, rod = wheels()
-    rope = [(0, 3, 0), rod.end]
-    with pytest.raises(ancf.InputError, match=r"radius of a drum.*1e-100 and"):
-        scene.winch(rope, drum=hinge, radius=1e300)
-    scene.winch(rope, drum=hinge, radius=Fraction(1, 3))
-    assert ancf.simulate(scene, 2e-3, 1e-3).finished
-
-
-def test_lengths_and_angles_may_be_fractions():
-    scene, hinge, _, rod = wheels()
-    scene.drive_joint(hinge, Fraction(0, 3))
+def test_radii_lengths_and_angles_may_be_fractions():
+    scene, hinge, other, rod = wheels()
+    scene.winch([(0, 3, 0), rod.end], drum=hinge, radius=Fraction(1, 3))
+    scene.drive_joint(other, Fraction(0, 3))
     scene.winch([(1, 2 + Fraction(1, 3), 0), rod.end], length=Fraction(1, 3))
     assert ancf.simulate(scene, 2e-3, 1e-3).finished
 
 
-def test_friction_without_a_slip_is_refused():
-    scene, hinge, *_ = wheels()
-    with pytest.raises(ancf.InputError, match="slip of the friction"):
-        scene.joint_friction(hinge, 0.1, slip=None)
-
-
-def test_an_array_is_no_number_of_elements_of_a_copy():
-    scene, _, _, rod = wheels()
-    with pytest.raises(ancf.InputError, match="n_elements"):
-        scene.replaced(rod, n_elements=np.zeros((2, 2)))
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda s, hinge, rod: s.winch([(0, 3, 0), rod.end], drum=hinge, radius=1e300),
+         r"radius of a drum.*1e-100 and"),
+        (lambda s, hinge, rod: s.joint_friction(hinge, 0.1, slip=None), "slip of the friction"),
+        (lambda s, hinge, rod: s.replaced(rod, n_elements=np.zeros((2, 2))), "n_elements"),
+    ],
+)  # fmt: skip
+def test_numbers_that_are_none_or_out_of_range_are_refused(change, message):
+    scene, hinge, _, rod = wheels()
+    with pytest.raises(ancf.InputError, match=message):
+        change(scene, hinge, rod)
 
 
 @pytest.mark.parametrize("rope", ["winch", "rope"])

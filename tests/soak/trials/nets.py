@@ -1,11 +1,10 @@
 """Meshes of random arrays: refused in a sentence, or made of the edges given and able to move."""
 
 import numpy as np
-from hypothesis import HealthCheck, given, seed, settings
 from hypothesis import strategies as st
 
 import ancfsparse as ancf
-from tests.soak.report import Report
+from tests.soak.report import Report, search
 
 COORDINATES = st.one_of(
     st.integers(-3, 3).map(float),
@@ -28,19 +27,8 @@ def graphs(draw):
 def run(number, index):
     """Search for a mesh that breaks, and reduce it."""
     outcomes = []
-
-    @seed(number * 1_000_003 + index)
-    @settings(
-        max_examples=AT_ONCE, deadline=None, database=None,
-        suppress_health_check=list(HealthCheck), print_blob=False,
-    )  # fmt: skip
-    @given(graphs())
-    def search(graph):
-        outcomes.append(make(*graph))
-
-    try:
-        search()
-    except Exception as raw:
+    raw = search(number, index, graphs(), lambda *graph: outcomes.append(make(*graph)), AT_ONCE)
+    if raw is not None:
         notes = " ".join(getattr(raw, "__notes__", []))
         return Report("broke", [f"{type(raw).__name__}: {raw} {notes}"], "a mesh")
     return Report("searched", [], f"{AT_ONCE} meshes, {outcomes.count('refused')} refused")

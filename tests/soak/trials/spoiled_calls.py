@@ -4,20 +4,17 @@ Callables and their parameters are found by inspection; `given` has valid argume
 the parameter or of the callable.  Hypothesis spoils one or two of them and shrinks what breaks.
 """
 
+import contextlib
 import inspect
-import os
 import tempfile
 import warnings
 from functools import cache
 
 import matplotlib.pyplot as plt
-from hypothesis import HealthCheck, settings
-from hypothesis import given as examples
-from hypothesis import seed as seeded
 from hypothesis import strategies as st
 
 import ancfsparse as ancf
-from tests.soak.report import Report
+from tests.soak.report import Report, search
 from tests.soak.trials.odd_values import ODD_VALUES
 from tests.soak.world import GIVEN, World
 
@@ -142,22 +139,11 @@ def run(number, index):
     """Search for a call that breaks, and reduce it."""
     refused = []
 
-    @seeded(number * 1_000_003 + index)
-    @settings(
-        max_examples=AT_ONCE, deadline=None, database=None, report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck), print_blob=False,
-    )  # fmt: skip
-    @examples(spoiled_calls())
-    def search(spoiled):
+    def check(*spoiled):
         refused.append(call(*spoiled) is not None)
 
-    before = os.getcwd()
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            search()
-        except Exception as raw:
-            return Report("broke", [str(raw).splitlines()[0]], "a call")
-        finally:
-            os.chdir(before)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        raw = search(number, index, spoiled_calls(), check, AT_ONCE)
+    if raw is not None:
+        return Report("broke", [str(raw).splitlines()[0]], "a call")
     return Report("called", [], f"{len(refused)} calls, {sum(refused)} refused")

@@ -68,22 +68,6 @@ def turned_frame(system, q0, q1):
     return frame
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_stiffness_and_force_turn_with_the_body(kind, rng):
-    # K(R q) = R K(q) R^T and Q(R q) = R Q(q): without this a turned seed would be of no use.
-    system = free_beam(kind)
-    q = system.q0 + 0.05 * rng.normal(size=system.n_all)
-    big = turned(system, global_rotation(system.dim, rng))
-    k = stiffness(system, q).toarray()
-    np.testing.assert_allclose(
-        stiffness(system, big @ q).toarray(), big @ k @ big.T, rtol=0, atol=1e-12 * np.abs(k).max()
-    )
-    force = system.assembly.force(q)
-    np.testing.assert_allclose(
-        system.assembly.force(big @ q), big @ force, rtol=0, atol=1e-12 * np.abs(k).max()
-    )
-
-
 @pytest.mark.parametrize(
     "kind", [*(kind for kind, (_, dim, _) in KINDS.items() if dim == 2), "thick, 3d, axis, nodal"]
 )
