@@ -17,18 +17,7 @@ MAX_INTEGER = int(sys.float_info.max)  # largest integer with a floating-point a
 
 
 def format_value(value: object) -> str:
-    """Return a value in one short line.
-
-    Parameters
-    ----------
-    value : object
-        Any object, also an array or an integer of a million digits.
-
-    Returns
-    -------
-    str
-        Its ``repr``, shortened; its type if the ``repr`` fails.
-    """
+    """Return the ``repr`` of any object in one short line; its type if the ``repr`` fails."""
     if isinstance(value, int) and abs(value) > MAX_INTEGER:
         return "an integer beyond 1.8e308"
     try:
@@ -71,19 +60,9 @@ _SHORT_REPR = _Short()
 
 
 def suggest_names(name: object, valid: Iterable[str]) -> str:
-    """List the valid names, and the one most similar to a name.
+    """List the valid names, and the one most similar to an invalid name, if that is a string.
 
-    Parameters
-    ----------
-    name : object
-        The invalid name; only a string has a similar one.
-    valid : iterable of str
-        The valid names.
-
-    Returns
-    -------
-    str
-        For example ``did you mean 'thin'? Valid are 'l2t2', 'thin', 'thick'``.
+    For example ``did you mean 'thin'? Valid are 'l2t2', 'thin', 'thick'``.
     """
     names = list(valid)
     listing = "valid are " + ", ".join(repr(each) for each in names)

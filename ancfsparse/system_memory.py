@@ -53,22 +53,7 @@ def _address_space() -> list[float]:
 
 
 def check_memory(what: str, needed: float, advice: str | MessageTemplate) -> None:
-    """Refuse an allocation that exceeds the free memory.
-
-    Parameters
-    ----------
-    what : str
-        The data, for the message.
-    needed : float
-        Their size [bytes].
-    advice : str or MessageTemplate
-        How to reduce it.
-
-    Raises
-    ------
-    InputError
-        If more is needed than free; the message gives both.
-    """
+    """Refuse data, `what`, that need more bytes than are free; `advice` says how to need less."""
     free = available_memory() if needed > MIN_CHECKED else None
     if free is not None and needed > free:
         raise InputError(

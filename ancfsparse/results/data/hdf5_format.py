@@ -35,20 +35,7 @@ DAMAGE_ERRORS = (
 
 
 def check_file_name(what: str, value: object) -> Path:
-    """Return the path of a file, which may be missing.
-
-    Parameters
-    ----------
-    what : str
-        Purpose of the file, for the message.
-    value : object
-        The argument.
-
-    Raises
-    ------
-    InputError
-        If the name is invalid.
-    """
+    """Return a valid name as the path of a file, which may be missing; `what` is its purpose."""
     if not isinstance(value, (str, Path)):
         raise InputError(
             f"{what} must be the name of a file such as 'run.h5', got {format_value(value)}"
@@ -57,13 +44,10 @@ def check_file_name(what: str, value: object) -> Path:
         os.stat(value)
     except FileNotFoundError:
         pass
-    except OSError as refused:
-        reason = os.strerror(refused.errno or 0)
-        raise InputError(
-            f"{what} cannot be the file {format_value(str(value))}: {reason}"
-        ) from None
-    except ValueError as refused:  # a NUL, or not encodable
+    except (OSError, ValueError) as refused:  # a NUL and names that are not encodable, too
         reason = "it has a NUL character" if "\0" in str(value) else str(refused)
+        if isinstance(refused, OSError):
+            reason = os.strerror(refused.errno or 0)
         raise InputError(
             f"{what} cannot be the file {format_value(str(value))}: {reason}"
         ) from None

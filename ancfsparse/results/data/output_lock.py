@@ -58,17 +58,8 @@ class OutputLock:
 def check_replaceable(path: Path, *, is_locked_here: bool = False) -> None:
     """Refuse to replace a folder, a file that is not of a run, or one that is being written.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    is_locked_here : bool, optional
-        This process holds the lock.
-
-    Raises
-    ------
-    InputError
-        If it must not be replaced; files of earlier runs, even damaged ones, and empty files may.
+    Files of earlier runs, even damaged ones, and empty files are replaced.  With `is_locked_here`
+    this process holds the lock.
     """
     output = f"output {str(path)!r}"
     if path.is_dir():
