@@ -18,19 +18,20 @@ AUTO_ELEMENTS = 600
 
 
 def stand_ins(
-    element: str | ElementKind, n_elements: int | str | None, dim: int
+    element: str | ElementKind, n_elements: int | str | None, richest: str, count: int
 ) -> tuple[str | ElementKind, int | str | None, tuple[str, ...]]:
     """Return element and number of elements of the handle, and the arguments that are ``"auto"``.
 
-    The handle has the richest element, so that it takes all joints and loads of the others.
+    The handle has the richest element, so that it takes all joints and loads of the others, and
+    `count` elements.
     """
     choices: list[str] = []
     if isinstance(element, str) and element == AUTO:
         choices.append("element")
-        element = "thin" if dim == 2 else "thick"
+        element = richest
     if isinstance(n_elements, str) and n_elements == AUTO:
         choices.append("n_elements")
-        n_elements = AUTO_ELEMENTS
+        n_elements = count
     return element, n_elements, tuple(choices)
 
 

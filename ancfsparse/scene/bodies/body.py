@@ -85,6 +85,12 @@ class Body(ABC):
     velocity: VelocityField | None = None
     automatic: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for value in vars(self).values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling."""
         return self.__dict__ | {"velocity": picklable(self.velocity)}

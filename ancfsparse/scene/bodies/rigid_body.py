@@ -125,11 +125,6 @@ class RigidBody(Body):
         point : float or array_like of shape (dim,)
             Its coordinates in the frame of the body [m]; of a rod the distance along it.
 
-        Returns
-        -------
-        Point
-            Its handle, for joints, loads, springs and results.
-
         Raises
         ------
         InputError

@@ -146,16 +146,14 @@ class JointSprings(SceneBase):
 
         Parameters
         ----------
-        joint : Joint
-            As `drive_joint` takes it.
+        joint, of
+            As in `joint_spring`.
         low, high : float
             The ends of the range [rad or m]; of angles less than a turn apart.
         stiffness : float
             [N m/rad or N/m].
         damping : float, optional
             Relative growth of the stiffness with the rate [s/rad or s/m].
-        of : str, optional
-            ``"angle"`` or ``"displacement"``, where the joint has both.
 
         Raises
         ------

@@ -45,10 +45,8 @@ class PointMass(Attachment):
 
     Attributes
     ----------
-    node : Point
-        Its point.
-    mass : float
-        Its mass [kg].
+    node, mass
+        As in `Scene.add_mass`.
     inertia : ndarray, shape (3, 3) or (1, 1)
         Moments of inertia about the node [kg m2], in the frame e_x, e_y, e_z of the beam there; one
         about z in a planar scene.  Zeros if it has none.
@@ -187,8 +185,7 @@ class Masses(SceneBase):
         if point is not None:
             position = check_vector("point of the rotating frame", point, self.dim, "m")
         spin.flags.writeable = False
-        given = float(spin[1, 0]) if self.dim == 2 else as_data(angular_velocity)
-        record = RotatingFrameSpec(given, None if point is None else as_data(position))
+        record = RotatingFrameSpec(as_data(angular_velocity), as_data(point))
         return self._attach(RotatingFrame(spin, position), record)
 
     @property

@@ -17,10 +17,6 @@ def joint_coordinate(builder: ConstraintBuilder, joint: Joint, of: str) -> Joint
 
     Parameters
     ----------
-    builder : ConstraintBuilder
-        Numbering of the coordinates.
-    joint : Joint
-        A joint that has the coordinate.
     of : str
         ``"angle"``, the rotation of the first side relative to the second one about the axis since
         the reference shape; or ``"displacement"``, of its point relative to the point of the second

@@ -20,7 +20,7 @@ from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import meshing
-from ancfsparse.scene.bodies.auto_element import stand_ins
+from ancfsparse.scene.bodies.auto_element import AUTO_ELEMENTS, stand_ins
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.element_choice import slack_string
 from ancfsparse.scene.meshing.straight_beam import build_straight_beam
@@ -32,7 +32,9 @@ Vector = NDArray[np.float64]
 def build_beam(record: BeamSpec, gravity: Vector) -> Beam:
     """Check the arguments of a beam and build its handle, which is not yet part of a scene."""
     label, dim = record.name, len(gravity)
-    element, n_elements, automatic = stand_ins(record.element, record.n_elements, dim)
+    element, n_elements, automatic = stand_ins(
+        record.element, record.n_elements, "thin" if dim == 2 else "thick", AUTO_ELEMENTS
+    )
     if record.slack is not None:
         element = slack_string(label, element, dim, record.slack)
     fractions = None

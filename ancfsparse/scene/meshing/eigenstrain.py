@@ -59,7 +59,6 @@ def with_eigenstrain(beam: Beam, strain: Eigenstrain, curvature: Eigencurvature)
             "straight: take 'thick', or 'thin' in the plane; an eigenstrain e of the axis alone is "
             "a `length` of (1 + e) times the distance"
         )
-    values.flags.writeable = False
     kind = curved_kind(beam.name, beam.element, beam.kind)
     return replace(beam, kind=kind, eigen=values, changing=changing)
 

@@ -15,9 +15,11 @@ Vector = NDArray[np.float64]
 
 
 def velocity_field(
-    label: str, velocity: ArrayLike | VelocityField, positions: Vector
-) -> VelocityField:
+    label: str, velocity: ArrayLike | VelocityField | None, positions: Vector
+) -> VelocityField | None:
     """Return an initial velocity [m/s] as a function, checked at reference positions (n, dim)."""
+    if velocity is None:
+        return None
     what = f"velocity of {label}"
     if not callable(velocity):
         dim = positions.shape[1]

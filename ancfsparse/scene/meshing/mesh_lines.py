@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
-from ancfsparse.scene.bodies.auto_element import AUTO
+from ancfsparse.scene.bodies.auto_element import stand_ins
 from ancfsparse.scene.bodies.body import Numbers, Vector
 from ancfsparse.scene.bodies.element_choice import (
     check_make,
@@ -37,17 +36,10 @@ BYTES_PER_ELEMENT = 400.0  # of the arrays of an element
 def build_mesh(record: MeshSpec, dim: int) -> Mesh:
     """Check the arguments of a mesh and build its handle, which is not yet part of a scene."""
     label, section, material = record.name, record.section, record.material
-    arguments = {"element": record.element, "n_elements": record.n_elements}
-    automatic = tuple(
-        name for name, value in arguments.items() if isinstance(value, str) and value == AUTO
-    )
-    kind_given: str | ElementKind = (
-        "thin" if "element" in automatic and record.slack is None else record.element
-    )
+    stand_in, n_elements, automatic = stand_ins(record.element, record.n_elements, "thin", 1)
     if record.slack is not None:
-        kind_given = slack_string(label, kind_given, dim, record.slack)
-    n_elements = 1 if "n_elements" in automatic else record.n_elements
-    element, chosen, kind = chosen_element(label, kind_given, dim, given_options(record))
+        stand_in = slack_string(label, record.element, dim, record.slack)
+    element, chosen, kind = chosen_element(label, stand_in, dim, given_options(record))
     check_make(label, kind, section, material)
     if isinstance(section, Taper):
         raise InputError(
@@ -76,14 +68,8 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
     vectors = slopes[:, None]
     if kind.section[1:]:
         vectors = along_principal_axes(_frames(label, slopes, ends, count), section)
-    tables = [given, ends]
-    for table in tables:
+    for table in (given, ends):
         table[flipped] = table[flipped, ::-1]
-    for array in (positions, given, flipped, lengths, row_nodes, ends, vectors):
-        array.flags.writeable = False
-    velocity = record.velocity
-    if velocity is not None:
-        velocity = velocity_field(label, velocity, positions)
     return Mesh(
         name=label,
         element=element,
@@ -92,7 +78,7 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
         section=section,
         material=material,
         positions=positions,
-        velocity=velocity,
+        velocity=velocity_field(label, record.velocity, positions),
         automatic=automatic,
         n_each=count,
         edges=given,

@@ -38,5 +38,4 @@ def offset_from_line(beam: Beam, offset: ArrayLike) -> Beam:
     offsets = offsets_of(beam, *vector.tolist(), *(0.0,) * (3 - beam.dim))
     vectors = beam.vectors[0, : len(offsets)]
     positions = beam.positions + np.array(offsets) @ vectors if offsets else beam.positions
-    positions.flags.writeable = False
     return replace(beam, positions=positions, offset=offsets)

@@ -57,24 +57,18 @@ def build_straight_beam(record: BeamSpec, dim: int) -> Beam:
 
 
 def new_beam(record: BeamSpec, *, positions: Vector, kind: ElementKind, **arrays: Any) -> Beam:
-    """Return the handle of a beam with some attributes of `Beam`; its arrays become read-only."""
+    """Return the handle of a beam with some attributes of `Beam`."""
     rows = np.arange(len(positions), dtype=np.int32)
-    arrays |= {
-        "positions": positions,
-        "row_nodes": rows,
-        "ends": np.stack([rows[:-1], rows[1:]], axis=1),
-    }
-    for array in arrays.values():
-        if isinstance(array, np.ndarray):
-            array.flags.writeable = False
-    velocity = record.velocity
     return Beam(
         name=record.name,
         kind=kind,
+        positions=positions,
+        row_nodes=rows,
+        ends=np.stack([rows[:-1], rows[1:]], axis=1),
         section=record.section,
         material=record.material,
         n_each=len(rows) - 1,
-        velocity=None if velocity is None else velocity_field(record.name, velocity, positions),
+        velocity=velocity_field(record.name, record.velocity, positions),
         **arrays,
     )
 

@@ -172,11 +172,6 @@ class Loads(SceneBase):
         value : array_like, shape (dim,), or callable
             The acceleration [m/s2], or a function of t [s] that returns it, such as `Ramp`, `Sine`,
             `Pulse` or `Table`.
-
-        Returns
-        -------
-        ChangingGravity
-            The load on all masses.
         """
         load = ChangingGravity(self.dim, value)
         return self._keep(self.loads, load, ChangingGravitySpec(load.value))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -126,35 +125,32 @@ class RigidBodies(SceneBase):
             initial_velocity = check_vector(f"velocity of {label}", velocity, dim, "m/s")
         if n_vectors < dim and dim == 3:
             spin = _across(spin, axes[0])
-        arrays = origin, axes[None, :n_vectors].copy(), spread
-        for array in arrays:
-            array.flags.writeable = False
         body = bodies.RigidBody(
             name=label,
             element=RIGID,
             options={"vectors": str(n_vectors)},
             kind=rigid_kind(dim, n_vectors),
-            positions=arrays[0],
+            positions=origin,
             n_each=0,
             lengths=np.empty(0),
             row_nodes=np.zeros(1, dtype=np.int32),
             ends=np.empty((0, 2), dtype=np.int32),
-            vectors=arrays[1],
+            vectors=axes[None, :n_vectors].copy(),
             velocity=RigidMotion(origin[0], initial_velocity, spin),
             mass=body_mass,
-            spread=arrays[2],
+            spread=spread,
             shape=shape,
         )
         record = BodySpec(
             shape,
             position=as_data(position),
-            mass=_specified(mass),
-            density=_specified(density),
+            mass=as_data(mass),
+            density=as_data(density),
             centre=as_data(centre),
-            inertia=_specified(inertia),
-            orientation=_specified(orientation),
+            inertia=as_data(inertia),
+            orientation=as_data(orientation),
             velocity=as_data(velocity),
-            angular_velocity=_specified(angular_velocity),
+            angular_velocity=as_data(angular_velocity),
             name=label,
         )
         return self._take(body, record)
@@ -204,13 +200,6 @@ def _second_moments(
             f"sum of the other two, got {_listed(principal)} kg m2"
         )
     return second_moments(0.5 * (tensor + tensor.T))
-
-
-def _specified(value: ArrayLike | None) -> Any:
-    """Return a number, a vector or a matrix as data."""
-    if value is None or np.ndim(value):
-        return as_data(value)
-    return check_finite("a number", value)  # the decimal of a single-precision number
 
 
 def _listed(values: Iterable[float]) -> str:

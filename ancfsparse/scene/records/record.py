@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
+from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.records.compiled_callbacks import is_compiled, picklable_callback
@@ -258,7 +259,8 @@ def text(value: Any, at: At) -> str:
 def as_data(value: Any) -> Any:
     """Return an argument as plain data: numbers, tuples of numbers, or a read-only matrix.
 
-    None, functions and dataclasses such as an `Arc` are returned as they are.
+    None, functions and dataclasses such as an `Arc` are returned as they are.  Numbers of single
+    precision become their decimals, as when they are checked.
     """
     if value is None or callable(value) or is_dataclass(value):
         return value
@@ -266,4 +268,4 @@ def as_data(value: Any) -> Any:
     array.flags.writeable = False
     if array.ndim > 1:
         return array
-    return tuple(array.tolist()) if array.ndim else array.item()
+    return tuple(array.tolist()) if array.ndim else check_finite("a number", value)
