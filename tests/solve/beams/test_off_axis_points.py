@@ -21,12 +21,12 @@ DOWN = OFF * (1.0 / np.cosh(LENGTH * np.sqrt(TENSION / EI)) - 1.0)
 ALONG = TENSION * LENGTH * (1.0 / EA + OFF**2 / EI)
 
 
-def cantilever(n, dim, length=LENGTH, section=SECTION, **options):
+def cantilever(n, dim, section=SECTION, **options):
     """A clamped beam along x, without gravity."""
     z = (0.0,) * (dim - 2)
     scene = ancf.Scene((0.0, 0.0, *z))
     options = {"curvature": "section"} | options
-    rod = scene.add_beam("thick", (0, 0, *z), (length, 0, *z), n, section, STEEL, **options)
+    rod = scene.add_beam("thick", (0, 0, *z), (LENGTH, 0, *z), n, section, STEEL, **options)
     scene.clamp(rod.start)
     return scene, rod
 

@@ -19,13 +19,13 @@ def smooth(t, end):
     return x**3 * (10.0 - 15.0 * x + 6.0 * x * x)
 
 
-def line(n, slack, end=1.32, over=1.0, damping=0.0):
+def line(n, slack, damping=0.0):
     """A line of 1.3 m between supports 1 m apart, one of which moves away until it is taut."""
     scene = ancf.Scene(gravity=(0.0, -9.81))
     material = ancf.Material(1e7, 1000.0, rayleigh=(damping, 0.0))
     cord = scene.add_beam("string", (0, 0), (1, 0), n, CORD, material, length=LENGTH, slack=slack)
     scene.pin(cord.start)
-    scene.drive(cord.end, lambda t: (1.0 + (end - 1.0) * smooth(t, over), 0.0))
+    scene.drive(cord.end, lambda t: (1.0 + 0.32 * smooth(t, 1.0), 0.0))
     return scene, cord
 
 

@@ -11,15 +11,14 @@ STEEL = ancf.Material(2.07e11, 7850.0)
 SIZES = [1e-3, 1.0, 1e3]
 
 
-def column(n=16, size=1.0, dim=2, element="thin", **options):
+def column(n=16, size=1.0, **options):
     """A cantilever as slender as 500 under the load of Euler along its axis."""
-    pad = (0.0,) * (dim - 2)
-    scene = ancf.Scene((0.0, 0.0, *pad))
-    section = ancf.Circle(4.0 * size / 500.0)
-    rod = scene.add_beam(element, (0, 0, *pad), (size, 0, *pad), n, section, STEEL, **options)
-    scene.clamp(rod.start)
+    section, zero = ancf.Circle(4.0 * size / 500.0), (0.0, 0.0)
+    scene, rod = build_beam(
+        "thin", zero, (size, 0), n, section, STEEL, "clamp", gravity=zero, **options
+    )
     stiffness = rod.parameters()["bending_stiffness"]
-    scene.point_force(rod.end, (-(np.pi**2) / 4.0 * stiffness / size**2, 0.0, *pad))
+    scene.point_force(rod.end, (-(np.pi**2) / 4.0 * stiffness / size**2, 0.0))
     return scene, rod
 
 

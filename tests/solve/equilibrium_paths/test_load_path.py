@@ -28,10 +28,10 @@ def truss(force, *, size=1.0):
     return scene, left, left.parameters()["axial_stiffness"]
 
 
-def snap(height, stiffness, span=1.0, rise=0.2):
+def snap(height, stiffness):
     """Force down on the apex at a height: two bars with Green's strain, by their energy."""
-    length = math.hypot(span, rise)
-    strain = (height**2 - rise**2) / (2.0 * length**2)
+    length = math.hypot(1.0, 0.2)
+    strain = (height**2 - 0.2**2) / (2.0 * length**2)
     return -2.0 * stiffness * strain * height / length
 
 
@@ -53,13 +53,16 @@ def test_two_bars_snap_through_as_their_energy_says(size):
     assert heights[-1] < -0.2
 
 
-def williams(apex, rise=0.386, half=12.943, area_stiffness=1.885e6, bending=9.274e3):
+RISE, HALF = 0.386, 12.943  # of Williams' frame [in]
+EA, EI = 1.885e6, 9.274e3  # lb, lb in^2
+
+
+def williams(apex):
     """Load on the apex of Williams' toggle for its deflections, by its differential equation.
 
     Half of the frame: clamped at one end, guided at the apex, which has no turn.
     """
-    slope = math.atan2(rise, half)
-    length = math.hypot(half, rise)
+    slope, length = math.atan2(RISE, HALF), math.hypot(HALF, RISE)
     loads, guess = [], None
     for down in apex:
         # State: angle, curvature, x, y over s, and the constant forces H and V as parameters.
@@ -67,20 +70,14 @@ def williams(apex, rise=0.386, half=12.943, area_stiffness=1.885e6, bending=9.27
             angle, curvature, _x, _y = state
             h, v = forces
             normal = h * np.cos(angle) + v * np.sin(angle)
-            stretch = 1.0 + normal / area_stiffness
+            stretch = 1.0 + normal / EA
             across = -h * np.sin(angle) + v * np.cos(angle)
-            return np.stack(
-                [
-                    curvature,
-                    -across * stretch / bending,
-                    stretch * np.cos(angle),
-                    stretch * np.sin(angle),
-                ]
-            )
+            way = stretch * np.cos(angle), stretch * np.sin(angle)
+            return np.stack([curvature, -across * stretch / EI, *way])
 
         def ends(a, b, forces, down=down):
             at = [a[0] - slope, a[2], a[3]]
-            return np.array([*at, b[0] - slope, b[2] - half, b[3] - (rise - down)])
+            return np.array([*at, b[0] - slope, b[2] - HALF, b[3] - (RISE - down)])
 
         if guess is None:
             s = np.linspace(0.0, length, 41)
@@ -96,12 +93,10 @@ def williams(apex, rise=0.386, half=12.943, area_stiffness=1.885e6, bending=9.27
 def toggle(n, force):
     """Williams' frame in inches and pounds."""
     scene = ancf.Scene((0.0, 0.0))
-    rise, half = 0.386, 12.943
-    # A section with EA = 1.885e6 lb and EI = 9.274e3 lb in^2 for E = 1e7 lb/in^2.
-    section = ancf.Section(0.1885, 9.274e-4, 9.274e-4, 1e-3)
+    section = ancf.Section(EA / 1e7, EI / 1e7, EI / 1e7, 1e-3)  # for E = 1e7 lb/in^2
     material = ancf.Material(1e7, 1.0)
-    left = scene.add_beam("thin", (0, 0), (half, rise), n, section, material, strain="biot")
-    right = scene.add_beam("thin", (2 * half, 0), (half, rise), n, section, material, strain="biot")
+    left = scene.add_beam("thin", (0, 0), (HALF, RISE), n, section, material, strain="biot")
+    right = scene.add_beam("thin", (2 * HALF, 0), (HALF, RISE), n, section, material, strain="biot")
     scene.clamp(left.start)
     scene.clamp(right.start)
     scene.weld(left.end, right.end)

@@ -137,10 +137,8 @@ def test_runs_that_dissipate_the_same_waves_do_not_see_them():
     assert spectrum.common_error(pair, near) < 0.05 * spectrum.error(method.tableau, near[1])
 
 
-def one_wave(omega=50.0, amplitude=1e-2):
-    return StepPlan(
-        ModalSpectrum(np.array([amplitude]), np.array([omega]), np.array([1.0])), 1.0, 10.0
-    )
+def one_wave():
+    return StepPlan(ModalSpectrum(*np.array([[1e-2], [50.0], [1.0]])), 1.0, 10.0)
 
 
 def test_the_errors_of_one_vibration():

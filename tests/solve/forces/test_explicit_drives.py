@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
@@ -11,8 +10,6 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.records.record import Record
 from tests.solve.forces import carriers
 from tests.solve.forces.carriers import MOVE
 
@@ -36,39 +33,6 @@ def extrapolated(scene, node, steps):
         ends.append(ancf.simulate(scene, T_END, T_END / n, **options).position(node)[-1])
     coarse, fine = ((4.0 * two - one) / 3.0 for one, two in pairwise(ends))
     return fine, np.linalg.norm(fine - coarse)
-
-
-class BarSpec(Record):
-    """The record of a `Bar`."""
-
-    def describe(self, at, made):
-        return "bar"
-
-
-@dataclass(frozen=True, eq=False)
-class Bar(Joint):
-    """Keep the distance L of two nodes: ``(|a - b|^2 - L^2) / (2 L) = 0``."""
-
-    a: ancf.Point
-    b: ancf.Point
-    name = "bar"
-
-    def lower(self, builder):
-        length = float(np.linalg.norm(self.a.position - self.b.position))
-        half, terms = 0.5 / length, []
-        pairs = zip(builder.position(self.a), builder.position(self.b), strict=True)
-        for i, j in pairs:
-            terms += [(half, i, i), (half, j, j), (-2.0 * half, i, j)]
-        zeros = [0.0] * len(terms)
-        builder.equation("bar", -0.5 * length, *terms, about=zeros)
-
-    @property
-    def nodes(self):
-        return (self.b,)
-
-    @property
-    def has_multipliers(self):
-        return True
 
 
 @pytest.mark.parametrize(("integrator", "counts"), METHODS, ids=lambda x: repr(x))
@@ -107,7 +71,7 @@ def test_the_limit_of_explicit_and_implicit_steps_is_one():
 def test_damping_and_multipliers_on_a_driven_node_are_followed():
     scene, beam = pendulum(damping=1e-3)
     swing = scene.add_beam("thin", (0, -1), (1, -1), 3, SECTION, ancf.Material(1e5, 4000.0))
-    scene._add(Bar(beam.start, swing.start), BarSpec())
+    scene.distance(beam.start, swing.start)
     method, ends, left = ancf.DormandPrince(), [], []
     for n in (200, 400):
         run = ancf.simulate(scene, T_END, T_END / n, integrator=method)

@@ -20,11 +20,11 @@ SQUARE, SOFT = ancf.Rectangle(1e-3, 1e-3), ancf.Material(1e10, 1000.0)
 UNIT = np.sqrt(1e10 * 1e-6 / 12.0 / 1000.0)  # of the frequencies of a beam of 1 m [rad/s]
 
 
-def blade(n, speed, dim=3, axis=(0.0, 0.0, 1.0)):
+def blade(n, speed, dim=3):
     """Return a scene with a clamped blade of 1 m along +x that rotates about its root."""
     zero = (0.0,) * dim
     scene, beam = build_beam("thin", zero, np.eye(dim)[0], n, SQUARE, SOFT, "clamp", gravity=zero)
-    scene.rotating_frame(speed if dim == 2 else speed * np.array(axis))
+    scene.rotating_frame(speed if dim == 2 else (0.0, 0.0, speed))
     return scene, beam
 
 

@@ -17,7 +17,7 @@ from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from tests.beams import build_beam
 
-TIGHT = 1e-9
+NEWTON, TIGHT = ancf.Newton(), 1e-9
 WEIGHT = np.array([0.0, -0.8 * 9.81])  # of the paper's pendulum: 4000 kg/m3, 1 cm2, 2 m
 
 
@@ -27,11 +27,15 @@ def momentum_rate(run):
     return np.array([run.system.assembly.inertia(a)[places].sum(axis=0) for a in run.a])
 
 
+def swung(as_constraint, solver=NEWTON):
+    scene, rod = pendulum("l2t2", as_constraint=as_constraint)
+    run = ancf.simulate(scene, 1.0, 5e-4, solver=solver, tolerance=TIGHT, save_every=20)
+    return run, rod
+
+
 @pytest.fixture(scope="module")
 def by_number():
-    scene, rod = pendulum("l2t2")
-    run = ancf.simulate(scene, 1.0, 5e-4, solver=ancf.Newton(), tolerance=TIGHT, save_every=20)
-    return run, rod
+    return swung(as_constraint=False)
 
 
 @pytest.mark.parametrize(
@@ -42,8 +46,7 @@ def by_number():
 )  # fmt: skip
 def test_a_pin_by_constraint_is_a_pin_by_numbering(solver, by_number):
     path, held = by_number
-    scene, rod = pendulum("l2t2", as_constraint=True)
-    run = ancf.simulate(scene, 1.0, 5e-4, solver=solver, tolerance=TIGHT, save_every=20)
+    run, rod = swung(as_constraint=True, solver=solver)
     for s in (0.7, 2.0):
         found, expected = run.position(rod.at(s)), path.position(held.at(s))
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)
@@ -53,8 +56,7 @@ def test_a_pin_by_constraint_is_a_pin_by_numbering(solver, by_number):
 def test_the_reaction_is_minus_the_multiplier(by_number):
     # phi = r puts phi_q^T lam = lam on the left side of the equations: on the beam acts -lam.
     path, held = by_number
-    scene, rod = pendulum("l2t2", as_constraint=True)
-    run = ancf.simulate(scene, 1.0, 5e-4, solver=ancf.Newton(), tolerance=TIGHT, save_every=20)
+    run, rod = swung(as_constraint=True)
     assert run.multipliers.shape == (len(run.t), 2)
     reaction = run.reaction(rod.start)
     np.testing.assert_array_equal(reaction, -run.multipliers)
@@ -107,15 +109,12 @@ def test_nonlinear_constraints_are_no_obstacle(update, memory):
     # y on a nonlinear constraint makes the sign of s.y arbitrary (numerics 1.4).
     scene, rod = pendulum("l2t2", 10)
     scene.rod(rod.end, (2.0, 1.0))
-    expected = ancf.simulate(
-        scene, 0.3, 5e-4, integrator=ancf.Newmark(0.05), solver=ancf.Newton(), tolerance=1e-7
-    )
-    run = ancf.simulate(
-        scene, 0.3, 5e-4, integrator=ancf.Newmark(0.05), solver=ancf.QuasiNewton(update, memory),
-        tolerance=1e-7,
-    )  # fmt: skip
-    apart = run.position(rod.end) - expected.position(rod.end)
-    assert np.abs(apart).max() < 1e-7
+    options = {"integrator": ancf.Newmark(0.05), "tolerance": 1e-7}
+    paths = [
+        ancf.simulate(scene, 0.3, 5e-4, solver=solver, **options).position(rod.end)
+        for solver in (NEWTON, ancf.QuasiNewton(update, memory))
+    ]
+    np.testing.assert_allclose(*paths, rtol=0, atol=1e-7)
 
 
 def test_a_rod_as_a_hanger_carries_the_weight():

@@ -15,13 +15,13 @@ DAMPED = ancf.GeneralizedAlpha(0.9)
 FINE = {"integrator": DAMPED, "tolerance": 1e-12}
 
 
-def wheels(ratio=-2.0, spin=3.0):
+def wheels(spin=3.0):
     """Two discs in the plane on pins, with polar inertias 2 and 0.5 kg m2, that mesh."""
     scene = ancf.Scene((0.0, 0.0))
-    one = scene.add_body(mass=1.0, inertia=2.0, position=(0, 0), angular_velocity=spin * ratio)
+    one = scene.add_body(mass=1.0, inertia=2.0, position=(0, 0), angular_velocity=-2.0 * spin)
     other = scene.add_body(mass=1.0, inertia=0.5, position=(1, 0), angular_velocity=spin)
     pins = scene.pin(one.origin), scene.pin(other.origin)
-    return scene, (one, other), pins, scene.gear(*pins, ratio)
+    return scene, (one, other), pins, scene.gear(*pins, -2.0)
 
 
 @pytest.mark.parametrize("integrator", [DAMPED, ancf.EnergyMomentum()], ids=repr)
