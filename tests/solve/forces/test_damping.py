@@ -202,19 +202,21 @@ def test_swinging_as_a_rigid_body_is_not_damped(element):
     assert lost[0] / lost[1] == pytest.approx(10.0, rel=0.2)
 
 
+def falling(element="thin", n=4, hold="pin", **damping):
+    """Return a scene with a soft beam of 1 m that falls, and the beam."""
+    section, material = ancf.Rectangle(SIDE, SIDE), ancf.Material(1e7, DENSITY, **damping)
+    options = {"section_strain": "nodal"} if element == "thick" else {}
+    return build_beam(element, (0, 0), (1, 0), n, section, material, hold, **options)
+
+
 @pytest.mark.parametrize("element", ["l2t2", "thin", "thick"])
 def test_the_balance_with_dissipation_is_of_second_order(element):
     """A soft pendulum in large motion with every kind of damping and a changing load."""
     drifts = []
     for dt in (4e-4, 2e-4, 1e-4):
-        scene = ancf.Scene((0.0, -9.81))
-        material = ancf.Material(
-            1e7, DENSITY, axial_damping=1e-3, bending_damping=0.02, rayleigh=(0.5, 1e-3)
+        scene, rod = falling(
+            element, axial_damping=1e-3, bending_damping=0.02, rayleigh=(0.5, 1e-3)
         )
-        section_strain = "nodal" if element == "thick" else "consistent"
-        rod = scene.add_beam(element, (0, 0), (1, 0), 4, ancf.Rectangle(SIDE, SIDE), material,
-                             section_strain=section_strain)  # fmt: skip
-        scene.pin(rod.start)
         scene.point_force(rod.end, lambda t: (2.0 * np.sin(9.0 * t), 0.0))
         run = ancf.simulate(scene, 0.6, dt, solver=ancf.Newton(), tolerance=1e-6)
         energy = run.energy
@@ -231,10 +233,8 @@ def test_damped_motion_is_of_second_order_with_every_integrator(integrator):
     """A cantilever falling in a fluid, far bent; compared with itself at finer steps."""
     tips = []
     for dt in (4e-3, 2e-3, 1e-3, 5e-4):
-        scene = ancf.Scene((0.0, -9.81))
-        material = ancf.Material(1e7, DENSITY, bending_damping=0.01, rayleigh=(1.0, 0.0))
-        rod = scene.add_beam("thin", (0, 0), (1, 0), 3, ancf.Rectangle(SIDE, SIDE), material)
-        scene.clamp(rod.start)
+        damping = {"bending_damping": 0.01, "rayleigh": (1.0, 0.0)}
+        scene, rod = falling(n=3, hold="clamp", **damping)
         run = ancf.simulate(scene, 0.2, dt, integrator=integrator, solver=ancf.Newton(),
                             tolerance=1e-8)  # fmt: skip
         tips.append(run.position(rod.end)[-1])
@@ -245,10 +245,8 @@ def test_damped_motion_is_of_second_order_with_every_integrator(integrator):
 def test_a_damped_pendulum_is_the_same_with_multipliers():
     paths, reactions = [], []
     for as_constraint in (False, True):
-        material = ancf.Material(
-            1e7, DENSITY, axial_damping=1e-3, bending_damping=0.02, rayleigh=(0.5, 0.0)
-        )
-        scene, rod = build_beam("thin", (0, 0), (1, 0), 4, ancf.Rectangle(SIDE, SIDE), material)
+        damping = {"axial_damping": 1e-3, "bending_damping": 0.02, "rayleigh": (0.5, 0.0)}
+        scene, rod = falling(hold="", **damping)
         scene.pin(rod.start, as_constraint=as_constraint)
         run = ancf.simulate(scene, 0.3, 5e-4, solver=ancf.Newton(), tolerance=1e-7)
         paths.append(run.position(rod.end))
@@ -261,10 +259,7 @@ def test_a_damped_pendulum_is_the_same_with_multipliers():
 def test_statics_does_not_feel_damping():
     tips = []
     for damping in ({}, {"bending_damping": 1.0, "axial_damping": 1.0, "rayleigh": (9.0, 0.1)}):
-        scene = ancf.Scene((0.0, -9.81))
-        rod = scene.add_beam("thin", (0, 0), (1, 0), 4, ancf.Rectangle(SIDE, SIDE),
-                             ancf.Material(1e7, DENSITY, **damping))  # fmt: skip
-        scene.clamp(rod.start)
+        scene, rod = falling(hold="clamp", **damping)
         tips.append(ancf.solve_static(scene).position(rod.end))
     np.testing.assert_array_equal(*tips)
     assert tips[0][1] < -0.1
