@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.scene.bodies import beam as beam_module
+from ancfsparse.scene import bodies
 from ancfsparse.system import System
 
 LENGTH, SIDE = 1.0, 0.02
@@ -141,9 +141,9 @@ def test_reactions_and_section_forces_are_those_of_the_time():
 
 
 def test_section_forces_of_many_states_need_few_evaluations_of_strains(monkeypatch):
-    calls, strained_ends = [], beam_module.strained_ends
+    calls, strained_ends = [], bodies.strained_ends
     monkeypatch.setattr(
-        beam_module, "strained_ends", lambda *given: calls.append(1) or strained_ends(*given)
+        bodies, "strained_ends", lambda *given: calls.append(1) or strained_ends(*given)
     )
     scene, rod = beam("thin", 2, 4, eigenstrain=ancf.Sine(1e-4, 3.0), strain="biot")
     scene.clamp(rod.start)
