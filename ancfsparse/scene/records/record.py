@@ -218,11 +218,12 @@ def record_type(
     ]
     namespace = {
         "__doc__": f"The record of `Scene.{method.__name__}`.",
-        "__module__": method.__module__,
         "method": method.__name__,
         "units": units or {},
     }
-    return make_dataclass(name, fields, bases=(base,), namespace=namespace, frozen=True, eq=False)
+    made = make_dataclass(name, fields, bases=(base,), namespace=namespace, frozen=True, eq=False)
+    made.__module__ = method.__module__  # which Python 3.12 and later overwrite in the namespace
+    return made
 
 
 def mapped(value: Any, change: Callable[[BodyRef], Any]) -> Any:
