@@ -169,34 +169,6 @@ def simulate(
     before that step.  A solution whose energy only increases, in a motion that has lost some, is
     compared with others.  No step is accepted without convergence.
     """
-    if quantity is None and error is None:
-        return solve.simulate(
-            scene,
-            t_end,
-            dt,
-            accuracy=accuracy,
-            integrator=integrator,
-            solver=solver,
-            factorization=factorization,
-            tolerance=tolerance,
-            max_energy_gain=max_energy_gain,
-            max_halvings=max_halvings,
-            threads=threads,
-            save_every=save_every,
-            save_nodes=save_nodes,
-            output=output,
-            progress=progress,
-            start=start,
-        )
-    if quantity is None or error is None:
-        given, missing = ("error", "quantity") if quantity is None else ("quantity", "error")
-        raise InputError(
-            f"simulate was given {given}=... but no {missing}: give both, as in "
-            "quantity=ancf.position(rod.end), error=1e-3"
-        )
-    _check_free("accuracy", accuracy, accuracy is None)
-    _check_free("start", start, start is None or isinstance(start, str))
-    _check_free("tolerance", tolerance, isinstance(tolerance, str) and tolerance == "default")
     options: dict[str, Any] = {
         "solver": solver,
         "factorization": factorization,
@@ -207,6 +179,18 @@ def simulate(
         "output": output,
         "progress": progress,
     }
+    if quantity is None and error is None:
+        options |= {"accuracy": accuracy, "integrator": integrator, "tolerance": tolerance}
+        return solve.simulate(scene, t_end, dt, save_every=save_every, start=start, **options)
+    if quantity is None or error is None:
+        given, missing = ("error", "quantity") if quantity is None else ("quantity", "error")
+        raise InputError(
+            f"simulate was given {given}=... but no {missing}: give both, as in "
+            "quantity=ancf.position(rod.end), error=1e-3"
+        )
+    _check_free("accuracy", accuracy, accuracy is None)
+    _check_free("start", start, start is None or isinstance(start, str))
+    _check_free("tolerance", tolerance, isinstance(tolerance, str) and tolerance == "default")
     if not isinstance(save_every, int) or save_every != 1:
         options["save_every"] = save_every
     word = start if isinstance(start, str) else None

@@ -46,25 +46,19 @@ class ValidityRange:
 
     def exceeded_by(self, other: ValidityRange) -> str:
         """Return a sentence on the range that another motion exceeds; empty if it does not."""
-        for what, ours, theirs in (
-            ("strains reach", self.strain, other.strain),
-            ("rotations in a step reach", self.turn, other.turn),
-        ):
-            if theirs > MAX_RATIO * ours + ROUNDING:
-                return f"{what} {theirs:.3g}, compared with {ours:.3g} in the trial runs"
+        rows = [
+            ("strains reach", self.strain, other.strain, "", MAX_RATIO, ROUNDING),
+            ("rotations in a step reach", self.turn, other.turn, "", MAX_RATIO, ROUNDING),
+        ]
         if len(self.loads) == len(other.loads):
-            for ours, theirs in zip(self.loads, other.loads, strict=True):
-                if theirs > MAX_RATIO * ours:
-                    return (
-                        f"a load reaches {theirs:.3g} times its unit, compared with {ours:.3g} in "
-                        "the trial runs"
-                    )
+            pairs = zip(self.loads, other.loads, strict=True)
+            rows += [("a load reaches", *each, " times its unit", MAX_RATIO, 0.0) for each in pairs]
         if len(self.forces) == len(other.forces):
-            for (_, ours), (what, theirs) in zip(self.forces, other.forces, strict=True):
-                if theirs > MAX_FORCE_RATIO * ours:
-                    return (
-                        f"{what} reaches {theirs:.3g}, compared with {ours:.3g} in the trial runs"
-                    )
+            for (_, known), (name, reached) in zip(self.forces, other.forces, strict=True):
+                rows.append((f"{name} reaches", known, reached, "", MAX_FORCE_RATIO, 0.0))
+        for what, known, reached, unit, ratio, rounding in rows:
+            if reached > ratio * known + rounding:
+                return f"{what} {reached:.3g}{unit}, compared with {known:.3g} in the trial runs"
         return ""
 
 

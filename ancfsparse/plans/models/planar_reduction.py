@@ -22,7 +22,7 @@ from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.pin import PinSpec
-from ancfsparse.scene.records.record import Record
+from ancfsparse.scene.records.record import BodyRef, Record
 from ancfsparse.scene.records.signal import ScaledSignal, Signal, Sum
 from ancfsparse.scene.records.signals import Table
 from ancfsparse.scene.sections.cross_section import principal_axes
@@ -31,16 +31,28 @@ from ancfsparse.scene.sections.taper import AnySection, Taper
 
 Vector = NDArray[np.float64]
 
-# Arguments of methods of Scene that are positions, vectors, and normals of the plane.
-POSITIONS = {("rod", "anchor"), ("drive", "position"), ("spring", "b")}
-VECTORS = {
-    ("point_force", "value"),
-    ("distributed_force", "value"),
-    ("changing_gravity", "value"),
+# Arguments of methods of Scene, as `Plane.project` takes them: positions, vectors, and normals.
+PROJECTIONS = {
+    ("rod", "anchor"): "put",
+    ("drive", "position"): "put",
+    ("spring", "b"): "put",
+    ("drive", "rate"): "into",
+    ("drive", "second_rate"): "into",
+    ("point_force", "value"): "into",
+    ("distributed_force", "value"): "into",
+    ("changing_gravity", "value"): "into",
+    ("point_moment", "value"): "across",
+    ("revolute", "axis"): "across",
 }
-NORMALS = {("point_moment", "value"), ("revolute", "axis")}
-# Methods with the same arguments in the plane.
-UNCHANGED = {"distance", "connect", "pin", "clamp"}
+# Methods with no other arguments that depend on the plane.
+PROJECTED = {method for method, _ in PROJECTIONS} | {
+    "distance",
+    "connect",
+    "pin",
+    "clamp",
+    "add_mass",
+}
+SPATIAL_ARGUMENTS = {"follow", "inertia"}  # for which loads and masses have no planar form
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,12 +126,13 @@ def _plane(scene: Scene) -> Plane:
             vectors.append(body.velocity(body.positions))
     for record in scene.records:
         for name, value in record.given.items():
-            if (record.method, name) in VECTORS:
+            how = PROJECTIONS.get((record.method, name))
+            if how == "into" and record.method != "drive":  # whose positions give the rates
                 vectors += _coefficients(value)
-            elif (record.method, name) in NORMALS:
+            elif how == "across":
                 # A normal determines the plane by two vectors perpendicular to it.
                 vectors += [_perpendicular_pair(each) for each in _coefficients(value)]
-            elif (record.method, name) in POSITIONS and not callable(value) and value is not None:
+            elif how == "put" and not callable(value) and value is not None:
                 points += [np.atleast_2d(value)] if np.ndim(value) else []
     if not points:
         raise LeavesPlaneError
@@ -155,11 +168,19 @@ def _perpendicular_pair(normals: Vector) -> Vector:
 def _record(scene: Scene, handle: Any, plane: Plane) -> Record:
     """Return the record of a handle for the planar scene."""
     record = scene.record_of(handle)
-    if record.method in UNCHANGED:
-        return record
-    if record.method not in RECORDS:
+    if record.method in RECORDS:
+        return RECORDS[record.method](record, handle, plane)
+    if record.method not in PROJECTED:
         raise LeavesPlaneError
-    return RECORDS[record.method](record, handle, plane)
+    given = record.given
+    if any(given.get(name) not in (None, False) for name in SPATIAL_ARGUMENTS):
+        raise LeavesPlaneError
+    changes = {}
+    for name, value in given.items():
+        how = PROJECTIONS.get((record.method, name))
+        if how and value is not None and not isinstance(value, BodyRef):
+            changes[name] = plane.project(value, how)
+    return cast(Record, replace(cast(Any, record), **changes))
 
 
 def _beam(record: Any, beam: Beam, plane: Plane) -> Record:
@@ -235,64 +256,14 @@ def _data(vector: Vector) -> tuple[float, ...]:
     return tuple(vector.tolist())
 
 
-def _load(record: Any, load: Any, plane: Plane) -> Record:
-    """Return the record of a force, or of time-dependent gravity."""
-    if record.given.get("follow"):
-        raise LeavesPlaneError
-    return cast(Record, replace(record, value=plane.project(record.value, "into")))
-
-
-def _moment(record: Any, load: Any, plane: Plane) -> Record:
-    """Return the record of a moment, which must be about the normal."""
-    if record.follow:
-        raise LeavesPlaneError
-    return cast(Record, replace(record, value=plane.project(record.value, "across")))
-
-
 def _revolute(record: Any, joint: Any, plane: Plane) -> Record:
     """Return the record of a hinge about the normal: a shared or a fixed position."""
     plane.across(record.axis)
     return PinSpec(record.a) if record.b is None else ConnectSpec(record.a, record.b)
 
 
-def _rod(record: Any, joint: Any, plane: Plane) -> Record:
-    """Return the record of a rod to a fixed point."""
-    return cast(Record, replace(record, anchor=_data(plane.put(record.anchor))))
-
-
-def _drive(record: Any, joint: Any, plane: Plane) -> Record:
-    """Return the record of a prescribed position with its rates."""
-    rates = {
-        name: None if value is None else plane.project(value, "into")
-        for name, value in (("rate", record.rate), ("second_rate", record.second_rate))
-    }
-    return cast(Record, replace(record, position=plane.project(record.position, "put"), **rates))
-
-
-def _spring(record: Any, spring: Any, plane: Plane) -> Record:
-    """Return the record of a spring between points of bodies, or to a fixed point."""
-    if isinstance(record.b, tuple):
-        return cast(Record, replace(record, b=_data(plane.put(record.b))))
-    return cast(Record, record)
-
-
-def _mass(record: Any, mass: Any, plane: Plane) -> Record:
-    """Return the record of a point mass without inertia."""
-    if record.inertia is not None:
-        raise LeavesPlaneError
-    return cast(Record, record)
-
-
 RECORDS: dict[str, Callable[[Any, Any, Plane], Record]] = {
     "add_beam": _beam,
     "add_mesh": _mesh,
-    "point_force": _load,
-    "distributed_force": _load,
-    "changing_gravity": _load,
-    "point_moment": _moment,
     "revolute": _revolute,
-    "rod": _rod,
-    "drive": _drive,
-    "spring": _spring,
-    "add_mass": _mass,
 }
