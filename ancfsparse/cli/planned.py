@@ -8,8 +8,8 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import Newmark
@@ -21,8 +21,6 @@ from ancfsparse.problems.auto_scenes import AUTO_SCENES
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Point
 from ancfsparse.solve import simulate
-
-Array = NDArray[np.float64]
 
 ELEMENTS = {"l2t2": 2, "thin": 3, "thick": 3}
 """Elements of the paper with their dimensions."""
@@ -116,7 +114,7 @@ def compare_with_paper(element: str, error: float) -> Comparison:
     fine_scene, fine_rod = pendulum(element, REFERENCE_MESHES[element], 2)
 
     @cache
-    def reference(steps: int, dt: float) -> Array:
+    def reference(steps: int, dt: float) -> Vector:
         return simulate(fine_scene, steps * dt, dt, accuracy=REFERENCE_ACCURACY).position(
             fine_rod.end
         )
@@ -124,7 +122,7 @@ def compare_with_paper(element: str, error: float) -> Comparison:
     def error_of(run: Trajectory, tip: Point) -> float:
         dt = float(run.t[1] - run.t[0])
         steps = int(np.floor(t_end / dt + 1e-9))
-        difference: Array = run.position(tip)[: steps + 1, :2] - reference(steps, dt)
+        difference: Vector = run.position(tip)[: steps + 1, :2] - reference(steps, dt)
         return float(np.linalg.norm(difference, axis=1).max())
 
     refining = 0.0

@@ -6,8 +6,8 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError, RedundantConstraintsWarning
 from ancfsparse.integrators import GeneralizedAlpha
@@ -18,7 +18,6 @@ from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate, solve_static
 
 TOLERANCE = 1e-12  # m/s2, of the iterations
-Array = NDArray[np.float64]
 
 
 def list_problems() -> str:
@@ -67,7 +66,7 @@ def run_problem(
 
 def _quantities(
     case: Case, keys: dict[str, Any], times: list[float], dt: float, accuracy: float | None = None
-) -> dict[str, Array]:
+) -> dict[str, Vector]:
     mechanism = case.make(**keys)
     scene, end = mechanism.scene, max(*times, dt)  # one step for the initial values
     start = solve_static(scene) if mechanism.settles else None

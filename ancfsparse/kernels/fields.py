@@ -8,12 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import bend_weights, position_weights, slope_weights
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -33,26 +31,26 @@ class Points:
     """
 
     kind: ElementKind
-    ends: Array
-    xi: Array
-    length: Array
+    ends: Vector
+    xi: Vector
+    length: Vector
 
     @property
-    def r(self) -> Array:
+    def r(self) -> Vector:
         """Positions, shape (k, p, 3) [m]; in the plane z is zero."""
         return self._sum(position_weights(self.xi, self.length, self.kind.is_string))
 
     @property
-    def r_x(self) -> Array:
+    def r_x(self) -> Vector:
         """Slopes of the axis, shape (k, p, 3) [-]."""
         return self._sum(slope_weights(self.xi, self.length, self.kind.is_string))
 
     @property
-    def r_xx(self) -> Array:
+    def r_xx(self) -> Vector:
         """Derivatives of the slopes along the reference shape, shape (k, p, 3) [1/m]."""
         return self._sum(bend_weights(self.xi, self.length, self.kind.is_string))
 
-    def across(self, name: str) -> tuple[Array, Array]:
+    def across(self, name: str) -> tuple[Vector, Vector]:
         """Return a section vector [-] and its derivative [1/m], each (k, p, 3).
 
         Parameters
@@ -66,13 +64,13 @@ class Points:
         change = last - first
         return first + self.xi[:, None] * change, change / self.length[:, None]
 
-    def _normal(self, name: str) -> tuple[Array, Array]:
+    def _normal(self, name: str) -> tuple[Vector, Vector]:
         """Make the section vector that an element lacks of the axis and the one that it has."""
         pairs = (self.r_x, self.r_xx), self.across("r_z" if name == "r_y" else "r_y")
         (a, a_x), (b, b_x) = pairs if name == "r_z" else reversed(pairs)
         return np.cross(a, b), np.cross(a_x, b) + np.cross(a, b_x)
 
-    def _sum(self, weights: Array) -> Array:
+    def _sum(self, weights: Vector) -> Vector:
         k, p = self.ends.shape[:2]
         nodes = self.ends.reshape(k, p, 2, -1)
         out, column = np.zeros((k, p, 3)), 0
@@ -84,7 +82,7 @@ class Points:
         return out
 
 
-def spread(kind: ElementKind, ends: Array, name: str) -> Array:
+def spread(kind: ElementKind, ends: Vector, name: str) -> Vector:
     """Give a vector of both nodes three components.
 
     Parameters
@@ -107,7 +105,7 @@ def spread(kind: ElementKind, ends: Array, name: str) -> Array:
     return out
 
 
-def curvature(points: Points) -> Array:
+def curvature(points: Points) -> Vector:
     """Evaluate how sections turn along the axis.
 
     Returns
@@ -129,7 +127,7 @@ def curvature(points: Points) -> Array:
     return np.concatenate([twist, bend_y, bend_z], axis=-1)
 
 
-def axes(points: Points) -> Array:
+def axes(points: Points) -> Vector:
     """Give the unit vectors of sections.
 
     Returns
@@ -152,10 +150,10 @@ def axes(points: Points) -> Array:
     return out
 
 
-def _unit(u: Array) -> Array:
+def _unit(u: Vector) -> Vector:
     return np.asarray(u / np.sqrt(_dot(u, u)))
 
 
-def _dot(u: Array, v: Array) -> Array:
+def _dot(u: Vector, v: Vector) -> Vector:
     """Return the dot products of vectors along the last axis, which is kept."""
     return np.asarray((u * v).sum(axis=-1, keepdims=True))

@@ -7,9 +7,9 @@ are derivatives by the length of the reference shape.  Strings are straight betw
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 def position_weights(xi: ArrayLike, length: ArrayLike, straight: bool = False) -> Vector:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
-from ancfsparse.problems.mechanism import GRAVITY, Array, Mechanism, bar, upper_intersection
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism, bar, upper_intersection
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
 from ancfsparse.scene.bodies.rigid_shapes import Box
@@ -41,14 +42,14 @@ class SpinUp(Signal):
     rise: float = 15.0
     smoothness = 3.0
 
-    def __call__(self, t: ArrayLike) -> Array:
+    def __call__(self, t: ArrayLike) -> Vector:
         """Return the angle at a time, or at all of an array of times [rad]."""
         t, omega = np.asarray(t, dtype=float), 2.0 * math.pi / self.rise
         x = np.minimum(t, self.rise)
         integral = 0.5 * x**2 + (np.cos(omega * x) - 1.0) / omega**2
         return np.asarray(self.speed / self.rise * integral + self.speed * (t - x))
 
-    def rate(self, t: ArrayLike, order: int = 1) -> Array:
+    def rate(self, t: ArrayLike, order: int = 1) -> Vector:
         """Return its first or second derivative [rad/s, rad/s2]."""
         omega = 2.0 * math.pi / self.rise
         x = np.minimum(np.asarray(t, dtype=float), self.rise)
@@ -69,7 +70,7 @@ def spin_up(n_elements: int = 16) -> Mechanism:
     turn = SpinUp()
     scene.drive_joint(scene.pin(rod.start), turn)
 
-    def in_rotating_frame(run: Trajectory) -> Array:
+    def in_rotating_frame(run: Trajectory) -> Vector:
         angle = turn(run.t)
         c, s = np.cos(angle), np.sin(angle)
         x, y = run.position(rod.end).T
@@ -96,7 +97,7 @@ def elastic_slider_crank(n_elements: int = 16) -> Mechanism:
     section, material = make = Circle(0.006), Material(2e11, 7870.0)
     start, end = np.array([crank, 0.0]), np.array([crank + length, 0.0])
 
-    def velocity(x: Array) -> Array:
+    def velocity(x: Vector) -> Vector:
         return np.stack([0.0 * x[:, 0], speed * crank * (end[0] - x[:, 0]) / length], axis=1)
 
     rod = add_cable(scene, "rod", start, end, n_elements, make, min_elements=2, velocity=velocity)
@@ -152,12 +153,12 @@ class CrankEnd(Signal):
     turn: SpinUp = SpinUp(-2.0 * math.pi, 0.5)
     smoothness = SpinUp.smoothness
 
-    def __call__(self, t: ArrayLike) -> Array:
+    def __call__(self, t: ArrayLike) -> Vector:
         """Return the position at a time, or one in each row for an array of times [m]."""
         angle = self.turn(t)
         return np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
 
-    def rate(self, t: ArrayLike, order: int = 1) -> Array:
+    def rate(self, t: ArrayLike, order: int = 1) -> Vector:
         """Return its first or second derivative [m/s, m/s2]."""
         outward = self(t)
         along = np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
@@ -259,7 +260,7 @@ def cable(
     return Rectangle(side, side), Material(axial_stiffness / side**2, mass_per_length / side**2)
 
 
-def _deflection(run: Trajectory, rod: Beam) -> Array:
+def _deflection(run: Trajectory, rod: Beam) -> Vector:
     """Return the distance of the middle of a rod to the left of its chord [m]."""
     points = rod.start, rod.end, rod.at(0.5 * rod.length)
     start, end, middle = (run.position(point) for point in points)

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
-from ancfsparse.problems.mechanism import GRAVITY, Array, Mechanism, bar, upper_intersection
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism, bar, upper_intersection
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -124,7 +125,7 @@ def andrews() -> Mechanism:
     rr, d, ss, e, zt, zf, u = 0.007, 0.028, 0.035, 0.02, 0.04, 0.02, 0.04
 
     def add(
-        number: int, mass: float, inertia: float, at: Array, angle: float, *centre: float
+        number: int, mass: float, inertia: float, at: Vector, angle: float, *centre: float
     ) -> RigidBody:
         return scene.add_body(
             mass=mass,
@@ -155,7 +156,7 @@ def andrews() -> Mechanism:
     scene.spring(k3.at((0.02, -0.018)), at_c, stiffness=4530.0, length=0.07785)
     scene.point_moment(k1.origin, 0.033)
 
-    def angle(one: RigidBody, less: RigidBody | None = None) -> Callable[[Trajectory], Array]:
+    def angle(one: RigidBody, less: RigidBody | None = None) -> Callable[[Trajectory], Vector]:
         if less is None:
             return lambda run: run.body(one).angles
         return lambda run: np.asarray(run.body(one).angles - run.body(less).angles)
@@ -172,5 +173,5 @@ def andrews() -> Mechanism:
     return Mechanism(scene, watched)
 
 
-def _unit(angle: float) -> Array:
+def _unit(angle: float) -> Vector:
     return np.array([np.cos(angle), np.sin(angle)])

@@ -8,8 +8,8 @@ from inspect import signature
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
@@ -17,7 +17,6 @@ from ancfsparse.scene.bodies.body import Body
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.bodies.rigid_shapes import Rod
 
-Array = NDArray[np.float64]
 GRAVITY = 9.81  # [m/s2]
 OWN_REFERENCE = "two formulations, natural and minimal coordinates, by DOP853 at rtol 1e-12"
 KEY_UNITS = {"omega": "rad/s", "load": "N"}
@@ -39,7 +38,7 @@ class Mechanism:
     """
 
     scene: Scene
-    watched: Mapping[str, Callable[[Trajectory], Array]]
+    watched: Mapping[str, Callable[[Trajectory], Vector]]
     settles: bool = False
 
     @property
@@ -47,7 +46,7 @@ class Mechanism:
         """Bodies of the scene by name."""
         return {body.name: body for body in self.scene.bodies}
 
-    def quantities(self, run: Trajectory) -> dict[str, Array]:
+    def quantities(self, run: Trajectory) -> dict[str, Vector]:
         """Return all quantities of a run by name, at its saved times."""
         return {name: quantity(run) for name, quantity in self.watched.items()}
 
@@ -86,7 +85,7 @@ class Case:
         return {each.name: (each.default, KEY_UNITS.get(each.name, "")) for each in parameters}
 
 
-def bar(scene: Scene, name: str, start: Array, end: Array) -> RigidBody:
+def bar(scene: Scene, name: str, start: Vector, end: Vector) -> RigidBody:
     """Add a uniform bar of 1 kg/m from one point [m] of the plane to another."""
     chord = end - start
     length = float(np.linalg.norm(chord))
@@ -94,7 +93,7 @@ def bar(scene: Scene, name: str, start: Array, end: Array) -> RigidBody:
     return scene.add_body(Rod(length), mass=length, position=start, orientation=angle, name=name)
 
 
-def upper_intersection(a: Array, first: float, b: Array, second: float) -> Array:
+def upper_intersection(a: Vector, first: float, b: Vector, second: float) -> Vector:
     """Return the upper intersection of circles about two points with given radii [m]."""
     axis = b - a
     square = float(axis @ axis)

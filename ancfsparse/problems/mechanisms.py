@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.problems.mechanism import GRAVITY, Array, Mechanism
+from ancfsparse.array_types import Vector
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -118,5 +119,5 @@ def _spinning(scene: Scene, body: RigidBody) -> Mechanism:
     return Mechanism(scene, watched)
 
 
-def _omega(body: RigidBody) -> Callable[[Trajectory], Array]:
+def _omega(body: RigidBody) -> Callable[[Trajectory], Vector]:
     return lambda run: run.body(body).angular_velocity_in_body

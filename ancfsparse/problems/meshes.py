@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_count, check_finite
 from ancfsparse.problems.benchmarks import Problem
 from ancfsparse.scene import Beam, Material, Mesh, Rectangle, Scene
 from ancfsparse.scene.bodies.body import VelocityField
-
-Array = NDArray[np.float64]
 
 ELEMENT_LENGTH = 0.2  # [m]
 
@@ -200,7 +199,7 @@ def _hang(
     spacing: float,
     motion: str,
     material: Material,
-    shift: Array | float = 0.0,
+    shift: Vector | float = 0.0,
 ) -> Lattice:
     """Return a cube of thin cables pinned at the four corners of its top."""
     scene = Scene((0.0, 0.0, -9.81))
@@ -231,7 +230,7 @@ def _waves(motion: str) -> list[tuple[float, int]]:
 def _circular_waves(waves: list[tuple[float, int]]) -> VelocityField | None:
     """Return velocities of a chain along x on circles whose phase varies along it."""
 
-    def chain_wave(x: Array, speed: float, elements: int) -> Array:
+    def chain_wave(x: Vector, speed: float, elements: int) -> Vector:
         phase = 2.0 * math.pi / (ELEMENT_LENGTH * elements) * x[:, 0]
         return speed * np.stack([np.cos(phase) - 1.0, np.sin(phase)], axis=1)
 
@@ -241,7 +240,7 @@ def _circular_waves(waves: list[tuple[float, int]]) -> VelocityField | None:
 def _membrane_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
     """Return velocities of a net in standing waves normal to it, with its edges at rest."""
 
-    def net_wave(x: Array, speed: float, elements: int) -> Array:
+    def net_wave(x: Vector, speed: float, elements: int) -> Vector:
         number = _wave_number(side, elements)
         size = speed * np.sin(number * x[:, 0]) * np.sin(number * x[:, 2])
         return size[:, None] * [0.0, 1.0, 0.0]
@@ -252,7 +251,7 @@ def _membrane_waves(waves: list[tuple[float, int]], side: float) -> VelocityFiel
 def _lattice_waves(waves: list[tuple[float, int]], side: float) -> VelocityField | None:
     """Return velocities of a lattice in standing waves, with its surface at rest."""
 
-    def lattice_wave(x: Array, speed: float, elements: int) -> Array:
+    def lattice_wave(x: Vector, speed: float, elements: int) -> Vector:
         number = _wave_number(side, elements)
         return np.asarray(0.5 * speed * np.prod(np.sin(number * x), axis=1, keepdims=True))
 
@@ -265,11 +264,11 @@ def _wave_number(side: float, elements: int) -> float:
 
 
 def _sum_waves(
-    waves: list[tuple[float, int]], velocities: Callable[[Array, float, int], Array]
+    waves: list[tuple[float, int]], velocities: Callable[[Vector, float, int], Vector]
 ) -> VelocityField | None:
     """Return the sum of the velocities of all waves as a function of positions (k, dim)."""
 
-    def field(x: Array) -> Array:
+    def field(x: Vector) -> Vector:
         v = np.zeros_like(x)
         for wave in waves:
             v += velocities(x, *wave)

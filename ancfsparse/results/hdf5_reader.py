@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import (
     check_file_name,
@@ -17,7 +18,6 @@ from ancfsparse.results.data.hdf5_format import (
     open_file,
     read_text,
 )
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.data.stored_tables import (
@@ -110,7 +110,7 @@ def _rebuild_scene(path: Path, own: Mapping[str, Any]) -> Scene:
     return built(Scene, text, path, own)
 
 
-def _starts_at(table: Any, start: Array, n: int) -> bool:
+def _starts_at(table: Any, start: Vector, n: int) -> bool:
     """Return True if the first row of a table equals a state in its first n coordinates."""
     if isinstance(table, SelectedColumns):
         mine = table.places < n
@@ -118,7 +118,7 @@ def _starts_at(table: Any, start: Array, n: int) -> bool:
     return _agree(table[0][:n], start[:n])
 
 
-def _agree(there: Array, here: Array) -> bool:
+def _agree(there: Vector, here: Vector) -> bool:
     """Return True if two states are equal up to rounding errors."""
     if there.shape != here.shape:
         return False
@@ -139,11 +139,11 @@ def read_run(path: str | Path, system: System) -> Trajectory:
 class StoredRun(NamedTuple):
     """Times, tables of states, statistics and settings in a file, as in `Trajectory`."""
 
-    t: Array
-    q: Array
-    v: Array
-    a: Array
-    lam: Array
+    t: Vector
+    q: Vector
+    v: Vector
+    a: Vector
+    lam: Vector
     stats: RunStats
     settings: dict[str, Any]
 
@@ -161,7 +161,7 @@ def read_contents(path: str | Path) -> tuple[StoredRun, dict[str, str]]:
         return _read_states(path.absolute(), file), dict(json.loads(read_text(file, "scene")))
 
 
-def read_outline(path: str | Path) -> tuple[Outline, Array, Array, Array]:
+def read_outline(path: str | Path) -> tuple[Outline, Vector, Vector, Vector]:
     """Read outline, times and coordinates of a file, without its scene.
 
     Returns
@@ -224,5 +224,5 @@ def _read_states(path: Path, file: h5py.File) -> StoredRun:
     tables: list[Any] = [StoredTable(path, name, mark, shape) for name in "qva"]
     if places is not None:
         tables = [SelectedColumns(table, places, n) for table in tables]
-    q, v, a = (cast(Array, table) for table in tables)  # are read like arrays
+    q, v, a = (cast(Vector, table) for table in tables)  # are read like arrays
     return StoredRun(t, q, v, a, lam, stats, settings)

@@ -6,8 +6,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene import Scene
@@ -19,7 +19,6 @@ from ancfsparse.system.coordinates.state import CoordinateLayout, State, describ
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
-Vector = NDArray[np.float64]
 
 DAMPING_KERNELS = {"residual": ("damping", "inertia"), "tangent": ("material", "mass")}
 """Additional kernels for damping of the strains and of the masses."""

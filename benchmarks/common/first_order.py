@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.sparse import csc_array
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 # Right-hand sides between two reports of progress.
 REPORT_EVERY = 500

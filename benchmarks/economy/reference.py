@@ -7,15 +7,13 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators import Explicit, GeneralizedAlpha, Implicit
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.solve import simulate, solve_static
 from benchmarks.economy.scenes import RICHEST, Case, Discretization
-
-Array = NDArray[np.float64]
 
 SAVE_EVERY = 4  # steps of the finest run
 THICK_ELEMENTS = 128  # of a thick reference
@@ -53,7 +51,7 @@ class Reference:
                 break
         self._at = CubicSpline(self._t, values) if case.t_end else lambda t: values
 
-    def _found(self, case: Case, least: float, finer: int) -> Array:
+    def _found(self, case: Case, least: float, finer: int) -> Vector:
         """Return the values of meshes and steps refined by a factor."""
         element, options = case.elements[0]
         self._t, values, self.size, self.uncertain = _extrapolated(case, element, options, finer)
@@ -66,14 +64,14 @@ class Reference:
                 values = thick
         return values
 
-    def error(self, t: Array, history: Array) -> float:
+    def error(self, t: Vector, history: Vector) -> float:
         """Return the largest error over the size of the quantity [-]."""
         return float(np.linalg.norm(history - self._at(t), axis=1).max()) / self.size
 
 
 def _extrapolated(
     case: Case, element: str, options: Mapping[str, str], finer: int
-) -> tuple[Array, Array, float, float]:
+) -> tuple[Vector, Vector, float, float]:
     """Return times, values, their size and their uncertainty, of three runs.
 
     Each has twice the steps and elements of the one before.  Two give values without the error of
@@ -109,11 +107,11 @@ def run_in(
     return simulate(scene, t_end, t_end / steps, integrator=integrator, save_every=max(1, every))
 
 
-def times_of(run: Any) -> Array:
+def times_of(run: Any) -> Vector:
     """Return the saved times (k,) [s]; 0 of an equilibrium."""
     return np.asarray(getattr(run, "t", 0.0)) * np.ones(1)
 
 
-def values_of(quantity: Quantity, run: Any) -> Array:
+def values_of(quantity: Quantity, run: Any) -> Vector:
     """Return values (k, m); of an equilibrium (1, m)."""
     return np.atleast_2d(quantity.history(run))

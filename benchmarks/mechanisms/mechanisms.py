@@ -16,9 +16,9 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from ancfsparse import problems
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.nonlinear import Outcome
@@ -39,8 +39,6 @@ from benchmarks.common.timing import OURS, in_turn
 from benchmarks.other_codes import exudyn_mechanisms as exudyn
 from benchmarks.other_codes.environment import environment
 from benchmarks.other_codes.exudyn import ExudynError, Setting
-
-Array = NDArray[np.float64]
 
 INTEGRATOR = GeneralizedAlpha(exudyn.SPECTRAL_RADIUS)
 OUTPUTS = 20  # compared states, evenly over the run
@@ -162,22 +160,22 @@ def mechanisms(
     return Comparison(rows, settings)
 
 
-def _run_in_turn(name: str, finer: int, reference: Array, rounds: int) -> list[Row]:
+def _run_in_turn(name: str, finer: int, reference: Vector, rounds: int) -> list[Row]:
     case = CASES[name]
     steps = finer * round(case.t_end / case.dt)
     dt = case.t_end / steps
 
-    def ours() -> tuple[float, Array, float]:
+    def ours() -> tuple[float, Vector, float]:
         return _ours(name, steps)
 
-    def exudyns(how: Setting) -> tuple[float, Array, float]:
+    def exudyns(how: Setting) -> tuple[float, Vector, float]:
         problem, rest = _set_up(name)
         start = None if rest is None else rest.state
         args = (case.watched, how, case.t_end, dt, OUTPUTS)
         run = exudyn.run_mechanism(problem, case.build, start, *args)
         return run.seconds, run.tip, run.iterations_per_step
 
-    def timed(run: Callable[[], tuple[float, Array, float]]) -> tuple[float, float, float]:
+    def timed(run: Callable[[], tuple[float, Vector, float]]) -> tuple[float, float, float]:
         try:
             seconds, places, iterations = run()
         except ExudynError:
@@ -195,7 +193,7 @@ def _set_up(name: str) -> tuple[Mechanism, Equilibrium | None]:
     return problem, solve_static(problem.scene) if problem.settles else None
 
 
-def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[float, Array, float]:
+def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[float, Vector, float]:
     """Return processor time of the time loop, positions over time and iterations per step."""
     case = CASES[name]
     problem, start = _set_up(name)
@@ -239,7 +237,7 @@ def _ours(name: str, steps: int, tolerance: str | float = "default") -> tuple[fl
     )
 
 
-def _reference(name: str) -> Array:
+def _reference(name: str) -> Vector:
     """Return positions extrapolated from two fine steps."""
     case = CASES[name]
     steps = round(case.t_end / case.dt)

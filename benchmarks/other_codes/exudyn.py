@@ -17,14 +17,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
-
-Array = NDArray[np.float64]
 
 
 class ExudynError(Exception):
@@ -60,7 +58,7 @@ class OtherRun:
     seconds: float  # of its solver alone [s]
     iterations_per_step: float  # Newton iterations per time step
     # (k, 2 n), positions of the watched nodes at the output times, without t = 0 [m]
-    tip: Array
+    tip: Vector
     counts: dict[str, int]  # steps, Newton iterations and Jacobians
 
 
@@ -113,7 +111,7 @@ class Model:
             if isinstance(beam, Beam)
         }
 
-    def _add_cable(self, beam: Beam, reference: Array, q: Array, v: Array) -> list[int]:
+    def _add_cable(self, beam: Beam, reference: Vector, q: Vector, v: Vector) -> list[int]:
         item, given = self.item, beam.parameters()
         point = item.NodePoint2DSlope1 if self._planar else item.NodePointSlope1
         cable = item.ObjectANCFCable2D if self._planar else item.ObjectANCFCable

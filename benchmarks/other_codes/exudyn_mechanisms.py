@@ -12,14 +12,13 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.problems import Mechanism
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.coordinates.state import State
 from benchmarks.other_codes.exudyn import Model, OtherRun, Setting
 
-Array = NDArray[np.float64]
 Expression = Callable[[Any], Any]
 
 SPECTRAL_RADIUS = 0.9
@@ -57,7 +56,7 @@ class Builder(Model):
         self.problem, self.symbolic = problem, self.exudyn.symbolic
         self._kept: list[Any] = []  # expression trees must exist as long as the system
 
-    def add_body(self, name: str, mass: float, inertia: float, place: Array, angle: float) -> Any:
+    def add_body(self, name: str, mass: float, inertia: float, place: Vector, angle: float) -> Any:
         """Add a rigid body about its centre, by the angle of its x axis; return it."""
         node = self.system.AddNode(self.item.NodeRigidBody2D(referenceCoordinates=[*place, angle]))
         body = self.system.AddObject(

@@ -6,13 +6,11 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.seeds import SparseSeed
 from benchmarks.common.first_order import FirstOrder, OdeRun, OutOfTimeError
-
-Vector = NDArray[np.float64]
 
 
 def load() -> Any:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate
@@ -15,8 +15,6 @@ from benchmarks.common import methods
 from benchmarks.common.methods import chosen
 from benchmarks.common.paper import QUASI_NEWTON
 from benchmarks.stability.scenes import SCENES, Case
-
-Vector = NDArray[np.float64]
 
 T_END = 2.0  # of a run [s], or
 MAX_STEPS = 2000  # if these are shorter

@@ -16,8 +16,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import StepError
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
@@ -30,8 +30,6 @@ from benchmarks.common.study import Study
 from benchmarks.common.tables import Table, group_by
 from benchmarks.common.worker import peak_memory
 from benchmarks.other_codes.environment import environment
-
-Vector = NDArray[np.float64]
 
 SAVED = 5000  # states of a run
 MAX_RISE = 1e-3  # energy above its start, over the largest kinetic energy

@@ -7,12 +7,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.problems import pendulum
 from ancfsparse.scene import Beam, Material, Rectangle, Scene
-
-Vector = NDArray[np.float64]
 
 # Kuhl and Crisfield (1999).
 TRUSS_LENGTH = 3.0443  # [m]

@@ -11,8 +11,8 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import StepError
 from ancfsparse.integrators import Newmark
 from ancfsparse.integrators.interface.time_grid import count_steps
@@ -27,7 +27,6 @@ from benchmarks.common.first_order import FirstOrder, OdeRun, OutOfTimeError, in
 from benchmarks.common.methods import SOLVERS
 from benchmarks.common.timing import in_turn
 
-Vector = NDArray[np.float64]
 Run = TypeVar("Run")
 
 REFERENCE = "DOP853"

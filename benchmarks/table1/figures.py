@@ -9,15 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
+from ancfsparse.array_types import Vector
 from ancfsparse.results.geometry.deformed_shape import trace_elements
 from ancfsparse.results.geometry.scene_outline import make_part
 from benchmarks.common import paper
 from benchmarks.table1.table import Results
-
-Vector = NDArray[np.float64]
 
 SNAPSHOTS = 11  # shapes in figure 1
 PIECES = 12  # straight pieces of an element

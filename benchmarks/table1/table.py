@@ -9,10 +9,9 @@ from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from typing import Annotated, Any
 
-import numpy as np
 import typer
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_count, check_positive
 from ancfsparse.problems import Problem
 from ancfsparse.results import Trajectory
@@ -21,8 +20,6 @@ from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.other_codes.environment import environment
 from benchmarks.table1.cells import COLUMNS, ROWS, Bench, Cell, reference, simulate_paper
-
-Vector = NDArray[np.float64]
 
 MAX_DIVISOR = 64  # of the step, to reach the tip error of another method
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit.nystrom_tableaus import (
@@ -24,8 +24,6 @@ from ancfsparse.messages import format_value
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ExplicitLoop
-
-Vector = NDArray[np.float64]
 
 
 class Explicit(Integrator, ABC):

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.integrators.implicit.newmark_family import Implicit
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ControlledLoop
-
-Vector = NDArray[np.float64]
 
 
 class Mechanics(Protocol):

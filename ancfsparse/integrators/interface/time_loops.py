@@ -5,11 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Vector = NDArray[np.float64]
-Table = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 class Loop(Protocol):
@@ -38,13 +34,13 @@ class Loop(Protocol):
         self,
         nonlinear: object,
         n_steps: int,
-        amplitudes: Table,
+        amplitudes: Vector,
         save_every: int,
         steps_done: int,
-        q_out: Table,
-        v_out: Table,
-        a_out: Table,
-        lam_out: Table,
+        q_out: Vector,
+        v_out: Vector,
+        a_out: Vector,
+        lam_out: Vector,
         /,
     ) -> tuple[int, int]:
         """Take steps; return their number and the outcome."""
@@ -97,7 +93,7 @@ class ImplicitLoop(Loop, Protocol):
     def set_threads(self, threads: int) -> None:
         """Set the number of threads for passes over vectors."""
 
-    def prepare(self, amplitudes: Table) -> None:
+    def prepare(self, amplitudes: Vector) -> None:
         """Set the loads of the next step and its predictor."""
 
     def residual(self) -> Vector:

@@ -12,8 +12,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import (
@@ -34,8 +34,6 @@ from ancfsparse.plans.trial_runs.trial_runs import (
     goal_differences,
 )
 from ancfsparse.scene import Scene
-
-Array = NDArray[np.float64]
 
 FIRST_STEP_RATIO = 4  # steps of the first motion over the smallest number of steps
 STEP_GROWTH = 2  # ratio of the numbers of steps of successive motions
@@ -175,7 +173,7 @@ def _failure(
 
 
 def _vibration(
-    history: Array, steps: int, t_end: float, tolerance: float, unit: str
+    history: Vector, steps: int, t_end: float, tolerance: float, unit: str
 ) -> tuple[str, ...]:
     """Describe the vibration of a quantity in the last motion; empty without one."""
     swings = (find_swings(values, tolerance) for values in history.reshape(len(history), -1).T)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.plans.discretization_error.richardson import Estimate
 from ancfsparse.plans.discretization_error.run_estimates import RunEstimates
 from ancfsparse.plans.models.model import Model
@@ -19,8 +17,6 @@ from ancfsparse.plans.trial_runs.trial_runs import (
     absolute_tolerances,
     goal_differences,
 )
-
-Array = NDArray[np.float64]
 
 MAX_HALVINGS = 10  # of the intervals between saved states of the first trial run
 MAX_ERROR_RATIO = 4.0  # of interpolation error to tolerance, to be extrapolated
@@ -66,7 +62,7 @@ def sampling_error(trials: TrialRuns, model: Model) -> RunEstimates:
     return RunEstimates(tuple(estimates), tuple(runs))
 
 
-def _estimate(goal: Goal, history: Array, steps: int, order: int, by_loads: float) -> Estimate:
+def _estimate(goal: Goal, history: Vector, steps: int, order: int, by_loads: float) -> Estimate:
     """Estimate the interpolation error of a quantity."""
     fine = 0.0 if goal.quantity.at == "end" else _deviation(goal, history, order)
     coarse = _deviation(goal, history[::2], order)
@@ -78,7 +74,7 @@ def _estimate(goal: Goal, history: Array, steps: int, order: int, by_loads: floa
     return Estimate(steps, error, observed, is_asymptotic=True)
 
 
-def _deviation(goal: Goal, history: Array, order: int) -> float:
+def _deviation(goal: Goal, history: Vector, order: int) -> float:
     """Return the largest deviation of every other state from interpolation of its neighbours."""
     nodes, middle = history[::2], history[1::2]
     if order == LOAD_ORDER:

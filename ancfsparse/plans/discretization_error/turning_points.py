@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
-def find_swings(values: Array, min_size: float) -> tuple[NDArray[np.intp], Array]:
+def find_swings(values: Vector, min_size: float) -> tuple[NDArray[np.intp], Vector]:
     """Return the swings of a quantity between successive turning points.
 
     Of values (k,) at equidistant times, swings above `min_size` [unit of the quantity].

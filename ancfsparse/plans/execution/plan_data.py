@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.iteration import describe
@@ -18,8 +15,6 @@ from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Mesh, Scene
-
-Array = NDArray[np.float64]
 
 MEGABYTE = 1e6  # bytes
 MIN_INTERVALS = 1000  # between saved states, unless save_every is given

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Point
-
-Array = NDArray[np.float64]
 
 SPATIAL = 3
 
@@ -32,30 +28,30 @@ class PlannedRun(Trajectory):
     plan: PlanData | None = None
     measured: tuple[float, ...] = ()
 
-    def _in_space(self, values: Array, node: Point, is_position: bool = False) -> Array:
+    def _in_space(self, values: Vector, node: Point, is_position: bool = False) -> Vector:
         """Return vectors of a planar run in the space of the scene."""
         planar = self.plan.planar if self.plan else None
         if planar is None or node.beam.dim != SPATIAL:
             return values
         return planar.plane.place(values) if is_position else planar.plane.lift(values)
 
-    def position(self, node: Point) -> Array:
+    def position(self, node: Point) -> Vector:
         """Return the position of a point over time, see `Trajectory.position`."""
         return self._in_space(super().position(node), node, is_position=True)
 
-    def velocity(self, node: Point) -> Array:
+    def velocity(self, node: Point) -> Vector:
         """Return the velocity of a point over time, see `Trajectory.velocity`."""
         return self._in_space(super().velocity(node), node)
 
-    def acceleration(self, node: Point) -> Array:
+    def acceleration(self, node: Point) -> Vector:
         """Return the acceleration of a point over time, see `Trajectory.acceleration`."""
         return self._in_space(super().acceleration(node), node)
 
-    def slope(self, node: Point) -> Array:
+    def slope(self, node: Point) -> Vector:
         """Return the slope r' over time, see `Trajectory.slope`."""
         return self._in_space(super().slope(node), node)
 
-    def reaction(self, node: Point) -> Array:
+    def reaction(self, node: Point) -> Vector:
         """Return the force of joints at a node over time, see `Trajectory.reaction`."""
         return self._in_space(super().reaction(node), node)
 

@@ -12,8 +12,6 @@ from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody
 from ancfsparse.system import System
 
-Array = NDArray[np.float64]
-
 MAX_RATIO = 1.5  # of the extremes of a run to those of the trial runs
 # Peaks of short forces that the trial runs contain depend on the saved states.
 MAX_FORCE_RATIO = 10.0  # of a unilateral force; above, it is a contact absent from the trial runs

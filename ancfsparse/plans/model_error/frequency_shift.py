@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.section_energies import (
     directions,
@@ -26,8 +26,6 @@ from ancfsparse.results import Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve.vibration.modes import modes
-
-Array = NDArray[np.float64]
 
 AMPLITUDE = 1e-4  # of the modes in their evaluation, over the size of the scene
 EXTRA_MODES = 3  # beyond the requested one, which may exchange numbers with it
@@ -95,7 +93,7 @@ def _shifts(scene: Scene, run: Trajectory, lowest: Modes, k: int) -> dict[str, f
     return {name: 0.5 * frequency * ratio for name, ratio in ratios.items()}
 
 
-def _states(run: Trajectory, q: Sequence[Array], v: Array) -> Trajectory:
+def _states(run: Trajectory, q: Sequence[Vector], v: Vector) -> Trajectory:
     """Return states with the same velocity, as a trajectory."""
     k = len(q)
     rates, lam = np.tile(v, (k, 1)), np.repeat(run.lam[-1:], k, axis=0)

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import State, System
-
-Array = NDArray[np.float64]
 
 N_SAMPLES = 5  # states of the motion at which forces are evaluated, in addition to the farthest
 MAX_CORRECTIONS = 4  # of a displacement by the even part of nonlinear forces
@@ -30,8 +28,8 @@ def factor_equations(system: System, about: State) -> EquilibriumEquations | Non
 
 
 def linear_response(
-    system: System, about: State, equations: EquilibriumEquations, times: Array
-) -> Array:
+    system: System, about: State, equations: EquilibriumEquations, times: Vector
+) -> Vector:
     """Return the linear static displacements by the loads at some times, (k, n_all) [m, 1]."""
     rest = np.zeros(system.n_all)
     out = np.zeros((len(times), system.n_all))
@@ -45,20 +43,20 @@ def linear_response(
     return out
 
 
-def largest_displacement(system: System, displacements: Array) -> Array:
+def largest_displacement(system: System, displacements: Vector) -> Vector:
     """Return the displacement, of (k, n_all), with the largest nodal coordinate, (n_all,)."""
     largest = np.abs(displacements[:, system.positions]).max(axis=1).argmax()
     return np.asarray(displacements[largest])
 
 
-def vibration_amplitude(modes: Modes, system: System, static: Array) -> Array:
+def vibration_amplitude(modes: Modes, system: System, static: Vector) -> Vector:
     """Return twice the static displacement plus the modal amplitudes of velocities, (n_all,)."""
     rates = modes.shapes @ np.asarray(system.assembly.inertia(modes.about.v))
     return np.asarray(2.0 * static + (rates / np.sqrt(modes.eigenvalues)) @ modes.shapes)
 
 
 def rayleigh_frequency(
-    system: System, about: State, equations: EquilibriumEquations, x: Array
+    system: System, about: State, equations: EquilibriumEquations, x: Vector
 ) -> float:
     """Return the angular frequency of a displacement (n_all,) by Rayleigh's quotient [1/s]."""
     there = equations.state(about.q + LINEAR_FRACTION * x, about.lam, 1.0)
@@ -70,27 +68,27 @@ def rayleigh_frequency(
 
 
 def nonlinear_drift(
-    equations: EquilibriumEquations, system: System, about: State, x: Array, phase: float
+    equations: EquilibriumEquations, system: System, about: State, x: Vector, phase: float
 ) -> float:
     """Return the largest nodal displacement by nonlinear forces at a displacement x [m]."""
     even, odd = _nonlinear_displacements(equations, system, about, x)
     return max_node_displacement(system, even + max(1.0, phase) * odd)
 
 
-def truncation_bound(modes: Modes, system: System, displacements: Array) -> float:
+def truncation_bound(modes: Modes, system: System, displacements: Vector) -> float:
     """Return a bound of the nodal displacement in modes that are left out [m]."""
     rates = part_outside_modes(modes, system, modes.about.v[None]) / np.sqrt(modes.eigenvalues[-1])
     static = part_outside_modes(modes, system, displacements)
     return 2.0 * max_node_displacement(system, static) + max_node_displacement(system, rates)
 
 
-def part_outside_modes(modes: Modes, system: System, displacements: Array) -> Array:
+def part_outside_modes(modes: Modes, system: System, displacements: Vector) -> Vector:
     """Return the part of displacements (k, n_all) that is mass-orthogonal to the modes."""
     momenta = np.stack([np.asarray(system.assembly.inertia(x)) for x in displacements])
     return np.asarray(displacements - (momenta @ modes.shapes.T) @ modes.shapes)
 
 
-def max_node_displacement(system: System, displacements: Array) -> float:
+def max_node_displacement(system: System, displacements: Vector) -> float:
     """Return the largest displacement of a node in (n_all,) or (k, n_all) coordinates [m]."""
     rows = np.atleast_2d(displacements)
     positions = rows[:, system.positions].reshape(len(rows), -1, system.dim)
@@ -152,13 +150,13 @@ def mean_frequency(run: Trajectory) -> float:
 
 
 def _nonlinear_displacements(
-    equations: EquilibriumEquations, system: System, start: State, x: Array
-) -> tuple[Array, Array]:
+    equations: EquilibriumEquations, system: System, start: State, x: Vector
+) -> tuple[Vector, Vector]:
     """Return the static displacements by the even and the odd part of the nonlinear forces at x."""
     about, lam = start.q, start.lam
     rest = equations.state(about, lam, 1.0)
 
-    def solve(r: Array, phi: Array) -> Array:
+    def solve(r: Vector, phi: Vector) -> Vector:
         dx, _ = equations.correction(StaticState(about, lam, r, phi))
         return np.append(dx, np.zeros(system.n_all - len(dx)))
 
@@ -177,7 +175,7 @@ def _nonlinear_displacements(
     return even, -odd - x
 
 
-def _change(run: Trajectory, quantity: Quantity, samples: Array, q: Array, v: Array) -> float:
+def _change(run: Trajectory, quantity: Quantity, samples: Vector, q: Vector, v: Vector) -> float:
     """Return the largest change of a quantity with other coordinates and velocities."""
     states = select_states(run, samples)
     changed = replace(states, q=q, v=v)

@@ -12,8 +12,8 @@ from functools import partial
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.plans.model_error.frequency_shift import frequency_effects
 from ancfsparse.plans.model_error.section_energies import (
     rotary_energy,
@@ -29,7 +29,6 @@ from ancfsparse.scene.sections.cross_section import principal_axes
 from ancfsparse.scene.sections.standard_sections import Section
 from ancfsparse.scene.sections.taper import Taper
 
-Array = NDArray[np.float64]
 Solve = Callable[[Scene], Trajectory]
 Change = Callable[[ElasticBody], dict[str, Any]]
 
@@ -168,7 +167,7 @@ def _ratio(neglected: Any, retained: Any) -> float:
     return largest / float(np.max(retained)) if np.max(retained) > 0.0 else np.inf
 
 
-def _response_bound(quantity: Quantity, history: Array, t: Array, size: float) -> float:
+def _response_bound(quantity: Quantity, history: Vector, t: Vector, size: float) -> float:
     """Return a bound of the change of a quantity over the relative change of a property.
 
     A relative error of the frequency delays a motion by half of this fraction of its duration.
@@ -221,7 +220,7 @@ def _soften_and_load(body: ElasticBody, soft: float, dense: float) -> dict[str, 
     return changes | {"material": replace(material, density=density)}
 
 
-def _size(quantity: Quantity, history: Array) -> float:
+def _size(quantity: Quantity, history: Vector) -> float:
     """Return the size of a quantity; of a position at least its displacement."""
     size = quantity.size(history)
     if isinstance(quantity, Position):

@@ -6,8 +6,8 @@ import warnings
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import ApproximateModesWarning
 from ancfsparse.plans.quantities.quantity import Quantity, largest_norm
 from ancfsparse.plans.quantities.states import select_states
@@ -17,8 +17,6 @@ from ancfsparse.solve import solve_static
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.vibration.modes import modes
 from ancfsparse.system import State, System
-
-Array = NDArray[np.float64]
 
 N_SAMPLES = 9  # states of the path at which forces of inertia and damping are evaluated
 
@@ -49,7 +47,7 @@ def inertia_error(run: Trajectory, quantity: Quantity) -> float:
     return vibration + at_start + _dynamic_response(run, quantity, values)
 
 
-def is_dynamic(scene: Scene, t_end: float, changes: Sequence[Array], limit: float) -> bool:
+def is_dynamic(scene: Scene, t_end: float, changes: Sequence[Vector], limit: float) -> bool:
     """Return True if loads are so fast compared with the lowest frequency that inertia matters.
 
     Parameters
@@ -78,7 +76,7 @@ def is_dynamic(scene: Scene, t_end: float, changes: Sequence[Array], limit: floa
     return square <= 0.0 or max_load_acceleration(changes, t_end) > limit * square
 
 
-def max_load_acceleration(changes: Sequence[Array], t_end: float) -> float:
+def max_load_acceleration(changes: Sequence[Vector], t_end: float) -> float:
     """Return the largest second derivative of loads over their range, see `is_dynamic` [1/s2]."""
     largest = 0.0
     for table in changes:
@@ -102,7 +100,7 @@ def lowest_frequency(run: Trajectory) -> float:
     return float(np.sqrt(max(min(squares), 0.0)))
 
 
-def _distance_from_equilibrium(run: Trajectory, quantity: Quantity, first: Array) -> float:
+def _distance_from_equilibrium(run: Trajectory, quantity: Quantity, first: Vector) -> float:
     """Return the difference of a quantity between the start and the first equilibrium."""
     assert isinstance(run.system, System)
     start = run.system.q0[None]
@@ -111,7 +109,7 @@ def _distance_from_equilibrium(run: Trajectory, quantity: Quantity, first: Array
     return quantity.largest_difference(quantity.history(at_start), first)
 
 
-def _dynamic_response(run: Trajectory, quantity: Quantity, values: Array) -> float:
+def _dynamic_response(run: Trajectory, quantity: Quantity, values: Vector) -> float:
     """Return the change of a quantity by forces of inertia and damping along the path."""
     system, t, q = run.system, np.asarray(run.t), np.asarray(run.q)
     assert isinstance(system, System)

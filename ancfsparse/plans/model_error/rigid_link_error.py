@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.plans.quantities.quantity import Position, Quantity
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system import System
-
-Array = NDArray[np.float64]
 
 SPATIAL = 3
 DYNAMIC_FACTOR = 2.0  # deflection under a load applied suddenly over that applied slowly
@@ -83,10 +81,10 @@ def deflection_effect(
     return deflected / length * (direct + 0.5 * path)
 
 
-def _multipliers(run: Trajectory, rod: RigidBody) -> Array:
+def _multipliers(run: Trajectory, rod: RigidBody) -> Vector:
     """Return the multipliers of the length of a rod, (k,) [N]."""
     system = run.system
     assert isinstance(system, System)
     rows = [k for k, (owner, _) in enumerate(system.constraints.source) if owner == id(rod)]
-    lam: Array = np.asarray(run.lam)[:, rows]
+    lam: Vector = np.asarray(run.lam)[:, rows]
     return np.asarray(lam.sum(axis=1))

@@ -6,14 +6,12 @@ import itertools
 from typing import NamedTuple, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, ElasticBody, Scene
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.loads.loads import PointMoment
-
-Array = NDArray[np.float64]
 
 
 class SectionEnergies(NamedTuple):
@@ -30,12 +28,12 @@ class SectionEnergies(NamedTuple):
         Axial force [N].
     """
 
-    bending: Array
-    shear: Array
-    axial: Array
-    bending_spread: Array
-    axial_spread: Array
-    tension: Array
+    bending: Vector
+    shear: Vector
+    axial: Vector
+    bending_spread: Vector
+    axial_spread: Vector
+    tension: Vector
 
 
 def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
@@ -43,7 +41,7 @@ def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
     force, strain = run.section_force(body), np.abs(run.strain(body))
     given, half = body.stiffnesses(), 0.5 * body.lengths
 
-    def square(values: Array) -> Array:
+    def square(values: Vector) -> Vector:
         return np.asarray(np.square(values).reshape(*strain.shape, -1).sum(axis=2))
 
     bending = half * square(force.M) / given["bending_stiffness_z"]
@@ -60,7 +58,7 @@ def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
     )
 
 
-def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
+def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Vector:
     """Return the torsional energy of a cable by moments and clamps, (k,) [J].
 
     Without distributed moments an isotropic rod has constant torsion.  It is that of moments along
@@ -81,10 +79,10 @@ def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Array:
               if isinstance(joint, Clamp) and joint.node.beam is body}  # fmt: skip
     if {0, body.n_nodes - 1} <= clamps:
         energy = energy + 0.5 * twisting * transported_angle(tangents, body) ** 2
-    return cast(Array, energy)
+    return cast(Vector, energy)
 
 
-def transported_angle(tangents: Array, body: Beam) -> Array:
+def transported_angle(tangents: Vector, body: Beam) -> Vector:
     """Return the angle from e_y, transported without twist, to the clamped one, (k,)."""
     first, last = body.frames[0], body.frames[-1]
     carried = np.broadcast_to(first[1], (len(tangents), 3))
@@ -97,7 +95,7 @@ def transported_angle(tangents: Array, body: Beam) -> Array:
     return np.asarray(np.arctan2(carried @ last[2], carried @ last[1]))
 
 
-def rotary_energy(run: Trajectory, body: ElasticBody) -> Array:
+def rotary_energy(run: Trajectory, body: ElasticBody) -> Vector:
     """Return the kinetic energy of the rotation of the sections of a cable, (k,) [J]."""
     along, rate = (_end_differences(run, body, x) for x in (run.q, run.v))
     square = np.einsum("ked,ked->ke", along, along)
@@ -106,7 +104,7 @@ def rotary_energy(run: Trajectory, body: ElasticBody) -> Array:
     return np.asarray((0.5 * body.lengths * body.stiffnesses()["inertia_y"] * rates).sum(axis=1))
 
 
-def folds(tangents: Array, body: ElasticBody) -> tuple[Array, Array]:
+def folds(tangents: Vector, body: ElasticBody) -> tuple[Vector, Vector]:
     """Return the changes of direction of a string at its nodes, and the bending stiffness there.
 
     From its `directions`, shape (k, e, dim): changes between successive elements, (k, m, dim), and
@@ -120,13 +118,13 @@ def folds(tangents: Array, body: ElasticBody) -> tuple[Array, Array]:
     return tangents[:, other] - tangents[:, one], stiffness[one] / lengths
 
 
-def directions(run: Trajectory, body: ElasticBody) -> Array:
+def directions(run: Trajectory, body: ElasticBody) -> Vector:
     """Return unit vectors from the first to the second node of each element, (k, e, dim)."""
     chords = _end_differences(run, body, run.q)
     return np.asarray(chords / np.linalg.norm(chords, axis=2)[:, :, None])
 
 
-def _end_differences(run: Trajectory, body: ElasticBody, x: Array) -> Array:
+def _end_differences(run: Trajectory, body: ElasticBody, x: Vector) -> Vector:
     """Return the differences of positions, or of their rates, over the elements, (k, e, dim)."""
     system, states = run.system, np.asarray(x)
     indices = system.elements(body).reshape(body.n_elements, 2, -1)
@@ -135,8 +133,8 @@ def _end_differences(run: Trajectory, body: ElasticBody, x: Array) -> Array:
 
 
 def string_energies(
-    run: Trajectory, body: ElasticBody, tension: Array | None = None
-) -> tuple[Array, Array]:
+    run: Trajectory, body: ElasticBody, tension: Vector | None = None
+) -> tuple[Vector, Vector]:
     """Return the energies of bending and of tension of the polygons of a string, each (k,) [J].
 
     The `tension` is that of `SectionEnergies`, if available.

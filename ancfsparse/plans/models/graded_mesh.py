@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 ENERGY_ORDER = 4.0  # power of h in the energy error of cubics
 UNIFORM_FRACTION = 0.5  # of the nodes, since a trial run does not show all of the bending
@@ -34,7 +33,7 @@ class MeshGrading:
     positions: tuple[float, ...]
     element_fractions: tuple[float, ...]
 
-    def node_positions(self, count: int, inner: Sequence[float]) -> Array:
+    def node_positions(self, count: int, inner: Sequence[float]) -> Vector:
         """Return relative positions of nodes of about `count` elements, `inner` ones included."""
         ends = np.array([0.0, *inner, 1.0])
         fractions = np.interp(ends, self.positions, self.element_fractions)
@@ -55,7 +54,7 @@ class MeshGrading:
         return float(lengths.max() / lengths.min())
 
 
-def error_density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Array:
+def error_density(r: Vector, slopes: Vector, lengths: Vector, loaded: Vector) -> Vector:
     """Return the mean square over states of r'''' in every element, (n,) [1/m6].
 
     The larger of the values at both nodes, by divided differences of r'''.
@@ -82,7 +81,7 @@ def error_density(r: Array, slopes: Array, lengths: Array, loaded: Array) -> Arr
     return np.asarray(np.interp(np.arange(len(out)), np.flatnonzero(known), out[known]))
 
 
-def equidistributed(f: Array, nodes: Array) -> MeshGrading:
+def equidistributed(f: Vector, nodes: Vector) -> MeshGrading:
     """Return the grading with equal errors in all elements.
 
     From the `error_density`, (n,), not zero everywhere, and relative positions of nodes, (n + 1,).
@@ -94,7 +93,7 @@ def equidistributed(f: Array, nodes: Array) -> MeshGrading:
     return MeshGrading(tuple(nodes.tolist()), tuple((fractions / fractions[-1]).tolist()))
 
 
-def energy_error(f: Array, nodes: Array, grading: MeshGrading) -> float:
+def energy_error(f: Vector, nodes: Vector, grading: MeshGrading) -> float:
     """Return the energy error on a graded mesh, up to a power of the number of elements."""
     lengths = np.diff(nodes)
     rate = np.diff(np.interp(nodes, grading.positions, grading.element_fractions)) / lengths

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.models.plane import (
     ROUNDING,
@@ -28,8 +28,6 @@ from ancfsparse.scene.records.signals import Table
 from ancfsparse.scene.sections.cross_section import principal_axes
 from ancfsparse.scene.sections.standard_sections import Circle, Rectangle, Section
 from ancfsparse.scene.sections.taper import AnySection, Taper
-
-Vector = NDArray[np.float64]
 
 # Arguments of methods of Scene, as `Plane.project` takes them: positions, vectors, and normals.
 PROJECTIONS = {

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.records.signal import Signal, Sum, Value
 from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
-
-Vector = NDArray[np.float64]
 
 ROUNDING = 1e-13  # relative component normal to a plane, by rounding along tilted axes
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Body, Scene
 from ancfsparse.system import State
 from ancfsparse.system.coordinates.numbering import reference_coordinates
 from ancfsparse.system.coordinates.state import CoordinateLayout, describe_coordinates
-
-Array = NDArray[np.float64]
 
 
 def prolongate(run: Trajectory, scene: Scene) -> State | None:
@@ -39,7 +37,7 @@ def prolongate(run: Trajectory, scene: Scene) -> State | None:
     return State(layout, float(run.t[-1]), np.concatenate(q), rest, rest, np.zeros(0))
 
 
-def _interpolate(old: Body, new: Body, q: Array) -> Array | None:
+def _interpolate(old: Body, new: Body, q: Vector) -> Vector | None:
     """Return the coordinates of a body on another mesh, (n_rows, n_c); None if they differ."""
     if old.kind != new.kind:
         return None

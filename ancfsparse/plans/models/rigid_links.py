@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.scene.bodies.beam import BeamSpec
@@ -20,8 +20,6 @@ from ancfsparse.scene.loads.loads import PointMoment
 from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
 from ancfsparse.scene.records.record import BodyRef, PointRef, Record
-
-Vector = NDArray[np.float64]
 
 # Arguments of beams that are not straight and stress-free.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.plans.models.model import find_counterpart
@@ -16,14 +16,12 @@ from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Point, Scene
 from ancfsparse.solve.vibration.modes import modes
 
-Array = NDArray[np.float64]
-
 TIMES = ("saved", "end", "largest")
 ENERGIES = ("total", "kinetic", "elastic", "potential")
 PARTS = ("N", "Q", "M", "T")
 
 
-def largest_norm(vectors: Array) -> float:
+def largest_norm(vectors: Vector) -> float:
     """Return the largest norm of the rows of (k, m); zero of none."""
     return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
 
@@ -62,7 +60,7 @@ class Quantity(ABC):
         check_choice("at of a quantity", self.at, TIMES)
 
     @abstractmethod
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return its components at all saved times, shape (k, m) [unit]."""
 
     @abstractmethod
@@ -93,7 +91,7 @@ class Quantity(ABC):
         """Return the same quantity of a scene that was built from its own."""
         return self
 
-    def value(self, run: Trajectory) -> Array:
+    def value(self, run: Trajectory) -> Vector:
         """Return the values at the requested times.
 
         Returns
@@ -102,7 +100,7 @@ class Quantity(ABC):
         """
         return self.select(self.history(run))
 
-    def select(self, history: Array) -> Array:
+    def select(self, history: Vector) -> Vector:
         """Return the values at the requested times from all, shapes as in `value`."""
         if self.at == "end":
             return history[-1:]
@@ -110,7 +108,7 @@ class Quantity(ABC):
             return np.array([[largest_norm(history)]])
         return history
 
-    def size(self, history: Array) -> float:
+    def size(self, history: Vector) -> float:
         """Return the size that relative errors refer to: the largest magnitude over time [unit]."""
         return largest_norm(history - history[0] if self.is_relative_to_start else history)
 
@@ -118,11 +116,11 @@ class Quantity(ABC):
         """Return True unless all its changes are errors of the time steps."""
         return True
 
-    def difference(self, one: Array, other: Array) -> Array:
+    def difference(self, one: Vector, other: Vector) -> Vector:
         """Return the difference of values, of the shape of both [unit]."""
         return one - other
 
-    def largest_difference(self, one: Array, other: Array) -> float:
+    def largest_difference(self, one: Vector, other: Vector) -> float:
         """Return the largest magnitude of the difference of values [unit]."""
         return largest_norm(self.difference(one, other))
 
@@ -164,7 +162,7 @@ class Position(AtPoint):
     is_relative_to_start: ClassVar[bool] = True
     label: ClassVar[str] = "position of"
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return positions (k, dim) [m]."""
         return run.position(self.point)
 
@@ -175,7 +173,7 @@ class Velocity(AtPoint):
     label: ClassVar[str] = "velocity of"
     unit: ClassVar[str] = "m/s"
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return velocities (k, dim) [m/s]."""
         return run.velocity(self.point)
 
@@ -187,7 +185,7 @@ class SlopeAngle(AtPoint):
     label: ClassVar[str] = "slope angle at"
     unit: ClassVar[str] = "rad"
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return angles (k, 1) [rad]."""
         slopes = run.slope(self.point)
         if slopes.shape[1] == 2:
@@ -197,7 +195,7 @@ class SlopeAngle(AtPoint):
             angles = np.arctan2(across, slopes @ slopes[0])
         return np.asarray(angles).reshape(-1, 1)
 
-    def difference(self, one: Array, other: Array) -> Array:
+    def difference(self, one: Vector, other: Vector) -> Vector:
         """Return the difference modulo 2 pi, since saved times may not resolve whole turns."""
         return np.asarray((one - other + np.pi) % (2.0 * np.pi) - np.pi)
 
@@ -218,7 +216,7 @@ class Reaction(AtPoint):
                 "point with a pin, a clamp or a rod"
             )
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return forces (k, dim) [N]."""
         return run.reaction(self.point)
 
@@ -248,7 +246,7 @@ class SectionForceAt(AtPoint):
         """Return the order: moments need two derivatives, shear three; tension is constant."""
         return min(position_order, 2 if self.part in "MT" else 1)
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return components (k, m) [N, N m]."""
         values = getattr(run.section_force(self.beam, [self.point]), self.part)
         if values is None:
@@ -269,7 +267,7 @@ class Strain(AtPoint):
         """Return the order: axial strains are mean values over an element."""
         return min(position_order, 2)
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return strains (k, 1) [-]."""
         return run.strain(self.beam, [self.point])
 
@@ -295,7 +293,7 @@ class EnergyOf(Quantity):
     def check(self, scene: Scene) -> None:
         """Do nothing: every scene has energies."""
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return energies (k, 1) [J]."""
         return np.asarray(getattr(run.energy, self.part))[:, None]
 
@@ -311,7 +309,7 @@ class StaticDeflection(AtPoint):
     label: ClassVar[str] = "static deflection of"
     is_static: ClassVar[bool] = True
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return displacements from the reference shape (k, dim) [m]."""
         return run.position(self.point) - self.point.position
 
@@ -337,7 +335,7 @@ class Frequency(Quantity):
     def check(self, scene: Scene) -> None:
         """Do nothing: every scene has frequencies; `modes` refuses a mesh with too few."""
 
-    def history(self, run: Trajectory) -> Array:
+    def history(self, run: Trajectory) -> Vector:
         """Return the frequency about the last state, (1, 1) [Hz]."""
         result = modes(run.system.scene, self.number, at=run.last)
         return np.array([[result.frequencies[self.number - 1]]])

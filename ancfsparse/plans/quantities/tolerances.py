@@ -6,15 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.plans.quantities.quantity import Quantity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,7 @@ class Goal:
     error: float
     relative: bool
 
-    def tolerance(self, history: Array) -> float:
+    def tolerance(self, history: Vector) -> float:
         """Return the largest error, relative ones times the size of the quantity [unit]."""
         return self.error * (self.quantity.size(history) if self.relative else 1.0)
 

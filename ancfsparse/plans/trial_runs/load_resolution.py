@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.system import System
-
-Array = NDArray[np.float64]
 
 MAX_NONLINEARITY = 0.1  # deviation from a line between steps, relative to the variation of a load
 ROUNDING = 1e-12  # relative to the largest amplitude of a source
@@ -47,7 +45,7 @@ def _double_until(steps: int, is_enough: Callable[[int], bool]) -> int:
     return steps
 
 
-def amplitudes_over_time(system: System, times: Array) -> list[Array]:
+def amplitudes_over_time(system: System, times: Vector) -> list[Vector]:
     """Return amplitudes of loads and prescribed coordinates over time, each (k, m)."""
     tables = [np.asarray(system.loads.amplitudes(times))]
     if system.prescribed:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.plans.model_error.modal_truncation_error import (
     factor_equations,
     largest_displacement,
@@ -43,8 +43,6 @@ from ancfsparse.solve.statics.static_equilibrium import solve_static
 from ancfsparse.solve.vibration.modal_response import modal_response
 from ancfsparse.solve.vibration.modes import modes
 from ancfsparse.system import State, System
-
-Array = NDArray[np.float64]
 
 MIN_LOAD_SAMPLES = 65  # times at which loads and prescribed motions are sampled
 MAX_SOLVED_SAMPLES = 513  # times, if each sample takes a linear solve
@@ -209,13 +207,13 @@ def _is_fast(system: System, t_end: float, rate: float, limit: float) -> bool:
     return rate > limit * rayleigh_frequency(system, about, equations, x) ** 2
 
 
-def _small_displacement(system: System, q: Array) -> float:
+def _small_displacement(system: System, q: Vector) -> float:
     """Return the largest displacement that may be small, by the extent of a scene [m]."""
     positions = q[system.positions].reshape(-1, system.dim)
     return MAX_SMALL_DISPLACEMENT * float(np.ptp(positions, axis=0).max())
 
 
-def _time_dependent_loads(system: System, t_end: float) -> list[Array]:
+def _time_dependent_loads(system: System, t_end: float) -> list[Vector]:
     """Return tables over time of loads and prescribed motions that change, each (k, m)."""
     times = np.linspace(0.0, t_end, steps_resolving_loads(system, t_end, MIN_LOAD_SAMPLES - 1) + 1)
     return [table for table in amplitudes_over_time(system, times) if np.ptp(table, axis=0).any()]
@@ -285,7 +283,7 @@ class ModalSum(SolutionMethod):
         about: State,
         equations: EquilibriumEquations,
         t_end: float,
-        x: Array,
+        x: Vector,
         goals: Sequence[Goal],
     ) -> bool:
         """Return True if forces are nearly linear up to x, and time integration takes more work."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, StepError
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method
@@ -34,8 +34,6 @@ from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import Request, check_request
 from ancfsparse.solve.motion.simulate import build_system_at_start, prepare_start, run_request
 from ancfsparse.system import System
-
-Array = NDArray[np.float64]
 
 MIN_STEPS = 100  # of the first trial run
 # Work is counted, not timed, so that plans do not depend on the load of the machine.
@@ -73,7 +71,7 @@ class TrialRun:
 
     model: Model
     steps: int
-    histories: tuple[Array, ...]
+    histories: tuple[Vector, ...]
     cost: RunCost
     run: Trajectory
     integrator: Implicit | Explicit | SolutionMethod
@@ -356,7 +354,7 @@ def as_trajectory(equilibrium: Equilibrium) -> Trajectory:
     return Trajectory(equilibrium.system, t, q, rest, rest, lam, stats, ending=equilibrium.state)
 
 
-def _history(quantity: Quantity, run: Trajectory) -> Array:
+def _history(quantity: Quantity, run: Trajectory) -> Vector:
     """Return a quantity at the saved times, or at some of them if it is expensive."""
     every, intervals = 1, len(run.t) - 1
     if quantity.is_expensive:
@@ -383,7 +381,7 @@ def absolute_tolerances(goals: Sequence[Goal], trial: TrialRun) -> list[float]:
     return out
 
 
-def goal_difference(goal: Goal, one: Array, other: Array) -> float:
+def goal_difference(goal: Goal, one: Vector, other: Vector) -> float:
     """Return the largest difference of two histories at the requested times [unit]."""
     quantity = goal.quantity
     return quantity.largest_difference(*map(quantity.select, _at_common_times(one, other)))
@@ -400,7 +398,7 @@ def history_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -
     return [goal.quantity.largest_difference(*_at_common_times(*pair)) for goal, *pair in histories]
 
 
-def _at_common_times(one: Array, other: Array) -> tuple[Array, Array]:
+def _at_common_times(one: Vector, other: Vector) -> tuple[Vector, Vector]:
     """Return two histories at their common times."""
     intervals = [len(each) - 1 for each in (one, other)]
     both = max(1, math.gcd(*intervals))

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
-def interpolate(places: tuple[NDArray[np.integer[Any]], Array], q: Array) -> Array:
+def interpolate(places: tuple[NDArray[np.integer[Any]], Vector], q: Vector) -> Vector:
     """Evaluate a position or slope for all states.
 
     Parameters

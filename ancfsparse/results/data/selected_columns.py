@@ -11,8 +11,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.interpolation import Array
 
 
 class Readable(Protocol):
@@ -55,7 +55,7 @@ class SelectedColumns:
         """Return the number of rows."""
         return self.shape[0]
 
-    def __getitem__(self, key: Any) -> Array:
+    def __getitem__(self, key: Any) -> Vector:
         """Read columns ``[..., places]``.
 
         Raises

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import describe_damage, open_file, read_text
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
 
@@ -47,11 +47,11 @@ class StoredTable:
         """Return the number of rows."""
         return self.shape[0]
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Vector:
         """Read the entire table."""
         return np.asarray(self[:], dtype=dtype)
 
-    def __getitem__(self, key: Any) -> Array:
+    def __getitem__(self, key: Any) -> Vector:
         """Read rows, or with ``[rows, places]`` columns, in any order and shape."""
         of_rows, of_columns = key if isinstance(key, tuple) else (key, ...)
         rows, row = _cover(of_rows, self.shape[0])
@@ -63,7 +63,7 @@ class StoredTable:
         return np.asarray(values[row][..., column])
 
 
-def check_values(path: Path, name: str, values: Array) -> Array:
+def check_values(path: Path, name: str, values: Vector) -> Vector:
     """Return values read from a table, after a check for lost parts.
 
     Raises
@@ -131,7 +131,7 @@ class StoredState:
         return system.state(texts["t"], q, v, a, lam, b=b, memory=memory)
 
 
-def encode_state(state: State) -> tuple[Array, Array, str]:
+def encode_state(state: State) -> tuple[Vector, Vector, str]:
     """Return the stored form of a last state: vectors (k, n), multipliers (m,), and a text."""
     import json
 

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, OutputError
 from ancfsparse.results.data.file_locks import HDF5_LOCKS
 from ancfsparse.results.data.hdf5_format import FORMAT, MARK, USER_BLOCK
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.output_lock import OutputLock
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import (
@@ -154,7 +154,7 @@ class Writer:
             name, data=values, compression="gzip", compression_opts=1, fletcher32=True
         )
 
-    def add_reference(self, q_ref: Array) -> None:
+    def add_reference(self, q_ref: Vector) -> None:
         """Add the stress-free shape of a run that starts in another shape, (n_all,) [m, 1]."""
         self._reserve(q_ref.nbytes)
         self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
@@ -170,7 +170,7 @@ class Writer:
         self._text(SCENE_RECORDS, text)
 
     def append(
-        self, t: Array, q: Array, v: Array, a: Array, lam: Array, *, begin: int | None = None
+        self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
     ) -> None:
         """Append rows for the times `t`, or replace all rows from `begin` on.
 
@@ -204,7 +204,7 @@ class Writer:
     def finish(self, stats: RunStats, last: State | None = None) -> None:
         """Add the statistics of the run, and its last state if available."""
         text = json.dumps(asdict(stats))
-        tables: dict[str, Array] = {}
+        tables: dict[str, Vector] = {}
         texts = {"stats": text}
         if last is not None:
             tables[LAST_STATE], tables[LAST_MULTIPLIERS], texts[MEMORY] = encode_state(last)

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import check_file_name
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.results.fields.motion import Motion
 from ancfsparse.results.fields.section_forces import axial_forces
@@ -31,7 +31,7 @@ VERSION = 2, 2
 MAX_PIECES = 1000  # straight pieces of an element
 CELL_TYPES = "Vertices", "Lines", "Polygons", "Strips"
 
-Forces = Callable[[Array, Array, Array], list[Array]]
+Forces = Callable[[Vector, Vector, Vector], list[Vector]]
 Sizes = NDArray[np.int64]
 
 
@@ -45,9 +45,9 @@ def write_motion(run: Motion, path: str | Path, per_element: int, progress: bool
 
 def write_vtk(
     outline: Outline,
-    t: Array,
-    q: Array,
-    v: Array,
+    t: Vector,
+    q: Vector,
+    v: Vector,
     path: str | Path,
     *,
     per_element: int = 4,
@@ -136,9 +136,9 @@ def _append(
     outline: Outline,
     pieces: int,
     i: int,
-    q: Array,
-    v: Array,
-    t: Array,
+    q: Vector,
+    v: Vector,
+    t: Vector,
     forces: Forces | None,
 ) -> None:
     """Write the values at points and elements of states from index i on."""
@@ -165,7 +165,7 @@ def _append(
         root["CellData/AxialForce"][i * n_cells : (i + len(q)) * n_cells] = along.ravel()
 
 
-def _in_space(lines: Array) -> Array:
+def _in_space(lines: Vector) -> Vector:
     """Return points (j, e, p, dim) of all elements with three components, (j, e p, 3)."""
     j, *_, dim = lines.shape
     out = np.zeros((j, lines[0].size // dim, 3))
@@ -173,7 +173,7 @@ def _in_space(lines: Array) -> Array:
     return out
 
 
-def _add_steps(root: Any, t: Array, n_points: int, n_cells: int) -> None:
+def _add_steps(root: Any, t: Vector, n_points: int, n_cells: int) -> None:
     """Write the offsets of points and values of every time; constant data have the offset 0."""
     steps, k = root.create_group("Steps"), len(t)
     steps.attrs["NSteps"] = k

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery.reactions import drive_power, drive_work
 from ancfsparse.system.system import System
@@ -36,14 +36,14 @@ class Energy:
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     """
 
-    kinetic: Array
-    elastic: Array
-    potential: Array
-    work: Array
-    dissipated: Array
+    kinetic: Vector
+    elastic: Vector
+    potential: Vector
+    work: Vector
+    dissipated: Vector
 
     @property
-    def total(self) -> Array:
+    def total(self) -> Vector:
         """Sum of kinetic, elastic and potential energy, shape (k,) [J]."""
         return self.kinetic + self.elastic + self.potential
 
@@ -126,17 +126,17 @@ def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> E
     return Energy(kinetic, elastic, potential, work, _integrate(t, lost))
 
 
-def _interpolate_lagged(t: Array, values: Array, lag: float) -> Array:
+def _interpolate_lagged(t: Vector, values: Vector, lag: float) -> Vector:
     """Interpolate values linearly to times t, from times t - lag except for the first."""
     if len(t) < 3:
         return values
     then = np.append(t[0], t[1:] - lag)
     end = values[-1] + (values[-1] - values[-2]) / (then[-1] - then[-2]) * lag
-    out: Array = np.interp(t, np.append(then, t[-1]), np.append(values, end))
+    out: Vector = np.interp(t, np.append(then, t[-1]), np.append(values, end))
     return out
 
 
-def _integrate(t: Array, power: Array) -> Array:
+def _integrate(t: Vector, power: Vector) -> Vector:
     """Integrate over time by the trapezoidal rule, from zero at the first state."""
     out = np.zeros(len(t))
     np.cumsum(0.5 * np.diff(t) * (power[1:] + power[:-1]), out=out[1:])

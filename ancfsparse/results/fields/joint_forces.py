@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.scene import Joint
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.winch import Winch
@@ -30,8 +30,8 @@ class JointForce:
         Moment about the point of the first side [N m].
     """
 
-    force: Array
-    moment: Array
+    force: Vector
+    moment: Vector
 
     def at(self, k: int) -> JointForce:
         """Return force (dim,) and moment (3,) or () of one state."""
@@ -58,7 +58,7 @@ def joint_force(system: System, joint: object, states: StateHistory, frame: str)
     return JointForce(np.einsum("kij,kj->ki", axes, force), rotated)
 
 
-def tension(system: System, rope: object, states: StateHistory) -> Array:
+def tension(system: System, rope: object, states: StateHistory) -> Vector:
     """Return the tension of a rope or of the rope of a winch, (k,) [N]."""
     if isinstance(rope, Rope):
         return joint_forces.rope_tension(system, rope, states)

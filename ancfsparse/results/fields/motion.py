@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.fields.energy_balance import Energy
 from ancfsparse.system.system import System
 
@@ -27,17 +27,17 @@ class Motion(Protocol):
         ...
 
     @property
-    def t(self) -> Array:
+    def t(self) -> Vector:
         """Times, (k,) [s]."""
         ...
 
     @property
-    def q(self) -> Array:
+    def q(self) -> Vector:
         """Coordinates, (k, n)."""
         ...
 
     @property
-    def v(self) -> Array:
+    def v(self) -> Vector:
         """Their rates, (k, n)."""
         ...
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.system import System
@@ -27,35 +27,35 @@ class BodyMotion:
     """
 
     body: RigidBody
-    vectors: Array
-    rates: Array
+    vectors: Vector
+    rates: Vector
 
     def __repr__(self) -> str:
         """Return the name of the body and the number of states."""
         return f"motion of {self.body.name}, {len(self.vectors)} states"
 
     @property
-    def origin(self) -> Array:
+    def origin(self) -> Vector:
         """Position of its origin, (k, dim) [m]."""
         return self.vectors[:, 0]
 
     @property
-    def centre(self) -> Array:
+    def centre(self) -> Vector:
         """Position of its centre of mass, (k, dim) [m]."""
         return self._at_centre(self.vectors)
 
     @property
-    def velocity(self) -> Array:
+    def velocity(self) -> Vector:
         """Velocity of its centre of mass, (k, dim) [m/s]."""
         return self._at_centre(self.rates)
 
     @property
-    def axes(self) -> Array:
+    def axes(self) -> Vector:
         """Its unit vectors in rows, (k, n_vectors, dim); a thin rod has one."""
         return self.vectors[:, 1:]
 
     @property
-    def rotation(self) -> Array:
+    def rotation(self) -> Vector:
         """Rotation matrices with its unit vectors as columns, (k, dim, dim).
 
         Raises
@@ -75,7 +75,7 @@ class BodyMotion:
         return np.stack([u, np.stack([-u[:, 1], u[:, 0]], axis=1)], axis=2)
 
     @property
-    def quaternion(self) -> Array:
+    def quaternion(self) -> Vector:
         """Unit quaternions of the rotation, real part first, without jumps of sign, (k, 4).
 
         In the plane the rotation is about z.
@@ -88,7 +88,7 @@ class BodyMotion:
         return _quaternions(rotation)
 
     @property
-    def angles(self) -> Array:
+    def angles(self) -> Vector:
         """Angles of the rotation [rad], without jumps of full turns.
 
         In the plane one angle, (k,).  In space (k, 3): yaw, pitch and roll, about z, the rotated y
@@ -103,13 +103,13 @@ class BodyMotion:
         return np.stack([yaw, pitch, roll], axis=1)
 
     @property
-    def angular_velocity(self) -> Array:
+    def angular_velocity(self) -> Vector:
         """Angular velocity along the axes of space, (k, 3), in the plane (k,) [rad/s]."""
         turns = _cross(self.vectors[:, 1:], self.rates[:, 1:]).sum(axis=1)
         return np.asarray(turns / min(self.body.n_vectors, 2))
 
     @property
-    def angular_velocity_in_body(self) -> Array:
+    def angular_velocity_in_body(self) -> Vector:
         """Angular velocity along the axes of the body, (k, 3); in the plane the same, (k,)."""
         velocity = self.angular_velocity
         if velocity.ndim == 1:
@@ -117,23 +117,23 @@ class BodyMotion:
         return np.asarray(np.einsum("kij,ki->kj", self.rotation, velocity))
 
     @property
-    def momentum(self) -> Array:
+    def momentum(self) -> Vector:
         """Momentum, (k, dim) [kg m/s]."""
         return self.body.mass * self.velocity
 
     @property
-    def angular_momentum(self) -> Array:
+    def angular_momentum(self) -> Vector:
         """Angular momentum about the origin of space, (k, 3), in the plane (k,) [kg m2/s]."""
         moved = np.einsum("ij,kjd->kid", self.body.masses, self.rates)
         return np.asarray(_cross(self.vectors, moved).sum(axis=1))
 
     @property
-    def kinetic_energy(self) -> Array:
+    def kinetic_energy(self) -> Vector:
         """Kinetic energy, (k,) [J]."""
         rates = self.rates
         return np.asarray(0.5 * np.einsum("kid,ij,kjd->k", rates, self.body.masses, rates))
 
-    def _at_centre(self, vectors: Array) -> Array:
+    def _at_centre(self, vectors: Vector) -> Vector:
         weights = self.body.masses[0] / self.body.mass
         return np.asarray(np.einsum("i,kid->kd", weights, vectors))
 
@@ -157,14 +157,14 @@ def evaluate_motion(system: System, q: Readable, v: Readable, body: RigidBody) -
     return BodyMotion(body, vectors, rates)
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: Vector, b: Vector) -> Vector:
     """Return a x b over the last axis: a vector in space, a number in the plane."""
     if a.shape[-1] == 3:
         return np.asarray(np.cross(a, b))
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def _quaternions(rotation: Array) -> Array:
+def _quaternions(rotation: Vector) -> Vector:
     """Return unit quaternions of rotation matrices, computed from their largest component."""
     r = rotation
     trace = np.trace(r, axis1=1, axis2=2)

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.fields import Points, axes, spread
 from ancfsparse.kernels.fields import curvature as element_curvature
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.scene import ElasticBody, Mesh, Point
@@ -64,12 +64,12 @@ class SectionForce:
     h^3 in cables at the Gauss points, (1 -+ 1 / sqrt(3)) h / 2 from the first end of an element.
     """
 
-    N: Array
-    Q: Array
-    M: Array
-    T: Array | None
-    force: Array
-    moment: Array
+    N: Vector
+    Q: Vector
+    M: Vector
+    T: Vector | None
+    force: Vector
+    moment: Vector
 
     def at(self, state: int) -> SectionForce:
         """Return section forces of one saved state, without the axis of states."""
@@ -95,7 +95,7 @@ def section_force(
     kind = system.kind_of(body)
     elements, first, at = np.unique(where.elements, return_index=True, return_inverse=True)
 
-    def evaluate(points: Points, rates: Array, rows: slice) -> tuple[Array, Array, Array]:
+    def evaluate(points: Points, rates: Vector, rows: slice) -> tuple[Vector, Vector, Vector]:
         ends, times = points.ends, np.asarray(t[rows])
         each = element_end_forces(body, kind, elements, ends[:, first], rates[:, first], times)[
             :, at
@@ -124,13 +124,13 @@ def section_force(
     return SectionForce(normal, shear, bending, torsion, force, moment)
 
 
-def axial_forces(system: System, q: Array, v: Array, t: Array) -> list[Array]:
+def axial_forces(system: System, q: Vector, v: Vector, t: Vector) -> list[Vector]:
     """Return the axial force in the middle of every element of every body, each (k, n_e) [N]."""
     beams = (body for body in system.bodies if isinstance(body, ElasticBody))
     return [section_force(system, q, v, t, body).N for body in beams]
 
 
-def strain(system: System, q: Readable, body: ElasticBody, s: SectionPoints = None) -> Array:
+def strain(system: System, q: Readable, body: ElasticBody, s: SectionPoints = None) -> Vector:
     """Evaluate the strain of the axis; parameters as in `section_force`.
 
     Returns
@@ -140,7 +140,7 @@ def strain(system: System, q: Readable, body: ElasticBody, s: SectionPoints = No
         stress-free shape, in which |r'| is not exactly 1 inside elements.
     """
 
-    def evaluate(points: Points, rates: Array, rows: slice) -> tuple[Array]:
+    def evaluate(points: Points, rates: Vector, rows: slice) -> tuple[Vector]:
         return (np.linalg.norm(points.r_x, axis=-1) - 1.0,)
 
     body, where = _locate_points(system, body, s)
@@ -151,7 +151,7 @@ def strain(system: System, q: Readable, body: ElasticBody, s: SectionPoints = No
     return values
 
 
-def curvature(system: System, q: Readable, body: ElasticBody, s: SectionPoints = None) -> Array:
+def curvature(system: System, q: Readable, body: ElasticBody, s: SectionPoints = None) -> Vector:
     """Evaluate the rotation of sections along the axis; parameters as in `section_force`.
 
     Returns
@@ -172,8 +172,8 @@ class _ElementPoints:
     """Points on a body: elements, relative positions, and 1 or -1 for the direction of s."""
 
     elements: NDArray[np.intp]
-    xi: Array
-    direction: Array
+    xi: Vector
+    direction: Vector
 
 
 def _locate_points(
@@ -228,7 +228,7 @@ def _locate_point(body: ElasticBody, point: object) -> tuple[int, float]:
     return point.index - last, float(last)
 
 
-def _locate_arcs(beam: ElasticBody, s: object, forward: Array) -> _ElementPoints:
+def _locate_arcs(beam: ElasticBody, s: object, forward: Vector) -> _ElementPoints:
     """Return the elements at arc coordinates."""
     arcs = np.atleast_1d(check_reals(f"s on {beam.name}", s, "arc coordinates in m"))
     if arcs.ndim != 1 or not len(arcs):
@@ -254,8 +254,8 @@ def _evaluate(
     where: _ElementPoints,
     q: Readable,
     v: Readable,
-    evaluate: Callable[[Points, Array, slice], tuple[Array, ...]],
-) -> list[Array]:
+    evaluate: Callable[[Points, Vector, slice], tuple[Vector, ...]],
+) -> list[Vector]:
     """Evaluate a function of elements in blocks of states, and join the states."""
     kind, states = system.kind_of(body), q.shape[0]
     places = system.elements(body)[where.elements]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.scene import Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.bodies.rigid_shapes import Cylinder
@@ -45,8 +45,8 @@ class RigidOutline:
     name: str
     form: str
     places: NDArray[np.int32]
-    reach: Array
-    points: Array
+    reach: Vector
+    points: Vector
 
 
 def make_solid(system: System, body: RigidBody, used: Iterable[Point]) -> RigidOutline:

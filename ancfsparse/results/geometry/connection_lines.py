@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.geometry.body_outlines import PACKED
 from ancfsparse.scene import Joint, Point
 from ancfsparse.scene.force_elements.springs import Spring
@@ -38,15 +38,15 @@ class ConnectionLines:
     """
 
     places: NDArray[np.int32]
-    weights: Array
-    fixed: Array
+    weights: Vector
+    fixed: Vector
     springs: NDArray[np.bool_]
 
     def __len__(self) -> int:
         """Return the number of lines."""
         return len(self.springs)
 
-    def ends(self, q: Array) -> Array:
+    def ends(self, q: Vector) -> Vector:
         """Return the ends of all lines from coordinates (j, n), shape (j, n_lines, 2, dim) [m]."""
         values = np.asarray(q[..., self.places])
         return np.asarray(self.fixed + np.einsum("jnedp,nep->jned", values, self.weights))
@@ -107,7 +107,7 @@ def make_connections(system: System) -> ConnectionLines:
     return links
 
 
-def _end(system: System, point: Point | Array) -> tuple[NDArray[np.int32], Array, Array]:
+def _end(system: System, point: Point | Vector) -> tuple[NDArray[np.int32], Vector, Vector]:
     """Return coordinates and weights of a point, and its position if it is fixed."""
     dim = system.scene.dim
     if not isinstance(point, Point):

@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.selected_columns import Readable, SelectedColumns
 from ancfsparse.results.geometry.scene_outline import BodyAxis
 from ancfsparse.system_memory import check_memory
@@ -18,14 +18,14 @@ MAX_PIECES = 12  # straight pieces of an element
 TOTAL_PIECES = 2400  # straight pieces of all elements
 
 
-def read_rows(q: Readable, rows: NDArray[np.intp]) -> Array:
+def read_rows(q: Readable, rows: NDArray[np.intp]) -> Vector:
     """Read some rows of a table of states, with all stored columns."""
     if isinstance(q, SelectedColumns):  # is read like an array
-        return cast(Array, SelectedColumns(np.asarray(q.values[rows]), q.places, q.n))
+        return cast(Vector, SelectedColumns(np.asarray(q.values[rows]), q.places, q.n))
     return np.asarray(q[rows])
 
 
-def trace_elements(q: Array, part: BodyAxis, pieces: int) -> Array:
+def trace_elements(q: Vector, part: BodyAxis, pieces: int) -> Vector:
     """Return points on every element of a body.
 
     Parameters
@@ -46,7 +46,7 @@ def trace_elements(q: Array, part: BodyAxis, pieces: int) -> Array:
     return _trace(q, part, pieces, position_weights)
 
 
-def trace_slopes(q: Array, part: BodyAxis, pieces: int) -> Array:
+def trace_slopes(q: Vector, part: BodyAxis, pieces: int) -> Vector:
     """Return the slopes at the points of `trace_elements`, in the same shape [-]."""
     return _trace(q, part, pieces, slope_weights)
 
@@ -58,8 +58,8 @@ def count_pieces(parts: list[BodyAxis]) -> int:
 
 
 def _trace(
-    q: Array, part: BodyAxis, pieces: int, weigh: Callable[[Array, Array, bool], Array]
-) -> Array:
+    q: Vector, part: BodyAxis, pieces: int, weigh: Callable[[Vector, Vector, bool], Vector]
+) -> Vector:
     n_elements, n_vectors, dim = part.places.shape
     numbers = float(q.shape[0]) * n_elements * (pieces + 1) * dim
     check_memory("a plot of these points", 8.0 * numbers, "a smaller per_element")

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.results.data.hdf5_format import DAMAGE_ERRORS, describe_damage
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import (
     PACKED,
     RigidOutline,
@@ -54,7 +54,7 @@ class BodyAxis:
     """
 
     name: str
-    lengths: Array
+    lengths: Vector
     places: NDArray[np.int32]
     radius: float
 
@@ -77,8 +77,8 @@ class Support:
 
     kind: str
     places: NDArray[np.int32]
-    weights: Array
-    other: Array
+    weights: Vector
+    other: Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class Outline:
         Ropes, springs and distances.
     """
 
-    gravity: Array
+    gravity: Vector
     parts: list[BodyAxis]
     solids: list[RigidOutline]
     supports: list[Support]

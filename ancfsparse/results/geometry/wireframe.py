@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.geometry.body_outlines import RigidOutline
 
 Links = NDArray[np.int64]
-Shape = tuple[Array, Sequence[tuple[int, ...]], Sequence[tuple[int, ...]]]
+Shape = tuple[Vector, Sequence[tuple[int, ...]], Sequence[tuple[int, ...]]]
 
 CIRCLE_POINTS = 32  # points on a circle, a multiple of 4
 MERIDIAN_PIECES = 16  # pieces of a meridian, an even number
@@ -33,7 +33,7 @@ class Wireframe(NamedTuple):
         Points of triangles; none for a body without surface.
     """
 
-    weights: Array
+    weights: Vector
     edges: Links
     facets: Links
 
@@ -45,13 +45,13 @@ def make_wireframe(solid: RigidOutline) -> Wireframe:
     return Wireframe(weights, np.array(edges).reshape(-1, 2), np.array(facets, int).reshape(-1, 3))
 
 
-def trace_points(q: Array, solid: RigidOutline, drawn: Wireframe) -> Array:
+def trace_points(q: Vector, solid: RigidOutline, drawn: Wireframe) -> Vector:
     """Return the points of a wireframe (j, p, dim) [m] from coordinates (j, n), or velocities."""
     vectors = np.asarray(q[..., solid.places])
     return np.asarray(np.einsum("pk,jkd->jpd", drawn.weights, vectors))
 
 
-def trace_edges(q: Array, solid: RigidOutline) -> Array:
+def trace_edges(q: Vector, solid: RigidOutline) -> Vector:
     """Return the ends of the edges of a rigid body, (j, e, 2, dim), as `trace_points` does."""
     drawn = make_wireframe(solid)
     return np.asarray(trace_points(q, solid, drawn)[:, drawn.edges])
@@ -90,7 +90,7 @@ def _star(solid: RigidOutline) -> Shape:
     return points, [(0, k) for k in range(1, len(points))], []
 
 
-def _box(reach: Array) -> Shape:
+def _box(reach: Vector) -> Shape:
     """Return a box, in the plane a rectangle."""
     corners = np.array(list(product((-1.0, 1.0), repeat=len(reach))))
     pairs = [(i, j) for j in range(len(corners)) for i in range(j)]
@@ -101,7 +101,7 @@ def _box(reach: Array) -> Shape:
     return corners * reach, edges, [(a, *two) for a, *b in quads for two in pairwise(b)]
 
 
-def _circle() -> Array:
+def _circle() -> Vector:
     """Return points of the unit circle, (n, 2)."""
     angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_POINTS, endpoint=False)
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -118,7 +118,7 @@ def _disc(radius: float) -> Shape:
     return points, [*_ring(0), (CIRCLE_POINTS, 0)], [(CIRCLE_POINTS, *pair) for pair in _ring(0)]
 
 
-def _cylinder(reach: Array, axis: int) -> Shape:
+def _cylinder(reach: Vector, axis: int) -> Shape:
     """Return a cylinder: two circles, four axial lines, and a radius on each end."""
     aside, up = (axis + 1) % 3, (axis + 2) % 3
     one = np.zeros((CIRCLE_POINTS + 1, 3))

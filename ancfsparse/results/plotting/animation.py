@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from PIL import Image
 from tqdm import tqdm
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.hdf5_format import check_file_name
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.plotting.canvas import Canvas, trace_scene
@@ -34,15 +34,15 @@ SHADES = {"k": 32, "C0": 24, "C1": 16}
 
 def animate(
     outline: Outline,
-    t: Array,
-    q: Array,
+    t: Vector,
+    q: Vector,
     path: str | Path,
     *,
     seconds: float | None = None,
     fps: int = 25,
     dpi: int = 100,
     view: str | tuple[float, float] | None = None,
-    paths: Sequence[Array] = (),
+    paths: Sequence[Vector] = (),
     progress: bool = True,
 ) -> Path:
     """Write an animation of coordinates q (k, n) at times t (k,) [s]; see `Trajectory.animate`.
@@ -130,7 +130,7 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
     return FFMpegWriter(fps=fps)
 
 
-def _rows(t: Array, n_frames: int) -> NDArray[np.intp]:
+def _rows(t: Vector, n_frames: int) -> NDArray[np.intp]:
     """Return the saved states nearest to equally spaced times."""
     times = np.linspace(t[0], t[-1], n_frames)
     after = (

@@ -17,9 +17,10 @@ from matplotlib.transforms import Affine2D
 from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.interpolation import Array, interpolate
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.geometry.wireframe import trace_edges
@@ -71,18 +72,18 @@ class TracedScene:
     """
 
     outline: Outline
-    lines: list[Array]
-    supported: list[Array]
-    links: Array
+    lines: list[Vector]
+    supported: list[Vector]
+    links: Vector
 
     @property
-    def supports(self) -> list[tuple[str, Array, Array]]:
+    def supports(self) -> list[tuple[str, Vector, Vector]]:
         """Kind, point and other vector of every support."""
         pairs = zip(self.outline.supports, self.supported, strict=True)
         return [(support.kind, places, support.other) for support, places in pairs]
 
     @property
-    def box(self) -> Array:
+    def box(self) -> Vector:
         """Smallest and largest coordinates of all lines, shape (2, dim) [m]."""
         points = [each.reshape(-1, self.outline.dim) for each in (*self.lines, self.links)]
         points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
@@ -96,7 +97,7 @@ class TracedScene:
         return float(np.clip(1.8 * np.sqrt(MAX_THICK_LINES / max(n, MAX_THICK_LINES)), 0.5, 1.8))
 
 
-def trace_scene(outline: Outline, q: Array) -> TracedScene:
+def trace_scene(outline: Outline, q: Vector) -> TracedScene:
     """Return the shapes of bodies for coordinates q of shape (j, n)."""
     pieces = count_pieces(outline.parts)
     lines = [trace_elements(q, part, pieces) for part in outline.parts]
@@ -195,7 +196,7 @@ class Canvas:
             "linestyle": "none",
         }
 
-        def mark(places: Array, marker: Any, size: float) -> None:
+        def mark(places: Vector, marker: Any, size: float) -> None:
             columns = np.atleast_2d(places)[:, self.axes].T
             artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style))
 
@@ -221,11 +222,11 @@ class Canvas:
             mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)
         return artists
 
-    def draw_path(self, points: Array) -> list[Any]:
+    def draw_path(self, points: Vector) -> list[Any]:
         """Draw the path of a point, (j, dim) [m]."""
         return list(self.ax.plot(*points[:, self.axes].T, "-", color="C1", linewidth=1.0, zorder=1))
 
-    def _set_limits(self, limits: Array) -> None:
+    def _set_limits(self, limits: Vector) -> None:
         ax, size = self.ax, limits[1] - limits[0]
         for name, axis, (low, high) in zip("xyz", self.axes, limits.T, strict=False):
             ax.set(**{f"{name}lim": (low, high), f"{name}label": f"{'xyz'[axis]} [m]"})
@@ -239,7 +240,7 @@ class Canvas:
             ax.grid(alpha=0.3)
 
 
-def _select_components(of: TracedScene, view: object, box: Array) -> list[int]:
+def _select_components(of: TracedScene, view: object, box: Vector) -> list[int]:
     """Return the components of the axes: two, or three in perspective."""
     if isinstance(view, str):
         axes = ["xyz".find(letter) for letter in view]
@@ -274,13 +275,13 @@ def _select_components(of: TracedScene, view: object, box: Array) -> list[int]:
     return [first if second not in wide else second, up]
 
 
-def upright_components(gravity: Array) -> list[int]:
+def upright_components(gravity: Vector) -> list[int]:
     """Return the three components in cyclic order, ending with that of gravity, or else z."""
     up = int(np.argmax(np.abs(gravity))) if gravity.any() else 2
     return [(up + 1) % 3, (up + 2) % 3, up]
 
 
-def _axis_limits(box: Array) -> Array:
+def _axis_limits(box: Vector) -> Vector:
     """Return the limits of all axes with margins and minimum extents, shape (2, c) [m]."""
     extent = box[1] - box[0]
     size = float(extent.max()) or 1.0
@@ -289,7 +290,7 @@ def _axis_limits(box: Array) -> Array:
     return np.stack([middle - half, middle + half])
 
 
-def _make_axes(limits: Array, right: float) -> Axes:
+def _make_axes(limits: Vector, right: float) -> Axes:
     """Return axes that fill a new figure, with a right margin [inch]."""
     size = limits[1] - limits[0]
     if len(size) == 3:
@@ -302,7 +303,7 @@ def _make_axes(limits: Array, right: float) -> Axes:
     return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
 
 
-def _fill_figure(ax: Any, figure: Any, limits: Array) -> None:
+def _fill_figure(ax: Any, figure: Any, limits: Vector) -> None:
     """Scale a box in perspective such that it fills the figure with its labels and a title."""
     size = limits[1] - limits[0]
     figure_size = figure.get_size_inches()

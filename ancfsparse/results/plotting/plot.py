@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.results.fields.section_forces import curvature, section_force, strain
@@ -73,8 +73,8 @@ def plot_motion(
 
 def draw_shapes(
     outline: Outline,
-    t: Array,
-    q: Array,
+    t: Vector,
+    q: Vector,
     times: ArrayLike | None = None,
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
@@ -91,7 +91,7 @@ def draw_shapes(
 
 def plot_equilibrium(
     system: System,
-    q: Array,
+    q: Vector,
     t: float,
     what: str = "shape",
     of: Body | None = None,
@@ -117,8 +117,8 @@ def plot_equilibrium(
 
 def plot_mode(
     system: System,
-    q: Array,
-    unit: Array,
+    q: Vector,
+    unit: Vector,
     amplitude: float | None,
     name: str,
     *,
@@ -142,8 +142,8 @@ def plot_mode(
 
 
 def plot_load_path(
-    displacements: Array,
-    factors: Array,
+    displacements: Vector,
+    factors: Vector,
     stable: NDArray[np.bool_],
     turns: NDArray[np.intp],
     axis: int,
@@ -236,13 +236,13 @@ def _evaluate_section(
     what: str,
     body: ElasticBody,
     s: list[Point] | None,
-) -> Array:
+) -> Vector:
     """Evaluate a section quantity, (k, p) or (k, p, components)."""
     if what == "strain":
         return strain(system, q, body, s)
     if what == "curvature":
         return curvature(system, q, body, s)
-    values: Array | None = getattr(section_force(system, q, v, t, body, s), what)
+    values: Vector | None = getattr(section_force(system, q, v, t, body, s), what)
     if values is None:
         raise InputError(
             f"{body.name} has no torsion: it is "
@@ -251,7 +251,7 @@ def _evaluate_section(
     return values
 
 
-def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]:
+def _components(values: Vector, what: str, body: Body) -> list[tuple[Vector, str]]:
     """Return the components of values (n, c) with their names; a scalar (n,) has no name.
 
     Section quantities of thick beams are in the axes of the section, all others in space.
@@ -264,7 +264,7 @@ def _components(values: Array, what: str, body: Body) -> list[tuple[Array, str]]
     return list(zip(values.T, names, strict=True))
 
 
-def nearest_rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
+def nearest_rows(t: Vector, times: ArrayLike | None) -> NDArray[np.intp]:
     """Return the indices of the saved states nearest to some times, without repetition."""
     if times is None:
         selected = np.linspace(t[0], t[-1], N_TIMES)
@@ -275,7 +275,7 @@ def nearest_rows(t: Array, times: ArrayLike | None) -> NDArray[np.intp]:
     return np.unique([_nearest(t, float(time)) for time in selected])
 
 
-def _nearest(t: Array, time: float) -> int:
+def _nearest(t: Vector, time: float) -> int:
     """Return the index of the saved state nearest to a time [s]."""
     time = check_finite("time of a plot", time, "s")
     tolerance = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))

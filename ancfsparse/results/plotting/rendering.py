@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.hdf5_format import check_file_name
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.geometry.body_outlines import RigidOutline
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements, trace_slopes
 from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
@@ -36,7 +36,7 @@ IMAGE_SIZES = range(16, 10_000)  # pixels
 
 def render(
     outline: Outline,
-    q: Array,
+    q: Vector,
     path: str | Path,
     *,
     view: tuple[float, float] | None = None,
@@ -89,7 +89,7 @@ def render(
     return target
 
 
-def _tube(q: Array, part: BodyAxis, pieces: int) -> Any:
+def _tube(q: Vector, part: BodyAxis, pieces: int) -> Any:
     """Return a tube with the area of the section of a body."""
     lines, stretch = trace_elements(q, part, pieces)[0], trace_slopes(q, part, pieces)[0]
     n_elements, n_points, dim = lines.shape
@@ -102,7 +102,7 @@ def _tube(q: Array, part: BodyAxis, pieces: int) -> Any:
     return mesh.tube(radius=part.radius, n_sides=TUBE_SIDES, capping=True)
 
 
-def _meshes(q: Array, solid: RigidOutline) -> list[Any]:
+def _meshes(q: Vector, solid: RigidOutline) -> list[Any]:
     """Return the surface of a rigid body, or thin tubes if it has none."""
     drawn = make_wireframe(solid)
     there = trace_points(q, solid, drawn)[0]
@@ -117,7 +117,7 @@ def _meshes(q: Array, solid: RigidOutline) -> list[Any]:
     return [pv.Line(*pair).tube(radius=radius, n_sides=TUBE_SIDES) for pair in pairs]
 
 
-def _ropes(outline: Outline, q: Array, extent: float) -> list[Any]:
+def _ropes(outline: Outline, q: Vector, extent: float) -> list[Any]:
     """Return ropes, springs and distance joints as thin tubes."""
     ends = np.zeros((len(outline.links), 2, 3))
     ends[..., : outline.dim] = outline.links.ends(q[None])[0]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.solutions.solution import Configurations
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
@@ -33,11 +33,11 @@ class Assembly(Configurations):
     """
 
     system: System
-    q: Array
+    q: Vector
     t: float
     violation: float
     worst: str
-    multipliers: Array
+    multipliers: Vector
 
     def __repr__(self) -> str:
         """Summarise the displacements and their cause in one line."""

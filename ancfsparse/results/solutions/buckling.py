@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.solutions.mode_shapes import ModeShapes
 
 
@@ -20,7 +20,7 @@ class Buckling(ModeShapes):
         Load factors of all loads of the scene, including gravity [-].
     """
 
-    factors: Array
+    factors: Vector
 
     def __repr__(self) -> str:
         """Summarise the loads in one line."""

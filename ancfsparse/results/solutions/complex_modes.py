@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.solutions.mode_shapes import ModeShapes, check_amplitude
 from ancfsparse.system.coordinates.state import State
 
@@ -28,7 +28,7 @@ class ComplexModes(ModeShapes):
     """
 
     eigenvalues: NDArray[np.complex128]
-    rounding: Array
+    rounding: Vector
 
     def __repr__(self) -> str:
         """Summarise the modes in one line."""
@@ -39,17 +39,17 @@ class ComplexModes(ModeShapes):
         )
 
     @property
-    def frequencies(self) -> Array:
+    def frequencies(self) -> Vector:
         """Frequencies of the damped vibrations, (n,) [Hz]; 0 without oscillation."""
         return np.asarray(self.eigenvalues.imag / (2.0 * np.pi))
 
     @property
-    def growth(self) -> Array:
+    def growth(self) -> Vector:
         """Growth rates, (n,) [1/s], negative for decaying motions."""
         return np.asarray(self.eigenvalues.real)
 
     @property
-    def damping(self) -> Array:
+    def damping(self) -> Vector:
         """Damping ratios ``-Re w / |w|``, (n,) [-]: 1 without oscillation; NaN for w = 0."""
         size = np.abs(self.eigenvalues)
         ratio = np.full(len(size), np.nan)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.results import plotting
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.solutions.solution import Solution, Values
 from ancfsparse.scene import Body
@@ -38,8 +38,8 @@ class Equilibrium(Solution):
     """
 
     system: System
-    q: Array
-    lam: Array
+    q: Vector
+    lam: Vector
     stats: RunStats
     t: float = 0.0
 
@@ -79,7 +79,7 @@ class Equilibrium(Solution):
         return cast(Values, float(first) if values.ndim == 1 else first)
 
     @property
-    def multipliers(self) -> Array:
+    def multipliers(self) -> Vector:
         """Lagrange multipliers of the constraints, shape (m,); the same as `lam`."""
         return self.lam
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.results import plotting
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.solutions.solution import Configurations
 from ancfsparse.scene import Point
@@ -50,9 +50,9 @@ class LoadPath(Configurations):
     """
 
     system: System
-    factors: Array
-    q: Array
-    lam: Array
+    factors: Vector
+    q: Vector
+    lam: Vector
     negative_pivots: NDArray[np.intp]
     turns: NDArray[np.intp]
     forks: NDArray[np.intp]
@@ -75,7 +75,7 @@ class LoadPath(Configurations):
         return len(self.factors)
 
     @property
-    def limits(self) -> Array:
+    def limits(self) -> Vector:
         """Load factors of the limit points [-]."""
         return np.asarray(self.factors[self.turns])
 

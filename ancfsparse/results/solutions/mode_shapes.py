@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.results import plotting
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.interpolation import Array, interpolate
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.scene import Point
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
@@ -53,7 +54,7 @@ class ModeShapes(ABC):
     def _name(self, mode: int) -> str:
         """Return the label of a mode in plots."""
 
-    def _first(self, values: Array) -> str:
+    def _first(self, values: Vector) -> str:
         """Return the first six of some values of the modes."""
         return ", ".join(f"{each:.6g}" for each in values[:6]) + ", ..." * (len(self) > 6)
 
@@ -61,7 +62,7 @@ class ModeShapes(ABC):
         """Return the number of modes."""
         return len(self.shapes)
 
-    def displacement(self, node: Point) -> Array:
+    def displacement(self, node: Point) -> Vector:
         """Return the displacement of a point in every mode.
 
         Parameters
@@ -76,7 +77,7 @@ class ModeShapes(ABC):
         """
         return interpolate(self.system.point(node), self.shapes)
 
-    def position(self, node: Point) -> Array:
+    def position(self, node: Point) -> Vector:
         """Return the position of a point in the state `about`, shape (dim,) [m]."""
         return interpolate(self.system.point(node), self.about.q)
 
@@ -101,7 +102,7 @@ class ModeShapes(ABC):
         rest = np.zeros_like(moved)
         return replace(self.about, q=moved, v=rest, a=rest, b=None, memory={})
 
-    def _unit(self, mode: object) -> Array:
+    def _unit(self, mode: object) -> Vector:
         """Return the shape scaled to a largest nodal displacement of its real part of 1 m."""
         shape, dim = self.shapes[check_index("mode", mode, len(self))], self.system.scene.dim
         moves = [

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.results.data.interpolation import Array
+from ancfsparse.array_types import Vector
 from ancfsparse.results.solutions.mode_shapes import ModeShapes
 
 
@@ -30,10 +30,10 @@ class Modes(ModeShapes):
         mass of the scene.
     """
 
-    eigenvalues: Array
-    damping_rates: Array
-    rounding: Array
-    effective_masses: Array
+    eigenvalues: Vector
+    damping_rates: Vector
+    rounding: Vector
+    effective_masses: Vector
 
     def __repr__(self) -> str:
         """Summarise the modes in one line."""
@@ -44,12 +44,12 @@ class Modes(ModeShapes):
         )
 
     @property
-    def frequencies(self) -> Array:
+    def frequencies(self) -> Vector:
         """Natural frequencies without damping, (n,) [Hz]; 0 for rigid and for growing motions."""
         return np.asarray(np.sqrt(np.maximum(self.eigenvalues, 0.0)) / (2.0 * np.pi))
 
     @property
-    def growth(self) -> Array:
+    def growth(self) -> Vector:
         """Growth rates of motions from an unstable state, (n,) [1/s], without damping."""
         return np.asarray(np.sqrt(np.maximum(-self.eigenvalues, 0.0)))
 
@@ -59,7 +59,7 @@ class Modes(ModeShapes):
         return not (self.eigenvalues < 0.0).any()
 
     @property
-    def damping(self) -> Array:
+    def damping(self) -> Vector:
         """Damping ratios, (n,) [-], to first order in the damping; NaN without a frequency.
 
         Exact if the damping matrix is a combination of mass and stiffness matrix, such as Rayleigh

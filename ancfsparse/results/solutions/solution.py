@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.results import fields
-from ancfsparse.results.data.interpolation import Array, interpolate
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.scene import ElasticBody, Joint, Point
 from ancfsparse.system import recovery
 from ancfsparse.system.coordinates.state import StateHistory
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.force_elements.ropes import Rope
     from ancfsparse.scene.mechanisms.winch import Winch
 
-Values = TypeVar("Values", "Array", "JointForce", "SectionForce")
+Values = TypeVar("Values", "Vector", "JointForce", "SectionForce")
 
 
 class Configurations:
@@ -35,9 +36,9 @@ class Configurations:
     """
 
     system: System
-    q: Array
+    q: Vector
 
-    def position(self, node: Point) -> Array:
+    def position(self, node: Point) -> Vector:
         """Return the position of a point.
 
         Parameters
@@ -52,7 +53,7 @@ class Configurations:
         """
         return interpolate(self.system.point(node), self.q)
 
-    def displacement(self, node: Point) -> Array:
+    def displacement(self, node: Point) -> Vector:
         """Return the displacement of a point from the reference shape.
 
         Parameters
@@ -67,7 +68,7 @@ class Configurations:
         """
         return np.asarray(self.position(node) - node.position)
 
-    def slope(self, node: Point) -> Array:
+    def slope(self, node: Point) -> Vector:
         """Return the slope r', the derivative of the position by reference arc length.
 
         Parameters
@@ -98,7 +99,7 @@ class Solution(Configurations):
     def _select(self, values: Values) -> Values:
         """Return values (k, ...) in the shape of this solution."""
 
-    def reaction(self, node: Point) -> Array:
+    def reaction(self, node: Point) -> Vector:
         """Return the force of the joints at a node on the beam.
 
         Parameters
@@ -149,7 +150,7 @@ class Solution(Configurations):
         states = StateHistory(*map(np.asarray, self._states))
         return self._select(fields.joint_force(self.system, joint, states, frame))
 
-    def tension(self, rope: Rope | Winch) -> Array:
+    def tension(self, rope: Rope | Winch) -> Vector:
         """Return the tension of a rope, (k,) or a number [N]; of a winch negative in compression.
 
         Parameters
@@ -160,7 +161,7 @@ class Solution(Configurations):
         states = StateHistory(*map(np.asarray, self._states))
         return self._select(fields.tension(self.system, rope, states))
 
-    def strain(self, body: ElasticBody, s: SectionPoints = None) -> Array:
+    def strain(self, body: ElasticBody, s: SectionPoints = None) -> Vector:
         """Return the strain of the axis.
 
         Parameters
@@ -184,7 +185,7 @@ class Solution(Configurations):
         """
         return self._select(fields.strain(self.system, self._states.q, body, s))
 
-    def curvature(self, body: ElasticBody, s: SectionPoints = None) -> Array:
+    def curvature(self, body: ElasticBody, s: SectionPoints = None) -> Vector:
         """Return the curvature of the axis.
 
         Parameters

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum
 from ancfsparse.results import fields
-from ancfsparse.results.data.interpolation import Array, interpolate
+from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.solutions.solution import Values
@@ -52,11 +53,11 @@ class Trajectory(TrajectoryOutput):
     """
 
     system: System
-    t: Array
-    q: Array
-    v: Array
-    a: Array
-    lam: Array
+    t: Vector
+    q: Vector
+    v: Vector
+    a: Vector
+    lam: Vector
     stats: RunStats
     settings: Mapping[str, Any] = field(default_factory=dict)
     ending: State | StoredState | None = None
@@ -106,7 +107,7 @@ class Trajectory(TrajectoryOutput):
         return values
 
     @property
-    def multipliers(self) -> Array:
+    def multipliers(self) -> Vector:
         """Lagrange multipliers of the constraints, shape (k, m); the same as `lam`."""
         return self.lam
 
@@ -136,7 +137,7 @@ class Trajectory(TrajectoryOutput):
         lag = 0.5 * self.settings["dt"] if saves_means else 0.0
         return fields.evaluate_energy(self.system, self._states, lag)
 
-    def velocity(self, node: Point) -> Array:
+    def velocity(self, node: Point) -> Vector:
         """Return the velocity of a point.
 
         Parameters
@@ -151,7 +152,7 @@ class Trajectory(TrajectoryOutput):
         """
         return interpolate(self.system.point(node), self.v)
 
-    def acceleration(self, node: Point) -> Array:
+    def acceleration(self, node: Point) -> Vector:
         """Return the acceleration of a point, (k, dim) [m/s2], as `velocity` does."""
         return interpolate(self.system.point(node), self.a)
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results import export, plotting
-from ancfsparse.results.data.interpolation import Array
 from ancfsparse.results.solutions.solution import Solution
 from ancfsparse.scene import Body, Point, check_point
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class TrajectoryOutput(Solution):
     """Plots, animations and files of a `Trajectory`."""
 
-    t: Array
-    v: Array
+    t: Vector
+    v: Vector
 
     @property
     @abstractmethod

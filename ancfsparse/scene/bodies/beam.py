@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_finite, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene import bodies
-from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
+from ancfsparse.scene.bodies.body import Point, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
@@ -99,7 +100,7 @@ def relocate(index: int, xi: float, n: int, n_new: int) -> tuple[int, float]:
     xi : float
         Fraction of the length of the element.
     n, n_new : int
-        Numbers of elements, before and after.
+        Integers of elements, before and after.
 
     Returns
     -------
@@ -223,7 +224,7 @@ class Beam(ElasticBody):
         return self.length
 
     @property
-    def parts(self) -> Numbers:
+    def parts(self) -> Integers:
         """Zero for every row: a beam is one part."""
         return np.zeros(self.n_nodes, dtype=np.int32)
 

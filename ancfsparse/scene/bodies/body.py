@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
-from ancfsparse.scene.kinematics.linear_forms import Coordinates, RheonomicTerm
+from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm
 from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.record import BodyRef, PointRef
 
@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
     from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
-Vector = NDArray[np.float64]
-Numbers = NDArray[np.int32]
 VelocityField = Callable[[Vector], Vector]
 
 MAX_OUT_OF_SPAN = 1e-9  # of a direction, over its length, attributed to rounding
@@ -79,8 +77,8 @@ class Body(ABC):
     positions: Vector
     n_each: int
     lengths: Vector
-    row_nodes: Numbers
-    ends: Numbers
+    row_nodes: Integers
+    ends: Integers
     vectors: Vector
     velocity: VelocityField | None = None
     automatic: tuple[str, ...] = ()
@@ -145,7 +143,7 @@ class Body(ABC):
 
     @property
     @abstractmethod
-    def parts(self) -> Numbers:
+    def parts(self) -> Integers:
         """Number of the connected part of every row, (n_rows,)."""
 
     @abstractmethod
@@ -258,7 +256,7 @@ class Point:
     xi : float, optional
         Fraction of the element's length, in (0, 1) inside an element, 0 at a node.
     offsets : tuple of float, optional
-        Coordinates along the vectors of a rigid body, or of the section of a beam [m]; empty at the
+        Integers along the vectors of a rigid body, or of the section of a beam [m]; empty at the
         origin and on the axis.
     """
 
@@ -333,28 +331,28 @@ class ConstraintBuilder(Protocol):
     def kind(self, node: Point) -> ElementKind:
         """Return the element type at a node, which names its coordinates."""
 
-    def rows(self, node: Point) -> Coordinates:
+    def rows(self, node: Point) -> Integers:
         """Return the coordinates of all rows of a node, (k, n_c): position first, then slopes."""
 
-    def position(self, node: Point) -> Coordinates:
+    def position(self, node: Point) -> Integers:
         """Return the coordinates of the position of a node, (dim,)."""
 
-    def ends(self, node: Point) -> Coordinates:
+    def ends(self, node: Point) -> Integers:
         """Return the coordinates of all rows that determine a point, (k, n_c)."""
 
-    def point(self, node: Point) -> tuple[Coordinates, Vector]:
+    def point(self, node: Point) -> tuple[Integers, Vector]:
         """Return coordinates (dim, p) and weights (p,) whose weighted sum is a point."""
 
-    def fix(self, coordinates: Coordinates) -> None:
+    def fix(self, coordinates: Integers) -> None:
         """Fix coordinates at their reference values; the required force is the reaction."""
 
-    def hold(self, coordinates: Coordinates) -> None:
+    def hold(self, coordinates: Integers) -> None:
         """Fix coordinates as `fix` does, in place of equations for single coordinates."""
 
-    def drive(self, coordinates: Coordinates, motion: PrescribedMotion) -> None:
+    def drive(self, coordinates: Integers, motion: PrescribedMotion) -> None:
         """Prescribe coordinates by the components of a motion."""
 
-    def share(self, one: Coordinates, other: Coordinates) -> None:
+    def share(self, one: Integers, other: Integers) -> None:
         """Identify coordinates, pair by pair."""
 
     def equation(

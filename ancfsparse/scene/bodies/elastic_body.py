@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum
-from ancfsparse.scene.bodies.body import Body, Vector
+from ancfsparse.scene.bodies.body import Body
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.parameters import section_parameters
 from ancfsparse.scene.sections.taper import AnySection

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.body import Point
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,11 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene.bodies.beam import NODE_TOLERANCE, relocate
-from ancfsparse.scene.bodies.body import Numbers, Point, Vector, VelocityField
+from ancfsparse.scene.bodies.body import Point, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef, Record, as_data
@@ -76,7 +77,7 @@ class Mesh(ElasticBody):
         Which elements were reversed, read-only.
     """
 
-    edges: Numbers
+    edges: Integers
     flipped: np.ndarray[tuple[int], np.dtype[np.bool_]]
 
     def __repr__(self) -> str:
@@ -105,12 +106,12 @@ class Mesh(ElasticBody):
         return float(np.linalg.norm(np.ptp(self.positions, axis=0)))
 
     @cached_property
-    def lines(self) -> Numbers:
+    def lines(self) -> Integers:
         """Number of the line of every row, shape (n_rows,)."""
         return _components(len(self.row_nodes), self.ends)
 
     @property
-    def parts(self) -> Numbers:
+    def parts(self) -> Integers:
         """Line of every row, or its connected part of the mesh if there are very many lines."""
         if self.n_lines <= MAX_SEPARATE_LINES:
             return self.lines
@@ -132,7 +133,7 @@ class Mesh(ElasticBody):
         node = super().point(reference)
         return Point(self, node.index, self._xi_as_given(node))
 
-    def given(self) -> tuple[Vector, Numbers]:
+    def given(self) -> tuple[Vector, Integers]:
         """Return its arguments: nodes (n, dim) [m] and edges (m, 2)."""
         edges = self.edges
         if self.flipped.any():
@@ -226,7 +227,7 @@ class Mesh(ElasticBody):
         return Point(self, int(index), xi)
 
 
-def _components(n: int, pairs: Numbers) -> Numbers:
+def _components(n: int, pairs: Integers) -> Integers:
     """Return the number of the connected part that each vertex of a graph is in, (n,)."""
     import scipy.sparse as sp
     from scipy.sparse.csgraph import connected_components

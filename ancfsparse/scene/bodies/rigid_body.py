@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
-from ancfsparse.scene.bodies.body import Body, Numbers, Point, Vector
+from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.geometry.positions import check_position, place
 from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef
@@ -88,7 +89,7 @@ class RigidBody(Body):
         return np.concatenate([self.positions + steps, self.positions - steps])
 
     @property
-    def parts(self) -> Numbers:
+    def parts(self) -> Integers:
         """Zero: it is one part."""
         return np.zeros(1, dtype=np.int32)
 

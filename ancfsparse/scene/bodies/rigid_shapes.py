@@ -10,9 +10,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_moderate, set_fields
-
-Vector = NDArray[np.float64]
 
 # Classes of shapes, by their names in files and messages.
 SHAPE_TYPES: dict[str, type[RigidShape]] = {}

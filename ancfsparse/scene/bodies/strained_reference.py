@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import slope_weights
-
-Vector = NDArray[np.float64]
 
 GAUSS_POINTS = 10  # of the chord of an element, exact to rounding for rotations of a radian
 

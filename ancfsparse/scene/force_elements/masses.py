@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
@@ -19,8 +20,6 @@ from ancfsparse.scene.loads.attachment import Attachment
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, PointRef, Record, as_data
 
-Matrix = NDArray[np.float64]
-
 ROUNDING_RATIO = 1e-12  # of moments of inertia, over the largest one
 
 
@@ -30,7 +29,7 @@ class MassSpec(Record):
 
     node: PointRef
     mass: float
-    inertia: float | Matrix | None = None
+    inertia: float | Vector | None = None
     method = "add_mass"
     units: ClassVar = {"mass": "kg", "inertia": "kg m2"}
 
@@ -54,7 +53,7 @@ class PointMass(Attachment):
 
     node: Point
     mass: float
-    inertia: Matrix
+    inertia: Vector
     contribution = "bodies.masses"
 
     @property
@@ -90,8 +89,8 @@ class RotatingFrame(Attachment):
         A point of the axis [m].
     """
 
-    spin: Matrix
-    point: Matrix
+    spin: Vector
+    point: Vector
     contribution = "bodies.rotating_frame"
     what = "the rotating frame"
 
@@ -209,7 +208,7 @@ class Masses(SceneBase):
             )
 
 
-def _tensor(what: str, inertia: ArrayLike) -> Matrix:
+def _tensor(what: str, inertia: ArrayLike) -> Vector:
     matrix = check_inertia(what, inertia, "matrix", ROUNDING_RATIO)
     # The second moments of the mass along each axis are sums of squares.
     least = float(np.linalg.eigvalsh(second_moments(matrix)).min())

@@ -8,8 +8,9 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_moderate, check_not_negative
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
@@ -20,8 +21,6 @@ from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.prescribed_motion import PrescribedValue
 from ancfsparse.scene.records.record import At, Record, text
 from ancfsparse.scene.records.signal import Signal
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

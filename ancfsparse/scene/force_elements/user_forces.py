@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_flag
 from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_value
@@ -24,7 +25,6 @@ from ancfsparse.scene.records.compiled_callbacks import (
 from ancfsparse.scene.records.record import At, PointRef, Record, text
 from ancfsparse.scene.records.signal import Signal
 
-Vector = NDArray[np.float64]
 Function = Callable[[Vector, Vector, float], ArrayLike]
 
 SIGNATURE = "int (ptrdiff_t, double *, double *, double, double *, void *)"

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
-
-Vector = NDArray[np.float64]
 
 MIN_SPAN_RATIO = 1e-6  # horizontal distance of the ends, over the length
 

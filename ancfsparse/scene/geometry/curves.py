@@ -9,14 +9,13 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.geometry.positions import MAX_COORDINATE
-
-Vector = NDArray[np.float64]
 
 Direction = ArrayLike | Callable[[Vector], ArrayLike] | None
 """Direction of the height of a section in space, or a function of the arc length."""

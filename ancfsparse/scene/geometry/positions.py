@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
-
-Vector = NDArray[np.float64]
 
 COINCIDENCE_RATIO = 1e-9  # distance of coincident points, over the size of the body
 MIN_LENGTH_RATIO = 1e-12  # of a beam, over the distance of its ends from the origin

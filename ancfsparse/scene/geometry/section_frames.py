@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.scene.kinematics.linear_forms import Vector
 from ancfsparse.scene.sections.cross_section import principal_axes
 from ancfsparse.scene.sections.taper import AnySection, Taper
 

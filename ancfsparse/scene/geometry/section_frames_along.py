@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.geometry.curves import Angle, Direction, Path
 from ancfsparse.scene.geometry.section_frames import section_axes
-
-Vector = NDArray[np.float64]
 
 TRANSPORT_STEPS = 4  # of a frame from one node to the next, a power of two
 

@@ -6,14 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.geometry.curves import Arc, Helix, Path
 
-Vector = NDArray[np.float64]
 Function = Callable[[Vector], Vector]
 AnyCurve = Arc | Helix | ArrayLike | Function
 

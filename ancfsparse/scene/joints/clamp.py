@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark
-from ancfsparse.scene.kinematics.linear_forms import LINEAR, Coordinates
+from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.scene.records.record import At, PointRef, Record
 
 MAX_AXIS_DEVIATION = 1e-14  # of a unit slope along a coordinate axis
@@ -57,7 +58,7 @@ class Clamp(Joint):
                 for vector in ("r", *kind.section):
                     builder.fix(coordinates[kind.columns(vector)])
 
-    def _fix_direction(self, builder: ConstraintBuilder, row: int, slope: Coordinates) -> None:
+    def _fix_direction(self, builder: ConstraintBuilder, row: int, slope: Integers) -> None:
         """Fix the direction of a slope, not its length.
 
         A slope that is not along a coordinate axis is constrained by equations L e.r_x = 0 for its

@@ -8,8 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.frame_vectors import point
@@ -18,10 +18,8 @@ from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.scene.records.record import At, PointRef, Record, text
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.kinematics.linear_forms import Coordinates
     from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
-Vector = NDArray[np.float64]
 Term = tuple[float, int, int]
 
 
@@ -175,9 +173,9 @@ class Distance(DistanceConstraint):
 
 
 def squared_distance(
-    coordinates: Coordinates,
+    coordinates: Integers,
     weights: Vector,
-    positions: Coordinates,
+    positions: Integers,
     anchor: Vector,
     factor: float,
 ) -> tuple[list[Term], list[float]]:
@@ -186,7 +184,7 @@ def squared_distance(
     Parameters
     ----------
     coordinates : (dim, p) int
-        Coordinates.
+        Integers.
     weights : (p,) float
         Their weights.
     positions : (k, dim) int

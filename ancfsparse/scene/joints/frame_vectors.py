@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.kinematics.linear_forms import (
     COMPONENT_TOLERANCE,
     LINEAR,
-    Coordinates,
     LinearForm,
-    Vector,
     linear_combination,
 )
 
@@ -26,7 +25,7 @@ def point(builder: ConstraintBuilder, end: Point | Vector) -> LinearForm:
     return LinearForm.of(list(indices.T), weights.tolist())
 
 
-def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
+def row_of(builder: ConstraintBuilder, node: Point) -> Integers:
     """Return the coordinates of a node that has one slope, (n_c,).
 
     Raises
@@ -41,11 +40,11 @@ def row_of(builder: ConstraintBuilder, node: Point) -> Coordinates:
             "line through it: take a neighbouring node on an edge, mesh.at(edge, s) with "
             "n_elements=2 or more"
         )
-    row: Coordinates = rows[0]
+    row: Integers = rows[0]
     return row
 
 
-def vectors_of(builder: ConstraintBuilder, node: Point) -> list[Coordinates]:
+def vectors_of(builder: ConstraintBuilder, node: Point) -> list[Integers]:
     """Return the coordinates of the slope and section vectors of a node, each (dim,)."""
     row, dim = row_of(builder, node), node.beam.dim
     width = (len(row) // dim - 1) * dim

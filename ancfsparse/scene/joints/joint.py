@@ -9,11 +9,11 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
-from ancfsparse.scene.kinematics.linear_forms import Vector
 
 
 class Mark(NamedTuple):

@@ -14,13 +14,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ancfsparse.array_types import Integers, Vector
 
 if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.linear_forms import LinearForm
 
-Vector = NDArray[np.float64]
-Integers = NDArray[np.int32]
 
 # Functions h, in the order of ``h_of`` in coordinate_functions.pxi: atan2(y, x), sqrt(x) and x.
 ANGLE, LENGTH, ALONG = range(3)

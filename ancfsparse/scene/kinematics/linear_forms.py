@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ancfsparse.array_types import Integers, Vector
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
-Vector = NDArray[np.float64]
-Coordinates = NDArray[np.int32]  # numbers given by a constraint builder
 
 COMPONENT_TOLERANCE = 1e-12  # of unit vectors that are equal
 LINEAR = -1  # in place of the second coordinate of a linear term
@@ -54,7 +53,7 @@ class LinearForm:
 
     terms: tuple[dict[int, float], ...]
     constant: Vector
-    coordinates: Coordinates | None = None
+    coordinates: Integers | None = None
 
     @classmethod
     def fixed(cls, vector: Vector) -> LinearForm:
@@ -62,7 +61,7 @@ class LinearForm:
         return cls(tuple({} for _ in vector), np.asarray(vector, dtype=float))
 
     @classmethod
-    def of(cls, vectors: Sequence[Coordinates], weights: Sequence[float]) -> LinearForm:
+    def of(cls, vectors: Sequence[Integers], weights: Sequence[float]) -> LinearForm:
         """Return a weighted sum of vectors of coordinates."""
         used = [(v, w) for v, w in zip(vectors, weights, strict=True) if w != 0.0]
         dim = len(vectors[0])
@@ -76,7 +75,7 @@ class LinearForm:
         constant = np.array([-self.constant[1], self.constant[0]])
         return LinearForm(({k: -w for k, w in y.items()}, x), constant)
 
-    def component(self, along: Vector) -> Coordinates | None:
+    def component(self, along: Vector) -> Integers | None:
         """Return the coordinate (1,) that is the component along a unit vector, or None."""
         d = int(np.argmax(np.abs(along)))
         if self.coordinates is None or np.abs(np.delete(along, d)).max() > COMPONENT_TOLERANCE:

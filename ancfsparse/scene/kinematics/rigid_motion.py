@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,12 +12,9 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-
-Vector = NDArray[np.float64]
-Integers = NDArray[np.int32]
 
 SEARCH_POINTS = 4  # per element
 MAX_NEWTON_STEPS = 60

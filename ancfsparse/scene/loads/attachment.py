@@ -6,15 +6,11 @@ from abc import ABC, abstractmethod
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.body import Point
-
-Vector = NDArray[np.float64]
 
 
 # Check of the coefficients of force elements and of lengths: zero or positive, and moderate.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Body, Point
@@ -16,7 +16,6 @@ from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
-Vector = NDArray[np.float64]
 # The value of a follower force of a cable in space, for messages.
 AXIAL_FORCE = "one number along the axis, the only axis that a cable has in space"
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import direction, point
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.kinematics.joint_coordinates import ALONG, ANGLE, LENGTH, JointCoordinate
-from ancfsparse.scene.kinematics.linear_forms import Vector
 
 
 def joint_coordinate(builder: ConstraintBuilder, joint: Joint, of: str) -> JointCoordinate:

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm, Vector
+from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm
 from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion, PrescribedValue
 from ancfsparse.scene.records.signal import is_vectorized

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.kinematics.linear_forms import Coordinates, Vector
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset, SlidingCurve
 
 
@@ -55,7 +55,7 @@ class Slide(Joint):
         ends = self.along.ends[self.elements]
         return [int(ends[0, 0]), *ends[:, 1].tolist()]
 
-    def _row(self, builder: ConstraintBuilder, row: int) -> Coordinates:
+    def _row(self, builder: ConstraintBuilder, row: int) -> Integers:
         node = int(self.along.row_nodes[row])
         first = self.along.rows_of(node).start
         return np.asarray(builder.rows(self.along.node(node))[row - first])

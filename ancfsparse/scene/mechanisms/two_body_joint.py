@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ancfsparse.array_types import Vector
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import (
@@ -15,7 +16,7 @@ from ancfsparse.scene.joints.frame_vectors import (
     point,
 )
 from ancfsparse.scene.joints.joint import Joint, Mark
-from ancfsparse.scene.kinematics.linear_forms import LinearForm, Vector
+from ancfsparse.scene.kinematics.linear_forms import LinearForm
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm, Vector
+from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm
 from ancfsparse.scene.mechanisms.coordinate_functions import distance, joint_coordinate
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 

@@ -14,8 +14,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
@@ -25,8 +26,6 @@ from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.element_choice import slack_string
 from ancfsparse.scene.meshing.straight_beam import build_straight_beam
 from ancfsparse.scene.sections.taper import Taper
-
-Vector = NDArray[np.float64]
 
 
 def build_beam(record: BeamSpec, gravity: Vector) -> Beam:

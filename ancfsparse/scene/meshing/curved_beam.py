@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_count
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
@@ -21,8 +21,6 @@ from ancfsparse.scene.geometry.section_frames import along_principal_axes
 from ancfsparse.scene.geometry.section_frames_along import frames_along
 from ancfsparse.scene.meshing.initial_stretch import initial_shape, lateral_contraction
 from ancfsparse.scene.meshing.straight_beam import check_element_memory, new_beam
-
-Vector = NDArray[np.float64]
 
 # Shapes in which a beam along a curve may be free of stress, the default first.
 RESTS = ("curved", "straight")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ancfsparse.checks import check_finite, check_reals
 from ancfsparse.errors import InputError
@@ -16,7 +16,6 @@ from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.element_choice import curved_kind
 from ancfsparse.scene.records.signal import Signal
 
-Vector = NDArray[np.float64]
 Eigenstrain = float | Signal | Callable[[float], float] | None
 Eigencurvature = ArrayLike | Signal | Callable[[float], ArrayLike] | None
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import OPTIONS, ElementKind
@@ -17,8 +15,6 @@ from ancfsparse.scene.geometry.curves import Line, Path
 from ancfsparse.scene.geometry.positions import check_ends
 from ancfsparse.scene.geometry.splines import path_of
 from ancfsparse.scene.sections.taper import Taper
-
-Vector = NDArray[np.float64]
 
 MAX_STRETCH = 1e100  # [-], whose square is in the range of floating-point numbers
 # Stretch below which Green's strain softens under compression [-].

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import VelocityField
 from ancfsparse.scene.geometry.positions import place
 from ancfsparse.scene.kinematics.rigid_motion import RigidMotion
-
-Vector = NDArray[np.float64]
 
 
 def velocity_field(

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.auto_element import stand_ins
-from ancfsparse.scene.bodies.body import Numbers, Vector
 from ancfsparse.scene.bodies.element_choice import (
     check_make,
     chosen_element,
@@ -23,8 +21,6 @@ from ancfsparse.scene.meshing.initial_velocity import velocity_field
 from ancfsparse.scene.meshing.node_edge_checks import check_graph
 from ancfsparse.scene.meshing.straight_beam import check_element_memory
 from ancfsparse.scene.sections.taper import Taper
-
-Integers = NDArray[np.integer[Any]]
 
 # Rotation of e_y over the rotation of the slope at a bend: in lines steeper than 60 degrees,
 # sections with e_z near +z would rotate about their axes by more.
@@ -90,7 +86,7 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
     )
 
 
-def _frames(label: str, slopes: Vector, ends: Numbers, n_each: int) -> Vector:
+def _frames(label: str, slopes: Vector, ends: Integers, n_each: int) -> Vector:
     """Return the unit vectors of the section of each row, (n_rows, dim, dim).
 
     Raises
@@ -111,7 +107,7 @@ def _frames(label: str, slopes: Vector, ends: Numbers, n_each: int) -> Vector:
     return frames
 
 
-def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Integers]:
+def _partners(at: Integers, outward: Vector, bend: float) -> tuple[Indices, Indices]:
     """Pair the half-edges that continue each other, straightest first.
 
     Parameters
@@ -152,8 +148,8 @@ def _partners(at: Numbers, outward: Vector, bend: float) -> tuple[Integers, Inte
 
 
 def _divided(
-    positions: Vector, edges: Numbers, partners: tuple[Integers, Integers], k: int
-) -> tuple[Vector, Numbers, tuple[Integers, Integers]]:
+    positions: Vector, edges: Integers, partners: tuple[Indices, Indices], k: int
+) -> tuple[Vector, Integers, tuple[Indices, Indices]]:
     """Divide every edge into k that continue each other; new nodes come after the others."""
     m, n = len(edges), len(positions)
     tail, head = positions[edges[:, 0], None], positions[edges[:, 1], None]
@@ -167,7 +163,7 @@ def _divided(
     return np.concatenate([positions, inner.reshape(-1, positions.shape[1])]), pairs, both
 
 
-def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
+def _matched(a: Indices, b: Indices, n: int) -> tuple[Indices, Indices]:
     """Select pairs in order, without pairs that have a side in common with an earlier one.
 
     Each round selects all pairs that come first at both of their sides.
@@ -188,7 +184,7 @@ def _matched(a: Integers, b: Integers, n: int) -> tuple[Integers, Integers]:
     return np.concatenate(chosen_a), np.concatenate(chosen_b)
 
 
-def _find_reversed(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bool_]:
+def _find_reversed(m: int, partners: tuple[Indices, Indices]) -> NDArray[np.bool_]:
     """Return the edges to be reversed so that every line has one direction, (m,) bool.
 
     A graph contains every edge as given (vertex 2 e) and reversed (2 e + 1); the vertex that leaves
@@ -211,7 +207,7 @@ def _find_reversed(m: int, partners: tuple[Integers, Integers]) -> NDArray[np.bo
     return is_reversed
 
 
-def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Numbers]:
+def _rows(at: Integers, partners: tuple[Indices, Indices]) -> tuple[Integers, Integers]:
     """Return numbers of the slopes, node by node.
 
     Returns
@@ -232,7 +228,7 @@ def _rows(at: Numbers, partners: tuple[Integers, Integers]) -> tuple[Numbers, Nu
 
 
 def _mean_slopes(
-    n_rows: int, row_of: Numbers, directions: Vector, flipped: NDArray[np.bool_]
+    n_rows: int, row_of: Integers, directions: Vector, flipped: NDArray[np.bool_]
 ) -> Vector:
     """Return the unit vector of each slope: the mean direction of its edges."""
     along = np.where(flipped[:, None], -directions, directions)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_reals, is_masked
 from ancfsparse.errors import InputError
-from ancfsparse.scene.bodies.body import Numbers, Vector
 from ancfsparse.scene.geometry.positions import MAX_COORDINATE, place
 
 COINCIDENCE_RATIO = 1e-9  # distance of coincident nodes, over the size of the mesh
@@ -18,7 +18,7 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 def check_graph(
     label: str, dim: int, nodes: ArrayLike, edges: ArrayLike
-) -> tuple[Vector, Numbers, Vector]:
+) -> tuple[Vector, Integers, Vector]:
     """Check the `nodes` and `edges` of `Scene.add_mesh`.
 
     The message of an error names the first offender and their number.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_vector
 from ancfsparse.errors import MessageTemplate, Parameter
 from ancfsparse.kernels.catalog import ElementKind
@@ -21,8 +21,6 @@ from ancfsparse.scene.geometry.positions import check_ends
 from ancfsparse.scene.geometry.section_frames import along_principal_axes, section_axes
 from ancfsparse.scene.meshing.initial_velocity import velocity_field
 from ancfsparse.system_memory import check_memory
-
-Vector = NDArray[np.float64]
 
 # Memory of the arrays of a beam [bytes per element], and per element and dimension.
 BYTES_PER_ELEMENT = 20.0

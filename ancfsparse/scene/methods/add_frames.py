@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
@@ -15,8 +16,6 @@ from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_mechanisms import Mechanisms
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection
-
-Vector = NDArray[np.float64]
 
 MIN_SINE = 1e-6  # of the angle between an edge and `up`
 

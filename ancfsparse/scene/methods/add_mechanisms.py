@@ -9,11 +9,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import mechanisms
-from ancfsparse.scene.bodies.body import Point, Vector
+from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, place
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns

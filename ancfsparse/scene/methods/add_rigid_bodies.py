@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import (
     check_finite,
     check_moderate,
@@ -18,7 +19,6 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import RIGID, rigid_kind
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
-from ancfsparse.scene.bodies.body import Vector
 from ancfsparse.scene.geometry.positions import check_position
 from ancfsparse.scene.kinematics.rigid_motion import (
     RigidMotion,

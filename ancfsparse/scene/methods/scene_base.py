@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value, suggest_names
 from ancfsparse.scene import records
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, Vector, check_position
+from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, check_position
 from ancfsparse.scene.joints.constrained_points import ConstrainedPoints
 from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attachment

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 
-Vector = NDArray[np.float64]
 Value = float | tuple[float, ...]
 
 

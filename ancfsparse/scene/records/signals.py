@@ -13,8 +13,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import (
     check_choice,
     check_finite,
@@ -26,8 +27,6 @@ from ancfsparse.checks import (
 from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum, format_value
 from ancfsparse.scene.records.signal import ScaledSignal, Signal, Value, checked_value
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

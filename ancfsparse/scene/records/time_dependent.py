@@ -7,14 +7,13 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_reals, check_vector, set_fields
 from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_value
 from ancfsparse.scene.records.picklable_functions import picklable
-
-Vector = NDArray[np.float64]
 
 Value = ArrayLike | Callable[[float], ArrayLike]
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ancfsparse.array_types import Complex
 from ancfsparse.checks import check_positive, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
@@ -19,7 +20,6 @@ from ancfsparse.scene.sections.cross_section import (
 )
 from ancfsparse.scene.sections.torsion import torsion_constant
 
-Complex = NDArray[np.complex128]
 Corners = tuple[tuple[float, float], ...]
 
 MAX_CORNERS = 100  # for which torsion is solved in a second or two

@@ -6,16 +6,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.sections.cross_section import (
     SECTION_TYPES,
     CrossSection,
     list_section_types,
 )
-
-Vector = NDArray[np.float64]
 
 GAUSS_POINTS = 3  # of an element with a section that changes
 

@@ -16,10 +16,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-Complex = NDArray[np.complex128]
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Complex, Vector
 
 TOLERANCE = 1e-5  # change of the constant by the last poles, over the constant
 MAX_UNKNOWNS = 700

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
 from ancfsparse.seeds.complete.supernodes import divide_among_threads, find_supernodes
-from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
+from ancfsparse.seeds.interface.index_arrays import Triangle
 from ancfsparse.seeds.ordering.elimination_order import cheapest, permute_upper
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.seeds.interface.index_arrays import Indices
 
 if TYPE_CHECKING:
     from ancfsparse.seeds.interface.protocols import CompiledSeed

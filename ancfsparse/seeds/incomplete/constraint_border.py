@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Numbers = NDArray[np.int32]
+from ancfsparse.array_types import Integers
+
 LongIndices = NDArray[np.int64]
 
 
@@ -33,12 +34,12 @@ class Border:
     """
 
     n: int
-    first: Numbers
+    first: Integers
     entry: LongIndices
-    unknown: Numbers
-    place: Numbers
+    unknown: Integers
+    place: Integers
     own: LongIndices
-    own_place: Numbers
+    own_place: Integers
 
     @property
     def nbytes(self) -> float:
@@ -47,7 +48,7 @@ class Border:
 
     @classmethod
     def from_matrix(
-        cls, indptr: LongIndices, indices: Numbers, n: int, unknown: NDArray[np.integer[Any]]
+        cls, indptr: LongIndices, indices: Integers, n: int, unknown: NDArray[np.integer[Any]]
     ) -> Border:
         """Return the equations of a matrix with n coordinates as its first unknowns.
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed
 from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
-from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.seeds.ordering.unknown_groups import Groups
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-Vector = NDArray[np.float64]
 
 # Solutions to 1e-2 take half as many Newton corrections again, solutions to 1e-6 the same number.
 RESIDUAL_RATIO = 1e-4  # of solution to right-hand side, in the norm of the sweeps

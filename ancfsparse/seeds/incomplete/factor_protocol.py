@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ancfsparse.array_types import Vector
 from ancfsparse.seeds.incomplete.constraint_border import Border
 from ancfsparse.seeds.incomplete.sliding_modes import SlidingModes
 from ancfsparse.seeds.interface.protocols import Factor
-
-Vector = NDArray[np.float64]
 
 
 class IncompleteFactor(Factor, Protocol):

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.seeds.incomplete.constraint_border import Border
 from ancfsparse.seeds.incomplete.sliding_modes import Slides, SlidingModes
-from ancfsparse.seeds.interface.index_arrays import Indices
 from ancfsparse.seeds.ordering.unknown_groups import Groups
 
 if TYPE_CHECKING:

@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed
 
 # Coupling of cables that cross at right angles is about a hundredth of that of parallel ones.
 MIN_COSINE = 0.3  # of the angle between cables that are coupled in the coarse matrix
 DIRECTION_BYTES = 16  # of a direction scaled by the matrix
-
-Numbers = NDArray[np.int32]
 
 
 class Slides(NamedTuple):
@@ -30,8 +29,8 @@ class Slides(NamedTuple):
         Of the cable at the point, of length one.
     """
 
-    unknown: Numbers
-    mode: Numbers
+    unknown: Integers
+    mode: Integers
     direction: NDArray[np.float32]
 
 
@@ -50,13 +49,13 @@ class SlidingModes:
         Complete factor of the coarse matrix.
     """
 
-    triple: Numbers
-    mode: Numbers
+    triple: Integers
+    mode: Integers
     direction: NDArray[np.float32]
-    block: Numbers
-    row: Numbers
-    column: Numbers
-    place: Numbers
+    block: Integers
+    row: Integers
+    column: Integers
+    place: Integers
     factor: SparseSeed
 
     @property
@@ -67,7 +66,7 @@ class SlidingModes:
 
     @classmethod
     def from_matrix(
-        cls, slides: Slides, unknown: Numbers, start: Numbers, row: Numbers
+        cls, slides: Slides, unknown: Integers, start: Integers, row: Integers
     ) -> SlidingModes:
         """Return the coupling of modes in the blocks of a matrix.
 

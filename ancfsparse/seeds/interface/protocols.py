@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 class CompiledSeed(Protocol):

@@ -6,8 +6,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.openmp import short_spin_waits
-from ancfsparse.seeds.interface.index_arrays import Indices
 
 with short_spin_waits():  # SuiteSparse brings OpenMP with it
     from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
-from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
+from ancfsparse.seeds.interface.index_arrays import Triangle
 
 # Orderings are cached for matrices of the same pattern, as in sweeps and trial runs.
 CACHE_SIZE = 8  # orderings

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import ordering
-from ancfsparse.seeds.interface.index_arrays import Indices, Triangle
+from ancfsparse.seeds.interface.index_arrays import Triangle
 
 if TYPE_CHECKING:
     import scipy.sparse as sp

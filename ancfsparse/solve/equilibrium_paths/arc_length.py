@@ -6,12 +6,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, solve_newton
-
-Vector = NDArray[np.float64]
 
 TARGET_CORRECTIONS = 5  # corrections of a point that the step length aims at
 MAX_CORRECTIONS = 14  # corrections of a point

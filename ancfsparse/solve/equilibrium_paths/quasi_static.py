@@ -7,8 +7,8 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_flag, check_positive
 from ancfsparse.errors import (
     AncfError,
@@ -40,7 +40,6 @@ from ancfsparse.system_memory import check_memory
 if TYPE_CHECKING:
     from ancfsparse.solve.statics.newton_and_relaxation import StaticResult
 
-Vector = NDArray[np.float64]
 
 N_SAVED = 200  # states without dt
 BYTES_PER_COORDINATE = 24.0  # bytes of an equilibrium: result, row of the table, and zero rates

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import AccuracyError, InputError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.integrators.interface.time_grid import MAX_STEPS
@@ -24,8 +24,6 @@ from ancfsparse.solve.error_models.phase_error import (
 from ancfsparse.solve.error_models.stagnation import StagnationCheck
 from ancfsparse.solve.stepping.sampled_states import SampledStates, differs_by_rounding, distance
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 # Steps of the first run over those of the second, by order: the cheapest ratio with an estimate.
 FIRST_STEP_RATIOS = {2: 1.35, 4: 1.3, 8: 1.25}

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InstabilityError, LoadError
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.nonlinear import Outcome
@@ -41,7 +41,6 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ExplicitLoop
 
-Vector = NDArray[np.float64]
 
 STABILITY_RATIO = 0.95  # step over the stable one at the start: stretched beams vibrate faster
 MIN_STEPS = 12  # steps of a run: refinement and interpolation need several

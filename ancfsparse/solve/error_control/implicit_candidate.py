@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, ModifiedNewton, Outcome, QuasiNewton
@@ -35,8 +35,6 @@ from ancfsparse.solve.error_models.stagnation import MIN_DECREASE, StagnationChe
 from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES
 from ancfsparse.solve.stepping.sampled_states import SampledStates, distance
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 # A coarse first run is cheap, and shows the cost of finer ones with its divided steps.
 FIRST_ERROR_RATIO = 2e-3  # intended error of the first run over the size of the scene

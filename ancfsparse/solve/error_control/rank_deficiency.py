@@ -11,12 +11,11 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.solve.initial_conditions.redundant_constraints import count_near_dependent
 from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 N_INTERVALS = 32  # intervals between two steps at whose ends the rank is determined
 MAX_DISTANCE_RATIO = 4.0  # independence of constraints at the farther end of a step over the nearer

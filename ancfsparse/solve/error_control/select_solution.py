@@ -10,8 +10,8 @@ import math
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import AccuracyError, InputError, LoadError, Parameter, StepError
 from ancfsparse.integrators import (
@@ -40,8 +40,6 @@ from ancfsparse.solve.stepping.explicit_setup import (
 )
 from ancfsparse.solve.stepping.sampled_states import largest_coordinate
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 MAX_RUNS = 20
 # Second order, with damping of unresolved vibrations and of the effects of a step-size change.

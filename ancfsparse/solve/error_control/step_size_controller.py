@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import MAX_STEPS
@@ -37,7 +37,6 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
 
-Vector = NDArray[np.float64]
 # Equal steps in a row, (step [s], number), for each interval of smooth loads.
 Pattern = list[list[tuple[float, int]]]
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.system.loads.applied_loads import AppliedLoads
-
-Vector = NDArray[np.float64]
 
 N_INTERVALS = 1024  # intervals of the first sampling
 N_NEIGHBOURS = 8  # intervals on each side with which one is compared

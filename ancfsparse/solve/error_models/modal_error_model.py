@@ -16,6 +16,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.phase_error import phase_error
@@ -26,8 +27,6 @@ from ancfsparse.solve.linearization.matrices import (
 )
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 MAX_COORDINATES = 300  # free coordinates up to which dense matrices give all modes
 MAX_COORDINATES_DURING = 150  # the same during a run

@@ -7,13 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
-
-Vector = NDArray[np.float64]
 
 MIN_STEPS = 40  # steps of a run
 STEP_RESOLUTION = 1.05  # relative resolution of numbers of steps

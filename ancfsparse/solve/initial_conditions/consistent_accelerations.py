@@ -7,15 +7,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
 
-Vector = NDArray[np.float64]
 
 # A motion over which differences of stiff forces are taken, over the size of what moves: the cube
 # The cube root of rounding, where a central difference is most accurate.

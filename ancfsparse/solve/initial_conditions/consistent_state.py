@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
@@ -29,7 +29,6 @@ from ancfsparse.system.coordinates.state import ROUNDING, State
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
 
-Vector = NDArray[np.float64]
 
 REGULARIZATION = 1e-10  # of the constraint block, over the smallest phi_q M^-1 phi_q^T
 N_CORRECTIONS = 2  # Newton's, to project a start on the constraints; each squares the violation

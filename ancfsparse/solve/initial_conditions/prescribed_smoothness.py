@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Signal
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 from ancfsparse.system import System
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
-
-Vector = NDArray[np.float64]
 
 N_SAMPLES = 513  # times of the first level
 MAX_EXAMINED_TIMES = 3  # intervals with the largest change of the acceleration, which are refined

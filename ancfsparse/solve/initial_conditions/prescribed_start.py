@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.solve import initial_conditions
 from ancfsparse.system import System
@@ -16,7 +17,6 @@ from ancfsparse.system.coordinates.state import ROUNDING, State
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ImplicitLoop
 
-Vector = NDArray[np.float64]
 
 RESTART_TOLERANCE = 1e-6  # error of a start from another run, over the largest coordinate
 START_TOLERANCE = 1e-9  # the same of other starts: rounding

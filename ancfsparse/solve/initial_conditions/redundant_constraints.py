@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE
 from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.seeds import SparseSeed
@@ -16,7 +17,6 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-Vector = NDArray[np.float64]
 
 INDEPENDENT_RATIO = 1e-8  # independent part of a gradient below which its constraint is redundant
 ROUNDING = 1e-14  # added to squares of unit gradients, so that a factor exists

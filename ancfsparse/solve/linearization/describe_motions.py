@@ -7,9 +7,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.system.rigid_motion.rigid_parts import RigidPart
-
-Vector = NDArray[np.float64]
 
 MAX_NAMED_PARTS = 3  # parts in the description of a motion
 ROUNDING_RATIO = 1e-6  # components of a motion, relative to the largest, that are rounding

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results import Equilibrium
@@ -27,7 +27,6 @@ from ancfsparse.system import State, System
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-Vector = NDArray[np.float64]
 
 # With it redundant constraints cause no zero pivot, and frequencies change by less than rounding.
 RELATIVE_FLEXIBILITY = 1e-10  # of a constraint, relative to the coordinates in it

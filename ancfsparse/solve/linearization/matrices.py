@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
@@ -22,7 +22,6 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-Vector = NDArray[np.float64]
 
 MAX_DENSE_COORDINATES = 100  # up to which a dense eigenproblem is faster than Lanczos' method
 EIGENVALUE_TOLERANCE = 1e-4  # relative, of the square of the highest frequency

@@ -6,20 +6,18 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.solve.linearization.matrices import free_submatrix, symmetric_from_lower
 from ancfsparse.system import System
 from ancfsparse.system.assembly.column_colouring import colour_columns
-from ancfsparse.system.assembly.sparsity_pattern import Unknowns
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
     from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
-Vector = NDArray[np.float64]
 
 DIFFERENCE_RATIO = 6e-6  # step of differences over a coordinate: the cube root of rounding
 ROUNDING_RATIO = 1e-9  # derivatives over the largest that are rounding
@@ -145,7 +143,7 @@ def solve_with_correction(
     return y / unit if residual <= MAX_RESIDUAL * np.linalg.norm(unit * x) else None
 
 
-def _entries(tables: list[Unknowns], n: int) -> sp.csc_array:
+def _entries(tables: list[Indices], n: int) -> sp.csc_array:
     """Return the pattern of free coordinates that are coupled in the tables."""
     import scipy.sparse as sp
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.linearization.describe_motions import name_motions
@@ -17,7 +18,6 @@ from ancfsparse.system.system import System
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-Vector = NDArray[np.float64]
 
 MAX_FREE_MOTIONS = 24  # that are named
 # Rounding of positions far from the origin adds to it.

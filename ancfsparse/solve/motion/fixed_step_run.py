@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import AncfError, LoadError, OutputError
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import RunStats, Trajectory
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 
-Vector = NDArray[np.float64]
 
 MAX_CHUNK = 2000  # steps taken together, whose loads are tabulated at once
 MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ancfsparse import seeds
+from ancfsparse.array_types import Indices
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import LDL_ENTRY_BYTES
-from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS, Indices, leading
+from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS, leading
 from ancfsparse.solve import preparation
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate, check_factor_fits
 from ancfsparse.system import System

@@ -5,14 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear.iteration import EPSILON, make_tolerance
 from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 # The first correction of a step is beta dt^2 times the change of the accelerations, about three
 # times the error of the integrator in the step.

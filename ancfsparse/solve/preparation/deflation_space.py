@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.scene import Mesh
 from ancfsparse.seeds import Slides
 from ancfsparse.system import System
@@ -14,8 +14,6 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-Vector = NDArray[np.float64]
-Numbers = NDArray[np.integer[Any]]
 
 MIN_BOX_NODES = 64  # nodes of a box
 MAX_BOXES = 64  # boxes, so that the matrix of the modes stays small
@@ -64,7 +62,7 @@ class DeflationModes:
         modes = sp.csc_array(sp.hstack([self._sliding(q), self._affine(q)]))
         return modes[:, np.flatnonzero(np.diff(modes.indptr))]
 
-    def _columns(self, entries: list[tuple[Numbers, Numbers, Vector]], width: int) -> sp.csc_array:
+    def _columns(self, entries: list[tuple[Indices, Indices, Vector]], width: int) -> sp.csc_array:
         """Return the matrix of entries (index, column, value) of free coordinates."""
         import scipy.sparse as sp
 
@@ -75,7 +73,7 @@ class DeflationModes:
     def _sliding(self, q: Vector) -> sp.csc_array:
         """Return the displacement of each line along its tangents."""
         tangents = self._tangents.at(q)
-        entries: list[tuple[Numbers, Numbers, Vector]] = []
+        entries: list[tuple[Indices, Indices, Vector]] = []
         for k in range(self._dim):
             entries.append((self._rows[:, k], self._line, tangents[:, k]))
         return self._columns(entries, int(self._line.max()) + 1)
@@ -91,7 +89,7 @@ class DeflationModes:
         offset /= size[box, None]
         tilts = q[self._slopes] / size[self._slope_box, None]
         width = dim * (dim + 1)
-        entries: list[tuple[Numbers, Numbers, Vector]] = []
+        entries: list[tuple[Indices, Indices, Vector]] = []
         for k in range(dim):
             first = width * box + k * (dim + 1)
             entries.append((self._nodes[:, k], first, np.ones(len(x))))
@@ -149,7 +147,7 @@ class _Tangents:
         return np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
 
 
-def _line_numbers(system: System) -> Numbers:
+def _line_numbers(system: System) -> Indices:
     """Return the line of every nodal frame: one for a beam, the lines of a mesh."""
     lines, total = [], 0
     for body, table in zip(system.scene.bodies, system.places, strict=True):
@@ -159,7 +157,7 @@ def _line_numbers(system: System) -> Numbers:
     return np.concatenate(lines)
 
 
-def divide_into_boxes(positions: Vector) -> Numbers:
+def divide_into_boxes(positions: Vector) -> Indices:
     """Bisect points ``(n, dim)`` across the longest side; return the box of each."""
     largest = max(MIN_BOX_NODES, len(positions) // MAX_BOXES)
     box, parts, n = np.empty(len(positions), dtype=np.int64), [np.arange(len(positions))], 0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import AssemblyError
@@ -26,7 +26,6 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
-Vector = NDArray[np.float64]
 
 N_MATRICES = 8  # arrays on the pattern
 # Bodies then deform only where rigid motions do not suffice; it is well above rounding.

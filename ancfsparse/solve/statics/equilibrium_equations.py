@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
@@ -19,8 +20,6 @@ from ancfsparse.solve.preparation.choose_factorization import make_static_seed
 from ancfsparse.solve.statics.norms import ROUNDING_UNITS, Norms
 from ancfsparse.solve.statics.penalties import Penalties
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 LINEAR_LOAD_FACTOR = 1e-6  # load factor over which prescribed motions are taken as linear
 

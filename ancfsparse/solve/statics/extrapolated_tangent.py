@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-
-Vector = NDArray[np.float64]
 
 
 class ExtrapolatedTangent:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.solve.linearization.rigid_body_modes import describe_free_motions
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, relax
 from ancfsparse.system.rigid_motion.rigid_parts import find_rigid_parts
-
-Vector = NDArray[np.float64]
 
 MAX_STEP_RATIO = 0.1  # displacement in a step over the size of the scene
 PERTURBATION_RATIO = 1e-3  # perturbation of an unstable equilibrium over the size of the scene

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import EquilibriumError
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.newton_and_relaxation import (
@@ -13,8 +13,6 @@ from ancfsparse.solve.statics.newton_and_relaxation import (
     relax,
     solve_newton,
 )
-
-Vector = NDArray[np.float64]
 
 INTERMEDIATE_TOLERANCE = 1e-3  # residual over the loads in intermediate load steps
 MIN_CAREFUL_STEPS = 10  # load steps after the full load has failed or led to instability

@@ -7,13 +7,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.extrapolated_tangent import ExtrapolatedTangent
-
-Vector = NDArray[np.float64]
 
 MAX_FACTORS = 40  # for one equilibrium
 MIN_FACTORS = 12  # factors after which corrections must have decreased

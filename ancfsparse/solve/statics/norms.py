@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 ROUNDING_UNITS = 32.0  # of a force, in units of eps |K| |q|
 

@@ -13,8 +13,8 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import TimeGrid
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.seeds import Seed
 
-Table = NDArray[np.float64]
 
 COMPLIANCES = (1e-3, 1e-2, 1e-4)  # compliance over the smallest phi_q M^-1 phi_q^T, in this order
 MAX_INDEPENDENT_RATIO = 0.1  # independent part of a gradient near a singular configuration
@@ -191,7 +190,7 @@ class CompliantConstraints:
             regularize(self._system, self._scale)
         self._iteration.mark_stale()
 
-    def _try(self, step: int, loads: Table, cause: Outcome) -> Outcome | None:
+    def _try(self, step: int, loads: Vector, cause: Outcome) -> Outcome | None:
         """Take the step if its solution hardly violates constraints; otherwise return None."""
         rate, velocity = self._iteration.contraction, self._time_loop.state[1]
         self._iteration.step = step - 1
@@ -210,7 +209,7 @@ class CompliantConstraints:
         self.events.append(event)
         return outcome
 
-    def _advance(self, step: int, loads: Table) -> Outcome:
+    def _advance(self, step: int, loads: Vector) -> Outcome:
         n, m = self._system.n_all, self._system.n_multipliers
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
         self._iteration.step = step - 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import make_time_loop
 from ancfsparse.nonlinear import Method, ModifiedNewton, Newton
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.seeds import Fill, Seed
 
-Vector = NDArray[np.float64]
 
 # The sums for it cost a pendulum of ten elements 6 to 10 % of its instructions.
 MIN_EXTRAPOLATED_UNKNOWNS = 1000  # unknowns from which accelerations are extrapolated

@@ -9,7 +9,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 def interpolate_cubic(

@@ -7,13 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
-
-Vector = NDArray[np.float64]
 
 
 @dataclass

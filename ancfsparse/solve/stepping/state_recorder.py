@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
@@ -19,9 +19,6 @@ from ancfsparse.solve import stepping
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system_memory import GIGABYTE
-
-Vector = NDArray[np.float64]
-Indices = NDArray[np.integer[Any]]
 
 BUFFER_BYTES = 2**25  # of states before they are passed on
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators import Implicit
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ControlledLoop
     from ancfsparse.seeds import Seed
-
-Vector = NDArray[np.float64]
 
 
 class StepSizeChange:

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModesWarning, InputError, ModesError
 from ancfsparse.nonlinear import Newton
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
     from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
 
-Vector = NDArray[np.float64]
 
 N_MATRICES = 20  # arrays on the pattern: six matrices with their triangles and indices
 DIFFERENCE_ROTATION = 1e-5  # change of a slope over which the stiffness is differentiated [rad]

@@ -6,8 +6,9 @@ import math
 import time
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.interface.time_grid import TimeGrid, count_steps_from
@@ -17,8 +18,6 @@ from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import System
 from ancfsparse.system_memory import check_memory
-
-Vector = NDArray[np.float64]
 
 N_SAMPLES = 9  # states at which forces of second order are evaluated
 

@@ -6,7 +6,6 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModesWarning, InputError
@@ -29,8 +28,6 @@ from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     max_modes,
 )
 from ancfsparse.system import State
-
-Vector = NDArray[np.float64]
 
 N_MATRICES = 14  # arrays on the pattern: four matrices, three with their triangles and indices
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Complex, Vector
 from ancfsparse.errors import ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
@@ -21,9 +22,6 @@ from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     N_EXTRA_MODES,
     ROUNDING_UNITS,
 )
-
-Vector = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 # Distances from it are then nearly the sizes of eigenvalues, and it is well above rounding.
 RATE_RATIO = 0.05  # rate of the factor over the highest requested frequency

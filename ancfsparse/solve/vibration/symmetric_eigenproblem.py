@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
 
-Vector = NDArray[np.float64]
 Eigenpairs = tuple[Vector, Vector]
 
 MAX_DENSE_COORDINATES = 100  # free coordinates up to which a dense solver is faster

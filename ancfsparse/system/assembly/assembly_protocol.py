@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-Vector = NDArray[np.float64]
+from ancfsparse.array_types import Vector
 
 
 class CompiledAssembly(Protocol):

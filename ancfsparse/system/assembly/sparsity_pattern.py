@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
-
-Unknowns = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Pattern:
         """Number of stored entries, also the position for discarded values."""
         return len(self.indices)
 
-    def slots(self, members: Unknowns) -> NDArray[np.int32]:
+    def slots(self, members: Indices) -> NDArray[np.int32]:
         """Return the positions of all pairs of the unknowns in a row.
 
         Parameters
@@ -59,7 +57,7 @@ class Pattern:
         return slots
 
 
-def build_pattern(n: int, cliques: Sequence[Unknowns]) -> Pattern:
+def build_pattern(n: int, cliques: Sequence[Indices]) -> Pattern:
     """Build the pattern from groups of coupled unknowns, with all diagonal entries.
 
     Parameters

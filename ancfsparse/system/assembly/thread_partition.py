@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers
 from ancfsparse.kernels.layout import Layout
-
-Integers = NDArray[np.int32]
 
 MAX_COMMON_WORK = 0.2  # work in blocks of no single thread, over all work
 

@@ -8,13 +8,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int32]
+from ancfsparse.array_types import Indices, Integers, Vector
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
 
 
 class Compiled(Protocol):
@@ -45,7 +40,7 @@ class Contribution(ABC):
     is_load = False
     depends_on_reactions = False
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return tables of unknowns; those of a row are coupled in the matrix."""
         return []
 
@@ -100,7 +95,7 @@ class Contribution(ABC):
         return False
 
 
-def matrix_unknowns(places: Places, n_free: int) -> Places:
+def matrix_unknowns(places: Integers, n_free: int) -> Integers:
     """Convert indices in q, in place, to unknowns of the matrix; fixed ones are -1."""
     places[places >= n_free] = -1
     return places

@@ -8,9 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.scene import Point
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Places, Vector, matrix_unknowns
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
@@ -28,15 +29,15 @@ class PointSums:
         Weights, equal for all directions.
     """
 
-    start: Places
-    place: Places
+    start: Integers
+    place: Integers
     weight: Vector
 
     @classmethod
     def of(cls, system: Discretization, sums: Sequence[Sequence[tuple[float, Point]]]) -> PointSums:
         """Form sums of points with factors, with common coordinates combined."""
         start = [0]
-        place: list[Places] = [np.empty((system.dim, 0), dtype=np.int32)]
+        place: list[Integers] = [np.empty((system.dim, 0), dtype=np.int32)]
         weight: list[Vector] = [np.empty(0)]
         for terms in sums:
             parts = [(factor, system.point(node)) for factor, node in terms]
@@ -52,7 +53,7 @@ class PointSums:
             np.concatenate(weight),
         )
 
-    def cliques(self, n_free: int, together: bool = False) -> list[Unknowns]:
+    def cliques(self, n_free: int, together: bool = False) -> list[Indices]:
         """Return the unknowns of each sum, or of all together, (1, dim p)."""
         starts = self.start[[0, -1]] if together else self.start
         return [
@@ -60,7 +61,7 @@ class PointSums:
             for begin, end in pairwise(starts)
         ]
 
-    def slots(self, pattern: Pattern, n_free: int, together: bool = False) -> Places:
+    def slots(self, pattern: Pattern, n_free: int, together: bool = False) -> Integers:
         """Return the positions of the pairs of each sum in the matrix."""
         tables = (pattern.slots(each).ravel() for each in self.cliques(n_free, together))
         return np.concatenate([np.empty(0, dtype=np.int32), *tables])

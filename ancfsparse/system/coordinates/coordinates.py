@@ -6,17 +6,15 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Point, check_point
 from ancfsparse.scene.bodies.auto_element import decided
 from ancfsparse.system.coordinates.nodal_vectors import weigh_ends, weigh_offsets
-from ancfsparse.system.coordinates.numbering import Places
 
-Vector = NDArray[np.float64]
 Handle = TypeVar("Handle", Body, Point)
 
 UNIT_WEIGHT = np.ones(1)  # of a node, whose vectors are coordinates
@@ -40,10 +38,10 @@ class Coordinates:
     dim: int
     bodies: tuple[Body, ...]
     kinds: list[ElementKind]
-    places: list[Places]
+    places: list[Integers]
     _index: dict[int, int]
 
-    def vectors(self, name: str) -> list[Places]:
+    def vectors(self, name: str) -> list[Integers]:
         """Return the indices of a nodal vector, ``"r"``, ``"r_x"``, ..., a table for each body.
 
         Each table has shape (n_rows, k) with the k components that the element has of the vector.
@@ -52,7 +50,7 @@ class Coordinates:
         return [places[:, kind.columns(name)] for kind, places in pairs]
 
     @property
-    def positions(self) -> Places:
+    def positions(self) -> Integers:
         """Indices of the positions of all rows, (n,); shared positions are repeated."""
         return np.concatenate([places.ravel() for places in self.vectors("r")])
 
@@ -66,12 +64,12 @@ class Coordinates:
             return handle
         return decided(self.bodies[self._index_of(body)], handle)
 
-    def rows(self, node: Point) -> Places:
+    def rows(self, node: Point) -> Integers:
         """Return the indices of the coordinates of all rows of a node, shape (k, n_c)."""
         node = self.resolve(node)
         return self.places[self._index_of(node.beam)][node.beam.rows_of(node.index)]
 
-    def place(self, node: Point) -> Places:
+    def place(self, node: Point) -> Integers:
         """Return the indices of the coordinates of a node, shape (n_c,).
 
         Raises
@@ -87,12 +85,12 @@ class Coordinates:
             )
         return np.asarray(rows[0])
 
-    def elements(self, beam: Body) -> Places:
+    def elements(self, beam: Body) -> Integers:
         """Return the indices of the element coordinates of a beam, shape (n_e, 2 n_c)."""
         beam = self.resolve(beam)
         return self.places[self._index_of(beam)][beam.ends].reshape(beam.n_elements, -1)
 
-    def point(self, node: Point) -> tuple[Places, Vector]:
+    def point(self, node: Point) -> tuple[Integers, Vector]:
         """Return indices (dim, p) and weights (p,) of a position: r = sum of weights q[indices]."""
         node = self.resolve(check_point("a position", node))
         if not node.xi:
@@ -100,7 +98,7 @@ class Coordinates:
         straight = self.kind_of(node.beam).is_string
         return self._interpolate(node, "r", position_weights(node.xi, self._length(node), straight))
 
-    def slope(self, node: Point) -> tuple[Places, Vector]:
+    def slope(self, node: Point) -> tuple[Integers, Vector]:
         """Return indices (dim, p) and weights (p,) of the slope r'.
 
         Raises
@@ -119,7 +117,7 @@ class Coordinates:
             return self._interpolate(node, "r_x", UNIT_WEIGHT)
         return self._interpolate(node, "r_x", slope_weights(node.xi, self._length(node), straight))
 
-    def frame(self, node: Point) -> Places:
+    def frame(self, node: Point) -> Integers:
         """Return the indices (3, dim) of the vectors r_x, r_y, r_z of a node under a moment, or -1.
 
         In the plane a moment cannot twist and acts on one vector.
@@ -130,7 +128,7 @@ class Coordinates:
             out["xyz".index(vector[-1])] = places[kind.columns(vector)]
         return out
 
-    def _interpolate(self, node: Point, vector: str, weights: Vector) -> tuple[Places, Vector]:
+    def _interpolate(self, node: Point, vector: str, weights: Vector) -> tuple[Integers, Vector]:
         """Interpolate a vector between the ends of an element, or return that of a node."""
         kind = self.kind_of(node.beam)
         offsets = node.offsets if vector == "r" else ()

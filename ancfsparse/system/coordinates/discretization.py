@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Joint, Scene, check_scene
 from ancfsparse.scene.bodies.auto_element import check_decided
@@ -12,8 +12,6 @@ from ancfsparse.system.coordinates.coordinates import Coordinates
 from ancfsparse.system.coordinates.numbering import number_coordinates
 from ancfsparse.system.coordinates.state import State, check_state
 from ancfsparse.system.loads.applied_loads import collect_loads
-
-Vector = NDArray[np.float64]
 
 
 class Discretization(Coordinates):

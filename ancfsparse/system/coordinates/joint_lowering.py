@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Body, Point, Scene
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
     from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
-Places = NDArray[np.int32]
 
 ROUNDING = 1e-9  # gradient of an equation by free coordinates, over its entire gradient
 
@@ -60,7 +60,7 @@ class Lowering:
     ) -> None:
         self.turns, self.lines = turns, lines
         self.turned = turns and any(joint.turns_body for joint in scene.joints)
-        self.raw: list[Places] = []
+        self.raw: list[Integers] = []
         self.n_raw = 0
         self._kinds = {id(body): kind for body, kind in zip(scene.bodies, kinds, strict=True)}
         self._index: dict[int, int] = {}
@@ -68,13 +68,13 @@ class Lowering:
             self._index[id(body)] = len(self.raw)
             self.raw.append(_count_coordinates(body, len(kind.node_coordinates), self.n_raw))
             self.n_raw = int(self.raw[-1][-1, -1]) + 1
-        self._fixed: list[Places] = []
-        self.on_lines: list[Places] = []
-        self._driven: list[Places] = []
+        self._fixed: list[Integers] = []
+        self.on_lines: list[Integers] = []
+        self._driven: list[Integers] = []
         self.courses: list[PrescribedMotion] = []
         self._rheonomic: list[RheonomicTerm | None] = []
-        self._one: list[Places] = []
-        self._other: list[Places] = []
+        self._one: list[Integers] = []
+        self._other: list[Integers] = []
         self._equations = Constraints()
         for body in scene.bodies:
             self._source = id(body), 0
@@ -87,21 +87,21 @@ class Lowering:
         """Return the element type at a node."""
         return self._kinds[id(node.beam)]
 
-    def rows(self, node: Point) -> Places:
+    def rows(self, node: Point) -> Integers:
         """Return the coordinates of all rows of a node, (k, n_c)."""
         return self.raw[self._index[id(node.beam)]][node.beam.rows_of(node.index)]
 
-    def position(self, node: Point) -> Places:
+    def position(self, node: Point) -> Integers:
         """Return the coordinates of the position of a node, (dim,)."""
         return self.rows(node)[0, self.kind(node).columns("r")]
 
-    def ends(self, node: Point) -> Places:
+    def ends(self, node: Point) -> Integers:
         """Return the coordinates of all rows that a point depends on, (k, n_c)."""
         if not node.xi:
             return self.rows(node)
         return np.asarray(self.raw[self._index[id(node.beam)]][node.beam.ends[node.index]])
 
-    def point(self, node: Point) -> tuple[Places, NDArray[np.float64]]:
+    def point(self, node: Point) -> tuple[Integers, NDArray[np.float64]]:
         """Return coordinates (dim, p) and weights (p,) of a point."""
         kind = self.kind(node)
         if not node.xi:
@@ -111,20 +111,20 @@ class Lowering:
             kind, self.ends(node), node, position_weights(node.xi, length, kind.is_string)
         )
 
-    def fix(self, coordinates: Places) -> None:
+    def fix(self, coordinates: Integers) -> None:
         """Fix coordinates at their reference values."""
         self._fixed.append(coordinates)
 
-    def hold(self, coordinates: Places) -> None:
+    def hold(self, coordinates: Integers) -> None:
         """Fix coordinates in place of equations."""
         self.on_lines.append(coordinates)
 
-    def drive(self, coordinates: Places, course: PrescribedMotion) -> None:
+    def drive(self, coordinates: Integers, course: PrescribedMotion) -> None:
         """Prescribe the motion of coordinates, one component each."""
         self._driven.append(coordinates)
         self.courses.append(course)
 
-    def share(self, one: Places, other: Places) -> None:
+    def share(self, one: Integers, other: Integers) -> None:
         """Identify coordinates pair by pair."""
         self._one.append(one)
         self._other.append(other)
@@ -154,7 +154,7 @@ class Lowering:
         )
         self._source = self._source[0], self._source[1] + 1
 
-    def owner(self) -> Places | None:
+    def owner(self) -> Integers | None:
         """Return the lowest coordinate identified with each one; None if none are shared."""
         if not self._one:
             return None
@@ -166,10 +166,10 @@ class Lowering:
         graph = sp.coo_array(pairs, shape=(self.n_raw, self.n_raw))
         _, group = connected_components(graph, directed=False)
         _, lowest = np.unique(group, return_index=True)
-        owner: Places = lowest.astype(np.int32)[group]
+        owner: Integers = lowest.astype(np.int32)[group]
         return owner
 
-    def held(self, owner: Places | None) -> NDArray[np.bool_]:
+    def held(self, owner: Integers | None) -> NDArray[np.bool_]:
         """Return a mask of fixed coordinates, (n_raw,); of shared ones the owner."""
         out = np.zeros(self.n_raw, dtype=bool)
         if self._fixed or self.on_lines:
@@ -177,7 +177,7 @@ class Lowering:
             out[fixed if owner is None else owner[fixed]] = True
         return out
 
-    def repeats(self, owner: Places | None, q: NDArray[np.float64]) -> bool:
+    def repeats(self, owner: Integers | None, q: NDArray[np.float64]) -> bool:
         """Return True if coordinates fixed in place of equations are constrained again.
 
         Then equations are needed, because only they report redundant constraints by name.  The
@@ -196,7 +196,7 @@ class Lowering:
         idle = gradients[:, free].sum(axis=1) <= ROUNDING * gradients.sum(axis=1)
         return bool(idle[np.array(self._equations.mass) == 0.0].any())
 
-    def driven(self, owner: Places | None) -> Places:
+    def driven(self, owner: Integers | None) -> Integers:
         """Return the prescribed coordinates in the order of `courses`; of shared ones the owner."""
         if not self._driven:
             return np.empty(0, dtype=np.int32)
@@ -208,7 +208,7 @@ class Lowering:
         """Prescribed right-hand sides of the last equations."""
         return [rheonomic for rheonomic in self._rheonomic if rheonomic is not None]
 
-    def constraints(self, final: Places, still: range) -> Constraints:
+    def constraints(self, final: Integers, still: range) -> Constraints:
         """Return the equations in the final indices, prescribed ones last.
 
         Equations of bodies are omitted if all their coordinates are fixed, in the range `still`, or
@@ -224,7 +224,7 @@ class Lowering:
         return _without_redundant(out, still)
 
 
-def _count_coordinates(body: Body, n_c: int, start: int) -> Places:
+def _count_coordinates(body: Body, n_c: int, start: int) -> Integers:
     """Return raw indices of the coordinates of a body from `start` on, (n_rows, n_c), by nodes."""
     node, dim = body.row_nodes, body.dim
     rows = np.arange(len(node), dtype=np.int32)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body, Point, Scene
@@ -19,8 +20,6 @@ from ancfsparse.system.coordinates.state import ROUNDING, State, transfer_state
 
 AXES = ("r_x", "r_y", "r_z")
 """Vectors of a row, in the order of `Body.vectors`."""
-
-Places = NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Numbering:
 
     n_free: int
     n_all: int
-    places: list[Places]
+    places: list[Integers]
     constraints: Constraints
     prescribed: PrescribedMotions
     q_ref: NDArray[np.float64]
@@ -116,7 +115,7 @@ def _raw_reference(scene: Scene, lowered: Lowering) -> NDArray[np.float64]:
     return q
 
 
-def _has_conflict(owner: Places | None, held: NDArray[np.bool_], driven: Places) -> bool:
+def _has_conflict(owner: Integers | None, held: NDArray[np.bool_], driven: Integers) -> bool:
     """Return True if joints fix or prescribe a coordinate twice, or leave none free."""
     free = ~held
     free[driven] = False
@@ -126,8 +125,8 @@ def _has_conflict(owner: Places | None, held: NDArray[np.bool_], driven: Places)
 
 
 def _assign_indices(
-    owner: Places | None, held: NDArray[np.bool_], driven: Places
-) -> tuple[Places, int, int]:
+    owner: Integers | None, held: NDArray[np.bool_], driven: Integers
+) -> tuple[Integers, int, int]:
     """Return the index of every raw coordinate, and the numbers of free and of all indices.
 
     Free coordinates come first, then fixed, then prescribed ones.
@@ -147,7 +146,7 @@ def _assign_indices(
     return final if owner is None else final[owner], n_free, n_still + len(driven)
 
 
-def _set_velocities(beam: Body, where: Places, v: NDArray[np.float64]) -> None:
+def _set_velocities(beam: Body, where: Integers, v: NDArray[np.float64]) -> None:
     """Set the velocities of a beam, and refuse those that contradict a connected beam."""
     values = initial_velocities(beam)
     undefined = np.count_nonzero(~np.isfinite(values))
@@ -179,7 +178,7 @@ def _point(body: Body, row: int) -> Point:
 
 def _fix_positions(
     scene: Scene,
-    places: Sequence[Places],
+    places: Sequence[Integers],
     q: NDArray[np.float64],
     q_ref: NDArray[np.float64],
     fixed: slice,
@@ -196,7 +195,7 @@ def _fix_positions(
     q[fixed] = q_ref[fixed]
 
 
-def _locate(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, bool]:
+def _locate(scene: Scene, places: Sequence[Integers], place: int) -> tuple[Point, bool]:
     """Return a node that has a coordinate, and whether that is one of its position."""
     found = ((b, np.argwhere(w == place)) for b, w in zip(scene.bodies, places, strict=True))
     body, (row, column) = next((body, at[0]) for body, at in found if len(at))
@@ -204,7 +203,7 @@ def _locate(scene: Scene, places: Sequence[Places], place: int) -> tuple[Point, 
 
 
 def _fix_velocities(
-    scene: Scene, places: Sequence[Places], v: NDArray[np.float64], still: slice
+    scene: Scene, places: Sequence[Integers], v: NDArray[np.float64], still: slice
 ) -> None:
     """Set the velocity of fixed coordinates to zero, after a check up to rounding errors."""
     held = v[still]
@@ -221,7 +220,7 @@ def _fix_velocities(
 
 
 def velocity_scales(
-    scene: Scene, places: Sequence[Places], v: NDArray[np.float64]
+    scene: Scene, places: Sequence[Integers], v: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the velocity scale of each coordinate, (n_all,) [m/s, 1/s], for rounding errors.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
@@ -16,7 +17,6 @@ from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 if TYPE_CHECKING:
     from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 
-Vector = NDArray[np.float64]
 Integers = NDArray[np.int_]
 
 STENCIL_POINTS = 6  # points of a difference formula for missing rates

@@ -7,13 +7,10 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Body, Point, Scene
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int32]
 
 ROUNDING = 1e-9  # difference of equal values, over the largest coordinate or velocity
 COORDINATE_DESCRIPTIONS = ("element", "mesh")
@@ -34,7 +31,7 @@ class CoordinateLayout(NamedTuple):
     """
 
     bodies: tuple[str, ...]
-    places: Sequence[Places]
+    places: Sequence[Integers]
     q_ref: Vector
 
     def numbers_like(self, other: CoordinateLayout) -> bool:
@@ -145,7 +142,7 @@ def check_state(scene: Scene, state: State) -> None:
 
 
 def transfer_state(
-    scene: Scene, state: State, places: Sequence[Places], q_ref: Vector
+    scene: Scene, state: State, places: Sequence[Integers], q_ref: Vector
 ) -> tuple[Vector, Vector]:
     """Return coordinates and velocities of a state in another numbering.
 

@@ -7,13 +7,11 @@ from copy import copy
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.records.signal import is_vectorized
 from ancfsparse.scene.records.time_dependent import TimeDependentValue
-
-Vector = NDArray[np.float64]
 
 MIN_ARRAY_TIMES = 32  # times for a call with an array, except for signals
 N_CHECKS = 8  # single calls that check an array: first time, last time, and others between

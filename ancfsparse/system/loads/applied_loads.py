@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import LoadError
 from ancfsparse.kernels.hermite import integral_weights, position_weights
 from ancfsparse.scene import (
@@ -22,8 +23,6 @@ from ancfsparse.scene import (
 )
 from ancfsparse.system import loads
 from ancfsparse.system.loads.amplitudes import Amplitudes, FunctionAmplitude, TimeAmplitude
-
-Vector = NDArray[np.float64]
 
 # Exact for the product of the cubic with a load of degree six.
 GAUSS_POINTS = 5  # of an element, for follower loads and loads that vary along it

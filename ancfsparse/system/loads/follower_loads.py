@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int32]
 
 NODAL_VECTORS = ("r", "r_x", "r_y", "r_z")
 """Nodal vectors that a point and the axes of its section depend on, in space."""
@@ -34,9 +31,9 @@ class Follower:
         Factors of the amplitudes.
     """
 
-    place: Places
+    place: Integers
     weight: Vector
-    column: Places
+    column: Integers
     factor: Vector
 
     @staticmethod
@@ -59,8 +56,8 @@ class Follower:
 
 
 def follower_at_node(
-    kind: ElementKind, row: Places, offsets: Sequence[float] = ()
-) -> tuple[Places, Vector]:
+    kind: ElementKind, row: Integers, offsets: Sequence[float] = ()
+) -> tuple[Integers, Vector]:
     """Return indices (1, width, dim) and weights (1, 1 + n_axes, width) at a node.
 
     Parameters
@@ -80,8 +77,8 @@ def follower_at_node(
 
 
 def follower_inside(
-    kind: ElementKind, ends: Places, xi: Vector, lengths: Vector, offsets: Sequence[float] = ()
-) -> tuple[Places, Vector]:
+    kind: ElementKind, ends: Integers, xi: Vector, lengths: Vector, offsets: Sequence[float] = ()
+) -> tuple[Integers, Vector]:
     """Return indices (n, width, dim) and weights (n, 1 + n_axes, width) inside elements.
 
     Parameters

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import LoadError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pad
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.strained_reference import strained_ends
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int32]
 
 TIMES_PER_BLOCK = 64  # times that are evaluated together
 TRIAL_STRAINS = (1e-3, -1e-2)
@@ -65,7 +62,7 @@ class TimeDependentEigenstrain:
         self._changed = np.flatnonzero(changed)
         self.width = len(first) * len(self._changed)
 
-    def places(self, set_of: Places, lanes: int) -> tuple[Places, Places]:
+    def places(self, set_of: Integers, lanes: int) -> tuple[Integers, Integers]:
         """Return the indices of changed parameters and of their amplitudes.
 
         Parameters

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.kernels.layout import pack
@@ -12,17 +13,15 @@ from ancfsparse.scene import Beam, ElasticBody
 from ancfsparse.system.contributions.bodies.elements import base_parameters, reference_parameters
 from ancfsparse.system.coordinates.numbering import reference_coordinates
 
-Array = NDArray[np.float64]
-
 
 def element_end_forces(
     body: ElasticBody,
     kind: ElementKind,
     elements: NDArray[np.intp],
-    ends: Array,
-    rates: Array,
-    times: Array,
-) -> Array:
+    ends: Vector,
+    rates: Vector,
+    times: Vector,
+) -> Vector:
     """Evaluate the generalized nodal forces of elements, including damping.
 
     Parameters

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Point, Scene
@@ -24,9 +24,6 @@ from ancfsparse.system.contributions.force_elements.ropes import RopeContributio
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int32]
 
 
 @dataclass
@@ -54,44 +51,44 @@ class JointRecorder:
     lines: bool = True
     equations: list[tuple[Any, Any, Any]] = field(default_factory=list)
     numbers: bool = False
-    held: list[Places] = field(default_factory=list)
+    held: list[Integers] = field(default_factory=list)
     shares: bool = False
 
     def kind(self, node: Point) -> ElementKind:
         """Return the element at a node."""
         return self.lowering.kind(node)
 
-    def rows(self, node: Point) -> Places:
+    def rows(self, node: Point) -> Integers:
         """Return the coordinates of all rows of a node."""
         return self.lowering.rows(node)
 
-    def position(self, node: Point) -> Places:
+    def position(self, node: Point) -> Integers:
         """Return the coordinates of the position of a node."""
         return self.lowering.position(node)
 
-    def ends(self, node: Point) -> Places:
+    def ends(self, node: Point) -> Integers:
         """Return the coordinates of all rows that a point depends on."""
         return self.lowering.ends(node)
 
-    def point(self, node: Point) -> tuple[Places, Vector]:
+    def point(self, node: Point) -> tuple[Integers, Vector]:
         """Return coordinates and weights of a point."""
         return self.lowering.point(node)
 
-    def fix(self, coordinates: Places) -> None:
+    def fix(self, coordinates: Integers) -> None:
         """Record fixed coordinates."""
         self.numbers = True
         self.held.append(coordinates.ravel())
 
-    def hold(self, coordinates: Places) -> None:
+    def hold(self, coordinates: Integers) -> None:
         """Record fixed coordinates."""
         self.fix(coordinates)
 
-    def drive(self, coordinates: Places, course: PrescribedMotion) -> None:
+    def drive(self, coordinates: Integers, course: PrescribedMotion) -> None:
         """Record prescribed coordinates."""
         self.numbers = True
         self.held.append(coordinates.ravel())
 
-    def share(self, one: Places, other: Places) -> None:
+    def share(self, one: Integers, other: Integers) -> None:
         """Record shared coordinates."""
         self.numbers = self.shares = True
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Point, check_node, check_point
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
-
-Vector = NDArray[np.float64]
 
 
 def reaction(system: System, node: Point, states: StateHistory) -> Vector:

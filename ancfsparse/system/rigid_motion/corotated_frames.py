@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.abi.nodal_frames import Frame
-
-Places = NDArray[np.int32]
 
 
 def make_corotated_frame(system: System) -> Frame:
@@ -67,7 +65,7 @@ def make_corotated_frame(system: System) -> Frame:
     return frame
 
 
-def _in_linear_constraints(system: System) -> Places:
+def _in_linear_constraints(system: System) -> Integers:
     """Return the coordinates of constraints with only linear terms."""
     c = system.constraints
     row, i, j = (np.array(x, dtype=np.int32) for x in (c.row, c.i, c.j))
@@ -76,7 +74,7 @@ def _in_linear_constraints(system: System) -> Places:
     return np.asarray(i[~curved[row]])
 
 
-def _group_by_position(positions: Places) -> tuple[Places, Places, Places, Places]:
+def _group_by_position(positions: Integers) -> tuple[Integers, Integers, Integers, Integers]:
     """Group rows by their position.
 
     Parameters

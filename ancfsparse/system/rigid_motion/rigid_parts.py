@@ -6,14 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.scene import Body
 from ancfsparse.system.system import System
-
-Vector = NDArray[np.float64]
-Places = NDArray[np.int32]
 
 # A straight cable is not changed by a rotation about its axis.
 STRAIGHTNESS = 1e-7  # distance of a straight line from its axis, over its length
@@ -45,7 +42,7 @@ class RigidPart:
 
     name: str
     kind: ElementKind
-    places: Places
+    places: Integers
     start: Vector
     size: float
     axes: Vector
@@ -66,7 +63,7 @@ def find_rigid_parts(system: System) -> list[RigidPart]:
     return [part for body, places in pairs for part in _parts(system, body, places)]
 
 
-def _parts(system: System, body: Body, all_places: Places) -> Iterator[RigidPart]:
+def _parts(system: System, body: Body, all_places: Integers) -> Iterator[RigidPart]:
     order = np.argsort(body.parts, kind="stable")
     pieces = np.split(order, np.flatnonzero(np.diff(body.parts[order])) + 1)
     nodes, dim = body.row_nodes, system.dim
@@ -93,7 +90,7 @@ def _parts(system: System, body: Body, all_places: Places) -> Iterator[RigidPart
 
 
 def _rotation_axes(
-    system: System, kind: ElementKind, places: Places, start: Vector, size: float
+    system: System, kind: ElementKind, places: Integers, start: Vector, size: float
 ) -> Vector:
     """Return the axes of rotations that displace coordinates of a part, (k, 3)."""
     if system.dim == 2:

@@ -5,14 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.follower_loads import Follower
 
@@ -27,7 +23,7 @@ class FollowerContribution(Contribution):
         self._n_free, self._n_all = system.n_free, system.n_all
         self._all = Follower.join(system.loads.followers)
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates of each force."""
         return [matrix_unknowns(self._places(), self._n_free)]
 

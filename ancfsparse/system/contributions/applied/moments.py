@@ -5,14 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
 
@@ -32,7 +28,7 @@ class MomentContribution(Contribution):
             loads.moment_axes,
         )
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates that each moment acts on."""
         return [matrix_unknowns(self._places(), self._n_free)]
 

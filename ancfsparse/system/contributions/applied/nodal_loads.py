@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:

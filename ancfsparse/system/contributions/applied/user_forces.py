@@ -7,12 +7,13 @@ from typing import Protocol
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.force_elements.user_forces import Force
 from ancfsparse.scene.records.compiled_callbacks import get_capsule
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.amplitudes import TimeAmplitude
@@ -44,7 +45,7 @@ class UserForceContribution(Contribution):
         self._speed = max(waves, default=fall_speed or self._length)
         self._compiled: CompiledForce
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates of each point, or of all of them."""
         return self._points.cliques(self._n_free, self._force.coupled)
 

@@ -8,19 +8,14 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.kernels.catalog import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Beam, ElasticBody
 from ancfsparse.system import assembly, loads
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Places,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.numbering import reference_coordinates
 
@@ -52,7 +47,7 @@ class ElementContribution(Contribution):
                 self._changing[k] = _make_eigenstrain(system, body), system.loads.n_amplitudes
                 system.loads.sources.append(self._changing[k][0])
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates of every element, a table for each body."""
         return [self._unknowns(body) for body in self._system.scene.beams]
 
@@ -88,15 +83,17 @@ class ElementContribution(Contribution):
             self._compiled.divide(*runs)
         return runs is not None
 
-    def _tuned(self, k: int, layout: Layout, lanes: int) -> tuple[Places, Places, Vector] | None:
-        """Return the indices of changed parameters, of their amplitudes, and constant values."""
+    def _tuned(
+        self, k: int, layout: Layout, lanes: int
+    ) -> tuple[Integers, Integers, Vector] | None:
+        """Return indices of changed parameters and of their amplitudes, and constant values."""
         if k not in self._changing:
             return None
         strain, first = self._changing[k]
         place, column = strain.places(layout.set_of, lanes)
         return place, column + np.int32(first), layout.parameters.ravel()[place]
 
-    def _unknowns(self, body: ElasticBody) -> Unknowns:
+    def _unknowns(self, body: ElasticBody) -> Indices:
         return matrix_unknowns(self._system.elements(body), self._system.n_free)
 
 
@@ -112,7 +109,7 @@ def _make_eigenstrain(system: Discretization, body: Beam) -> TimeDependentEigens
     return loads.TimeDependentEigenstrain(body, kind, reference_coordinates(body)[body.ends], base)
 
 
-def _damping_arrays(body: ElasticBody, kind: ElementKind, places: Places) -> dict[str, Any]:
+def _damping_arrays(body: ElasticBody, kind: ElementKind, places: Integers) -> dict[str, Any]:
     """Return the damping arrays of a body, none without damping."""
     flags = {"strains_damped": body.strains_damped, "masses_damped": body.masses_damped}
     if not any(flags.values()):

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.force_elements.masses import PointMass
 from ancfsparse.scene.kinematics.rigid_motion import second_moments
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -24,7 +25,7 @@ class MassContribution(Contribution):
         self._pairs = np.array(list(entries), dtype=np.int32).reshape(-1, 2)
         self._value = np.array(list(entries.values()))
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the two coordinates of each entry."""
         return [matrix_unknowns(self._pairs.copy(), self._n_free)]
 

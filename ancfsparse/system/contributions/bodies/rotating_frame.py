@@ -13,18 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.masses import RotatingFrame
 from ancfsparse.system.assembly.column_colouring import colour_columns
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Places,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.amplitudes import ConstantAmplitude
 
@@ -45,7 +40,7 @@ class RotatingFrameContribution(Contribution):
         self._row, self._column = self._coupled_vectors()
         self._mass = np.zeros(0)
 
-    def _coupled_vectors(self) -> tuple[Places, Places]:
+    def _coupled_vectors(self) -> tuple[Integers, Integers]:
         """Return pairs of vectors that may have common masses, by rows, in both orders."""
         import scipy.sparse as sp
 
@@ -63,7 +58,7 @@ class RotatingFrameContribution(Contribution):
         coupling = sp.coo_array((np.ones(len(row)), (row, column)), shape=(n, n)).tocsr().tocoo()
         return coupling.coords[0], coupling.coords[1]
 
-    def _entries(self) -> tuple[Places, Vector]:
+    def _entries(self) -> tuple[Integers, Vector]:
         """Return pairs of coordinates (j, 2) coupled by centrifugal forces, and matrix entries."""
         square, dim = self._frame.spin @ self._frame.spin, self._system.dim
         mass = self._mass if len(self._mass) else np.ones(len(self._row))
@@ -78,7 +73,7 @@ class RotatingFrameContribution(Contribution):
         lower = table[:, 0] >= table[:, 1]
         return table[lower].astype(np.int32), np.concatenate([np.zeros(0), *values])[lower]
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the two coordinates of each entry."""
         return [matrix_unknowns(self._entries()[0], self._system.n_free)]
 
@@ -165,7 +160,7 @@ class RotatingFrameContribution(Contribution):
         )
 
 
-def _collect_vectors(system: Discretization, frame: RotatingFrame) -> tuple[Places, Vector]:
+def _collect_vectors(system: Discretization, frame: RotatingFrame) -> tuple[Integers, Vector]:
     """Return the indices (n, dim) of all vectors without repetition, and their origins [m]."""
     places, positions = [], []
     for body, kind, table in zip(system.bodies, system.kinds, system.places, strict=True):

@@ -6,18 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.joint_springs import RUBBING, STOP, JointSpring
 from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Places,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flatten
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
@@ -26,9 +21,9 @@ from ancfsparse.system.coordinates.joint_lowering import Lowering
 class JointForceTerms(NamedTuple):
     """The force of a joint as a sum over terms of its equations, for _joint_springs.pyx."""
 
-    row: Places
-    other: Places
-    direction: Places
+    row: Integers
+    other: Integers
+    direction: Integers
     factor: Vector
     about: Vector
 
@@ -57,7 +52,7 @@ class JointSpringContribution(Contribution):
         ]
         self.depends_on_reactions = any(s.law == RUBBING for s in springs)
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates of each measure, (1, m)."""
         return [matrix_unknowns(each.place.copy(), self._n_free)[None] for each in self._measures]
 

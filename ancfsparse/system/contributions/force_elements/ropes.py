@@ -7,18 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.coordinate_functions import distance
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Places,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flatten
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
@@ -53,7 +48,7 @@ class RopeContribution(Contribution):
                 self._column[k] = system.loads.n_amplitudes
                 system.loads.sources.append(FunctionAmplitude(rope.change))
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates of each rope, (1, m), then those of each part of each."""
         parts = [part.place for parts in self._parts for part in parts]
         return [
@@ -123,7 +118,7 @@ class RopeContribution(Contribution):
         """Return the gradient of each path; of a taut rope also the normals of each part."""
         import scipy.sparse as sp
 
-        lines: list[tuple[Places, Vector]] = []
+        lines: list[tuple[Integers, Vector]] = []
         for k, (rope, parts) in enumerate(zip(self._ropes, self._parts, strict=True)):
             path = self._fixed[k] + sum(float(part.values(q[None])[0]) for part in parts)
             if path > rope.length:
@@ -137,7 +132,7 @@ class RopeContribution(Contribution):
         return table[np.diff(table.indptr) > 0]
 
 
-def _offsets(parts: list[Any]) -> Places:
+def _offsets(parts: list[Any]) -> Integers:
     return np.cumsum([0, *(len(each) for each in parts)], dtype=np.int32)
 
 

@@ -7,12 +7,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.springs import LAW_SIGNATURES, Spring
 from ancfsparse.scene.records.compiled_callbacks import get_capsule
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import Compiled, Contribution, Vector
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -36,7 +37,7 @@ class SpringContribution(Contribution):
         self._origin = np.array(fixed, dtype=float)
         self._compiled: CompiledSprings
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the coordinates of each spring."""
         return self._points.cliques(self._n_free)
 

@@ -6,16 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.linear_forms import LINEAR
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
-from ancfsparse.system.contributions.interface import (
-    Compiled,
-    Contribution,
-    Places,
-    Vector,
-    matrix_unknowns,
-)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
@@ -29,7 +24,7 @@ class ConstraintContribution(Contribution):
         self._n_free, self._constraints = system.n_free, system.constraints
         self._massive = _terms_with_mass(system.constraints)
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the unknowns of each term, (n_terms, 3), and of each equation with a mass, (1, k).
 
         The unknowns of a term are its multiplier and its one or two coordinates.
@@ -55,12 +50,12 @@ class ConstraintContribution(Contribution):
         made: Compiled = compiled_module("constraints").Constraints(arrays, masses)
         return made
 
-    def _with_mass(self) -> list[Unknowns]:
+    def _with_mass(self) -> list[Indices]:
         return [
             matrix_unknowns(places[None].copy(), self._n_free) for _, places, _, _ in self._massive
         ]
 
-    def _masses(self, pattern: Pattern) -> dict[str, Places | Vector]:
+    def _masses(self, pattern: Pattern) -> dict[str, Integers | Vector]:
         """Return terms, gradients and matrix positions of the equations with a mass."""
         none = np.empty(0, dtype=np.int32)
         terms, places, own, other = (
@@ -83,7 +78,9 @@ class ConstraintContribution(Contribution):
         }
 
 
-def _terms_with_mass(constraints: Constraints) -> list[tuple[Places, Places, Places, Places]]:
+def _terms_with_mass(
+    constraints: Constraints,
+) -> list[tuple[Integers, Integers, Integers, Integers]]:
     """Return the terms and coordinates of each equation with a mass, and the factors of its terms.
 
     The second factor is -1 in linear terms.

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, JointCoordinate
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -25,7 +26,7 @@ class JointCoordinateContribution(Contribution):
         self._n_free = system.n_free
         self._terms = [(k, c, each) for k, c, each in terms if isinstance(each, JointCoordinate)]
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return the multiplier and the coordinates of each joint coordinate, (1, 1 + m)."""
         tables = []
         for row, _, measure in self._terms:

@@ -7,10 +7,11 @@ from functools import partial
 
 import numpy as np
 
+from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset, SlidingCurve
-from ancfsparse.system.assembly.sparsity_pattern import Pattern, Unknowns
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -23,7 +24,7 @@ class SlidingJointContribution(Contribution):
         self._label = system.constraints.labels[rows[0]].split(", normal")[0]
         self._start = offset.curve.nearest(system.q0)
 
-    def cliques(self) -> list[Unknowns]:
+    def cliques(self) -> list[Indices]:
         """Return multipliers and coordinates of the point with each element, a row each."""
         coordinates = matrix_unknowns(self._offset.reach(), self._n_free)
         rows = np.full((len(coordinates), len(self._rows)), self._n_free + np.array(self._rows))
