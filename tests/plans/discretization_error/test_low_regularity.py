@@ -7,12 +7,15 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error import low_regularity
+from ancfsparse.plans.discretization_error.initial_singularity import check_initial_force
 from ancfsparse.plans.discretization_error.low_regularity import bound
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
 from ancfsparse.plans.discretization_error.turning_points import find_swings
+from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.selection import method_selection
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from tests.beams import build_beam
+from tests.plans.comparison import build_trials
 
 
 @pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
@@ -93,6 +96,21 @@ def test_a_reaction_of_a_straight_rod_has_a_plan():
     )
     plan = ancf.plan(pinned, 0.5, ancf.reaction(rod.start), "5 %")
     assert plan.is_met
+
+
+@pytest.mark.parametrize("part", ["M", "Q", "N"])
+@pytest.mark.parametrize("hold", ["pin", "clamp"])
+def test_rounding_of_a_force_at_the_start_is_no_growth(hold, part):
+    """Inclined straight beams at rest have forces of rounding, which grows with the mesh."""
+    for angle in (0.4, -1.2, 1.3):
+        end = 2.0 * np.cos(angle), 2.0 * np.sin(angle)
+        made = ancf.Circle(0.02), ancf.Material(2e11, 4000.0, bending_damping=1e-2)
+        scene, rod = build_beam("thin", (0, 0), end, "auto", *made, hold)
+        trials = build_trials(scene, 0.1, ancf.section_force(rod.at(0.7), part), 0.1)
+        model = Model({rod.name: "thin"})
+        for n_longest in (8, 16):
+            run = trials.run(trials.with_mesh(model, n_longest), 16)
+        check_initial_force(trials, run)
 
 
 def test_a_refusal_names_vibrations_and_what_ends_them(monkeypatch):
