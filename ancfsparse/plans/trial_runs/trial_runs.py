@@ -215,32 +215,27 @@ class TrialRuns:
         `coarser` mesh is the initial guess on a finer one.  The solver is selected from the costs
         of earlier runs, unless one is given.
         """
-        run = self._solve(scene, steps, system, coarser, solver or self.solver(scene, steps))
+        solver = solver or self.solver(scene, steps)
+        if self.t_end is None:
+            start = None if coarser is None else prolongate(coarser, scene)
+            run = as_trajectory(solve_static(scene, start=start))
+        elif isinstance(self.integrator, SolutionMethod):
+            run = self.integrator.solve(scene, self.t_end, steps)
+        else:
+            request = self._request(scene, steps, system, solver)
+            run = run_request(request, system or build_system_at_start(request))
         self.charge(run, steps)
         return run
 
     def solver(self, scene: Scene, steps: int) -> Method | str:
         """Return the solver of a number of steps, selected from the costs of earlier runs."""
-        return (
-            "auto"
-            if self.t_end is None
-            else select_solver(scene, self.integrator, self.run_costs, steps)
-        )
+        if self.t_end is None:
+            return "auto"
+        return select_solver(scene, self.integrator, self.run_costs, steps)
 
     def charge(self, run: Trajectory, steps: int) -> None:
         """Add the cost of a run."""
         self.run_costs.append(cost_of_run(run.stats, steps, run.q.shape[1]))
-
-    def _solve(
-        self, scene: Scene, steps: int, system: System | None, coarser: Trajectory | None,
-        solver: Method | str) -> Trajectory:  # fmt: skip
-        if self.t_end is None:
-            start = None if coarser is None else prolongate(coarser, scene)
-            return as_trajectory(solve_static(scene, start=start))
-        if isinstance(self.integrator, SolutionMethod):
-            return self.integrator.solve(scene, self.t_end, steps)
-        request = self._request(scene, steps, system, solver)
-        return run_request(request, build_system_at_start(request) if system is None else system)
 
     def system_of(self, model: Model) -> System:
         """Return the stress-free system of a model; trial runs use it without prescribed motions.
