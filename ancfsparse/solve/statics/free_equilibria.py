@@ -42,8 +42,6 @@ def find_free_equilibrium(
     """
     if not equations.pushes > 0.0:
         raise describe_free_motions(free, "no load restrains them")
-    if not equations.conservative:
-        raise describe_free_motions(free, "some loads have no potential that could restrain them")
     state = equations.state(q, equations.start.lam, 1.0)
     if _has_unopposed_force(equations, state):
         raise describe_free_motions(free, "loads move the scene as a whole")
@@ -64,8 +62,13 @@ def find_free_equilibrium(
 
 
 def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) -> bool:
-    """Return whether the force on the whole scene along one of the axes has no reaction."""
+    """Return whether the force on the whole scene along one of the axes has no reaction.
+
+    Forces that are functions of the motion may react in a place that the scene has not reached.
+    """
     system = equations.system
+    if any(not term.is_explicit_in_time for term in system.contributions):
+        return False
     for column in np.concatenate(system.vectors("r")).T:
         x = np.zeros(system.n_all)
         x[column] = 1.0

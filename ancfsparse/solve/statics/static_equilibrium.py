@@ -69,8 +69,8 @@ def solve_static(
     Parameters
     ----------
     scene : Scene
-        Beams, joints and loads.  Loads with a potential must restrain all rigid motions that joints
-        leave free, as the weight of a pendulum does.
+        Beams, joints and loads.  Loads must restrain all rigid motions that joints leave free, as
+        the weight of a pendulum or the buoyancy of a float does.
     t : float, optional
         Time at which functions of time are evaluated [s]: by default that of `start`, or 0.
         Prescribed motions go from the reference shape to their values at that time.

@@ -129,7 +129,44 @@ def test_a_net_on_two_corners_hangs_in_a_vertical_plane(factorization):
     np.testing.assert_allclose(held, (0.0, 0.0, weight), rtol=0.0, atol=1e-7 * weight)
 
 
+@pytest.mark.parametrize("height", [0.0, 0.5, 3.0, 30.0])
+def test_a_float_rests_on_its_buoyancy(height):
+    """A force that is a function of the motion restrains it, also from places where it is zero."""
+    scene = ancf.Scene((0.0, -G))
+    box = ancf.Box(length=20.0, width=5.0, height=10.0)
+    hull = scene.add_body(box, mass=2e5, position=(0.0, height))
+
+    def buoyancy(q, v, t):
+        return np.stack([0.0 * q[:, 0], np.maximum(0.0, 1e6 * (1.0 - q[:, 1]))], axis=1)
+
+    scene.force([hull.at((-8.0, 0.0)), hull.at((8.0, 0.0))], buoyancy)
+    rest = ancf.solve_static(scene)
+    np.testing.assert_allclose(
+        rest.position(hull.origin), (0.0, 1.0 - 2e5 * G / 2e6), rtol=0.0, atol=1e-9
+    )
+
+
+@pytest.mark.parametrize("share", [-0.9, 0.1, 0.5, 0.9])
+def test_a_follower_force_holds_a_pendulum_where_its_moment_balances_the_weight(share):
+    stiff = ancf.Circle(0.1), ancf.Material(2e12, 1500.0)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 4, *stiff, "pin")
+    weight = rod.parameters()["mass_per_length"] * rod.length * G
+    scene.point_force(rod.end, (0.0, 0.5 * share * weight), follow=True)
+    rest = ancf.solve_static(scene)
+    x, y = rest.position(rod.end)
+    assert x == pytest.approx(share * rod.length, abs=1e-6)
+    assert y < 0.0
+
+
 def test_what_loads_do_not_restrain_is_refused():
+    sinking, rod = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
+    sinking.force([rod.start, rod.end], lambda q, v, t: -0.5 * v)
+    turned, rod = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL, "pin")
+    weight = rod.parameters()["mass_per_length"] * rod.length * G
+    turned.point_force(rod.end, (0.0, 0.6 * weight), follow=True)
+    for scene in (sinking, turned):
+        with pytest.raises(SingularSceneError, match="does not come to rest under its loads"):
+            ancf.solve_static(scene)
     scene, _ = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL)
     with pytest.raises(SingularSceneError, match="loads move the scene as a whole"):
         ancf.solve_static(scene)
