@@ -12,8 +12,7 @@ from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.integrators import Explicit, Implicit, names
 from ancfsparse.nonlinear import Method
-from ancfsparse.nonlinear.methods import BY_NAME as METHODS
-from ancfsparse.nonlinear.methods import UPDATES
+from ancfsparse.nonlinear.methods import BY_NAME as METHODS, UPDATES
 from ancfsparse.problems import pendulum
 from ancfsparse.results import Trajectory
 from ancfsparse.solve import simulate

@@ -41,7 +41,7 @@ def build_element(
     Parameters
     ----------
     source : str or Path
-        A Python file with an ``ELEMENT = Element(...)`` made with ``codegen.declarations.fields``.
+        A Python file with an ``ELEMENT = Element(...)`` made with ``codegen.declarations``.
     folder : str or Path, optional
         Parent folder of the package, which has the name of the element.
     instruction_sets : sequence of str, optional

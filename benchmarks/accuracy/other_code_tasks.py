@@ -17,9 +17,11 @@ from ancfsparse.system import System
 from benchmarks.accuracy.models import MODELS, OUTPUTS, meets_outputs, output_times
 from benchmarks.accuracy.timed_runs import FailedError, Sample, Task
 from benchmarks.common.first_order import FirstOrder, OdeRun, OutOfTimeError, integrate
-from benchmarks.other_codes import elastica as elastica_code
-from benchmarks.other_codes import exudyn as exudyn_code
-from benchmarks.other_codes import sundials as sundials_code
+from benchmarks.other_codes import (
+    elastica as elastica_code,
+    exudyn as exudyn_code,
+    sundials as sundials_code,
+)
 from benchmarks.other_codes.exudyn import ExudynError, Setting
 from benchmarks.other_codes.exudyn_pendulum import run_exudyn
 from benchmarks.other_codes.sundials import integrate_sundials

@@ -18,8 +18,7 @@ from benchmarks.accuracy.timed_runs import Point, Sample, Task, front, measure
 from benchmarks.common import paper
 from benchmarks.common.progress import bar as progress_bar
 from benchmarks.common.timing import OURS
-from benchmarks.other_codes import elastica as elastica_code
-from benchmarks.other_codes import exudyn as exudyn_code
+from benchmarks.other_codes import elastica as elastica_code, exudyn as exudyn_code
 from benchmarks.other_codes.environment import environment
 from benchmarks.other_codes.exudyn import Setting
 

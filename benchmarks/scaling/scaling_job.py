@@ -20,8 +20,7 @@ from benchmarks.common import methods
 from benchmarks.common.methods import chosen
 from benchmarks.common.worker import peak_memory, serve
 from benchmarks.other_codes.exudyn import ExudynError
-from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS
-from benchmarks.other_codes.exudyn_scene import time_exudyn
+from benchmarks.other_codes.exudyn_scene import SETTINGS as OTHERS, time_exudyn
 
 SOLVERS: dict[str, Method | str] = {
     **chosen(methods.SOLVERS, "auto", "Newton", "modified Newton"),

@@ -185,7 +185,7 @@ class Term:
 
 @dataclass(frozen=True)
 class Element:
-    """What an element is.  Everything else is derived from this.
+    """The definition of an element, from which everything else is derived.
 
     `node` lists the nodal vectors in the order of the coordinates; `section` those of them that
     rotate with the section, which a clamp fixes and a moment acts on.  `strains` defines symbols

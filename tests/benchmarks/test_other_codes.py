@@ -19,8 +19,7 @@ from benchmarks.accuracy.other_code_tasks import (
 from benchmarks.accuracy.references import converged, converged_in_time
 from benchmarks.accuracy.timed_runs import FailedError
 from benchmarks.common.first_order import FirstOrder, OutOfTimeError
-from benchmarks.other_codes import elastica as elastica_code
-from benchmarks.other_codes import sundials as sundials_code
+from benchmarks.other_codes import elastica as elastica_code, sundials as sundials_code
 from benchmarks.other_codes.exudyn import ExudynError, Setting
 from benchmarks.other_codes.exudyn_pendulum import run_exudyn
 from benchmarks.other_codes.sundials import integrate_sundials

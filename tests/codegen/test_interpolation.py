@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 import sympy as sp
 
-from codegen.declarations.fields import interpolate, length, x
+from codegen.declarations import interpolate, length, x
 from codegen.elements import ELEMENTS
 from codegen.modes import ModeVectors, gauss_rule, legendre_value, product_modes
 from codegen.tape import Tape

@@ -13,7 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import build_element
 from ancfsparse.kernels.catalog import element_kind, external_element, from_module
 
-HEAD = "from codegen.declarations.fields import Element, Term, interpolate, parameter\n"
+HEAD = "from codegen.declarations import Element, Term, interpolate, parameter\n"
 CABLE = """
 r = interpolate("r", (0, 1), "r", "r_x")
 r_x = r.diff()

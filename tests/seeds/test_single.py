@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.problems import chain as cable
-from ancfsparse.problems import elastic_four_bar, pendulum
+from ancfsparse.problems import chain as cable, elastic_four_bar, pendulum
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete import sparse_seed
 from tests.seeds.matrices import chain, lower_csc, net, random_spd, saddle

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.fields import Points, axes, spread
-from ancfsparse.kernels.fields import curvature as element_curvature
+from ancfsparse.kernels.fields import Points, axes, curvature as element_curvature, spread
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE

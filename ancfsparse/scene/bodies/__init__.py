@@ -8,8 +8,10 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.frame import Frame as Frame
     from ancfsparse.scene.bodies.rigid_body import RigidBody as RigidBody
     from ancfsparse.scene.bodies.rigid_shapes import RigidShape as RigidShape
-    from ancfsparse.scene.bodies.section_offsets import checked_offsets as checked_offsets
-    from ancfsparse.scene.bodies.section_offsets import offsets_of as offsets_of
+    from ancfsparse.scene.bodies.section_offsets import (
+        checked_offsets as checked_offsets,
+        offsets_of as offsets_of,
+    )
     from ancfsparse.scene.bodies.strained_reference import strained_ends as strained_ends
 
 __getattr__ = on_demand(

@@ -7,13 +7,17 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.scene.mechanisms.gear import Gear as Gear
     from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint as PrescribedJoint
-    from ancfsparse.scene.mechanisms.sliding_joint import Slide as Slide
-    from ancfsparse.scene.mechanisms.sliding_joint import elements_under as elements_under
-    from ancfsparse.scene.mechanisms.two_body_joint import Cylindrical as Cylindrical
-    from ancfsparse.scene.mechanisms.two_body_joint import Prismatic as Prismatic
-    from ancfsparse.scene.mechanisms.two_body_joint import Revolute as Revolute
-    from ancfsparse.scene.mechanisms.two_body_joint import TwoBodyJoint as TwoBodyJoint
-    from ancfsparse.scene.mechanisms.two_body_joint import Universal as Universal
+    from ancfsparse.scene.mechanisms.sliding_joint import (
+        Slide as Slide,
+        elements_under as elements_under,
+    )
+    from ancfsparse.scene.mechanisms.two_body_joint import (
+        Cylindrical as Cylindrical,
+        Prismatic as Prismatic,
+        Revolute as Revolute,
+        TwoBodyJoint as TwoBodyJoint,
+        Universal as Universal,
+    )
     from ancfsparse.scene.mechanisms.weld import Weld as Weld
     from ancfsparse.scene.mechanisms.winch import Winch as Winch
 

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.storage.copies import counterpart as counterpart
-    from ancfsparse.scene.storage.copies import refined as refined
-    from ancfsparse.scene.storage.copies import replaced as replaced
-    from ancfsparse.scene.storage.json_file import load as load
-    from ancfsparse.scene.storage.json_file import save as save
+    from ancfsparse.scene.storage.copies import (
+        counterpart as counterpart,
+        refined as refined,
+        replaced as replaced,
+    )
+    from ancfsparse.scene.storage.json_file import load as load, save as save
     from ancfsparse.scene.storage.printing import format_record as format_record
 
 __getattr__ = on_demand(

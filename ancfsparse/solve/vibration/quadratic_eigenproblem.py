@@ -11,8 +11,8 @@ from ancfsparse.array_types import Complex, Vector
 from ancfsparse.errors import ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
-from ancfsparse.solve.linearization.nonconservative_tangent import ROUNDING_RATIO as DIFFERENCE
 from ancfsparse.solve.linearization.nonconservative_tangent import (
+    ROUNDING_RATIO as DIFFERENCE,
     NonconservativeTangent,
     solve_with_correction,
 )

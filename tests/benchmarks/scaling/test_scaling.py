@@ -6,8 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from benchmarks.common.worker import Worker
-from benchmarks.scaling import roofline as module
-from benchmarks.scaling import scaling_job
+from benchmarks.scaling import roofline as module, scaling_job
 from benchmarks.scaling.roofline import Loop, Roofline, roofline, triad
 from benchmarks.scaling.rows import TITLES, Row, Scaling, ratios, slope
 from benchmarks.scaling.scaling import MAX_REPEATS, leave_out, rounds_of, scaling

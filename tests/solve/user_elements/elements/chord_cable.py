@@ -1,6 +1,6 @@
 """A cable of a user's own: it bends by r'', not by the curvature."""
 
-from codegen.declarations.fields import Element, Term, interpolate, parameter
+from codegen.declarations import Element, Term, interpolate, parameter
 
 SPACE = (0, 1, 2)
 r = interpolate("r", SPACE, "r", "r_x")

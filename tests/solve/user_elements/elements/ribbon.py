@@ -1,6 +1,6 @@
 """A beam in space with one section vector, r_y; the other is r_x x r_y."""
 
-from codegen.declarations.fields import Element, Gauss, Term, inner, interpolate, parameter
+from codegen.declarations import Element, Gauss, Term, inner, interpolate, parameter
 
 SPACE = (0, 1, 2)
 r, r_y = interpolate("r", SPACE, "r", "r_x"), interpolate("r_y", SPACE, "r_y")

@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from codegen.declarations.fields import (
+from codegen.declarations import (
     Element,
     Gauss,
     OwnParameter,
