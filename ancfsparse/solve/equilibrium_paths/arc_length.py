@@ -98,6 +98,7 @@ def follow_path(
         If no further point is found.
     """
     start = solve_newton(equations, equations.start, 0.0, tolerance)
+    tracer = _PathTracer(equations, to, tolerance)
     path = EquilibriumPath([_path_point(equations, start.state, 0.0, None)])
     first = path.points[0]
     step = first_step = FIRST_LOAD_STEP * to / first.dload
@@ -105,24 +106,24 @@ def follow_path(
         last = path.points[-1]
         step = min(step, MAX_ROTATION / max(_largest_rotation(equations, last.dx), 1e-300))
         try:
-            new, corrections = _next_point(equations, last, step, to, tolerance)
+            new, corrections = tracer.next_point(last, step)
         except NotFoundError:
             step *= MIN_STEP_RATIO
             if step < MIN_STEP * first_step:
                 raise
             continue
         if new.dload * last.dload < 0.0:
-            limit = _limit_point(equations, last, new, step, to, tolerance)
+            limit = tracer.limit_point(last, new, step)
             if limit is not None:
                 path.limit_points.append(len(path.points))
                 path.points.append(limit)
         elif side and not path.bifurcations and new.negative > last.negative:
-            bifurcation = _bifurcation_point(equations, last, new, step, to, tolerance)
+            bifurcation = tracer.bifurcation_point(last, step)
             path.bifurcations.append(len(path.points))
             path.points.append(bifurcation)
-            new, step = _branch_point(equations, bifurcation, side, to, tolerance)
+            new, step = tracer.branch_point(bifurcation, side)
         if new.load >= to:
-            path.points.append(_point_at_load(equations, path.points[-1], new, to, tolerance))
+            path.points.append(tracer.final_point(path.points[-1], new))
             path.is_complete = True
             break
         path.points.append(new)
@@ -161,125 +162,109 @@ def _tangent_direction(
     return dx / small, dlam / small
 
 
-def _next_point(
-    equations: EquilibriumEquations, last: PathPoint, step: float, to: float, tolerance: float
-) -> tuple[PathPoint, int]:
-    """Find the equilibrium on the plane across the path at a distance; count the corrections."""
-    load = last.load + step * last.dload
-    state = equations.moved(last.state, step * last.dx, step * last.dlam, load)
-    across, target = equations.mass * last.dx, state.q[: len(last.dx)]
-    for k in range(1, MAX_CORRECTIONS + 1):
-        if equations.factor(state, equations.stiffness(state, load), load) is None:
-            raise NotFoundError("the stiffness is singular", state, load)
-        dx, dlam = equations.correction(state)
-        pulled, pulled_lam = _tangent_direction(equations, state, load)
-        dload = -float((across @ (state.q[: len(dx)] + dx - target)) / (across @ pulled))
-        dx, dlam, load = dx + dload * pulled, dlam + dload * pulled_lam, load + dload
-        size = equations.distance(dx)
-        if (
-            not np.isfinite(size)
-            or size > 2.0 * abs(step)
-            or _largest_rotation(equations, dx) > 2.0 * MAX_ROTATION
-        ):
-            raise NotFoundError("corrections diverge from the path", state, load)
-        state = equations.moved(state, dx, dlam, load)
-        equations.stats.iterations += 1
-        if not np.isfinite(state.r).all():
-            raise NotFoundError("a correction left the range of numbers", state, load)
-        is_small = size <= tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * equations.span
-        if is_small and equations.is_balanced(state, to, tolerance):
-            equations.stats.steps += 1
-            return _path_point(equations, state, load, last.dx), k
-    raise NotFoundError(f"no convergence with {MAX_CORRECTIONS} factors", state, load)
+class _PathTracer:
+    """Finds points of a path; equations, load factor and tolerance are those of `follow_path`."""
 
+    def __init__(self, equations: EquilibriumEquations, to: float, tolerance: float) -> None:
+        self._equations, self._to, self._tolerance = equations, to, tolerance
 
-def _limit_point(
-    equations: EquilibriumEquations,
-    last: PathPoint,
-    new: PathPoint,
-    step: float,
-    to: float,
-    tolerance: float,
-) -> PathPoint | None:
-    """Find the limit point between two points by a bracketed secant method."""
-    low, high = 0.0, step
-    low_rate, high_rate = last.dload, new.dload
-    best: PathPoint | None = None
-    for _ in range(MAX_SECANT_STEPS):
-        at = low + (high - low) * low_rate / (low_rate - high_rate)
-        at = min(max(at, low + 0.05 * (high - low)), high - 0.05 * (high - low))
-        try:
-            best = _next_point(equations, last, at, to, tolerance)[0]
-        except NotFoundError:
-            return best
-        rate = best.dload
-        if abs(rate * (high - low)) <= LIMIT_TOLERANCE * abs(to):
-            break
-        if rate * low_rate > 0.0:
-            low, low_rate = at, rate
-        else:
-            high, high_rate = at, rate
-    return best
+    def next_point(self, last: PathPoint, step: float) -> tuple[PathPoint, int]:
+        """Find the equilibrium on the plane across the path at a distance, and its corrections."""
+        equations, load = self._equations, last.load + step * last.dload
+        state = equations.moved(last.state, step * last.dx, step * last.dlam, load)
+        across, target = equations.mass * last.dx, state.q[: len(last.dx)]
+        for k in range(1, MAX_CORRECTIONS + 1):
+            if equations.factor(state, equations.stiffness(state, load), load) is None:
+                raise NotFoundError("the stiffness is singular", state, load)
+            dx, dlam = equations.correction(state)
+            pulled, pulled_lam = _tangent_direction(equations, state, load)
+            dload = -float((across @ (state.q[: len(dx)] + dx - target)) / (across @ pulled))
+            dx, dlam, load = dx + dload * pulled, dlam + dload * pulled_lam, load + dload
+            size = equations.distance(dx)
+            if (
+                not np.isfinite(size)
+                or size > 2.0 * abs(step)
+                or _largest_rotation(equations, dx) > 2.0 * MAX_ROTATION
+            ):
+                raise NotFoundError("corrections diverge from the path", state, load)
+            state = equations.moved(state, dx, dlam, load)
+            equations.stats.iterations += 1
+            if not np.isfinite(state.r).all():
+                raise NotFoundError("a correction left the range of numbers", state, load)
+            is_small = size <= self._tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * equations.span
+            if is_small and equations.is_balanced(state, self._to, self._tolerance):
+                equations.stats.steps += 1
+                return _path_point(equations, state, load, last.dx), k
+        raise NotFoundError(f"no convergence with {MAX_CORRECTIONS} factors", state, load)
 
+    def limit_point(self, last: PathPoint, new: PathPoint, step: float) -> PathPoint | None:
+        """Find the limit point between two points by a bracketed secant method."""
+        low, high = 0.0, step
+        low_rate, high_rate = last.dload, new.dload
+        best: PathPoint | None = None
+        for _ in range(MAX_SECANT_STEPS):
+            at = low + (high - low) * low_rate / (low_rate - high_rate)
+            at = min(max(at, low + 0.05 * (high - low)), high - 0.05 * (high - low))
+            try:
+                best = self.next_point(last, at)[0]
+            except NotFoundError:
+                return best
+            rate = best.dload
+            if abs(rate * (high - low)) <= LIMIT_TOLERANCE * abs(self._to):
+                break
+            if rate * low_rate > 0.0:
+                low, low_rate = at, rate
+            else:
+                high, high_rate = at, rate
+        return best
 
-def _bifurcation_point(
-    equations: EquilibriumEquations,
-    last: PathPoint,
-    new: PathPoint,
-    step: float,
-    to: float,
-    tolerance: float,
-) -> PathPoint:
-    """Return the last stable point before a bifurcation between two points, by bisection."""
-    low, high, best = 0.0, step, last
-    for _ in range(N_BISECTIONS):
-        at = 0.5 * (low + high)
-        point = _next_point(equations, last, at, to, tolerance)[0]
-        if point.negative > last.negative:
-            high = at
-        else:
-            low, best = at, point
-    return best
+    def bifurcation_point(self, last: PathPoint, step: float) -> PathPoint:
+        """Return the last stable point before a bifurcation between two points, by bisection."""
+        low, high, best = 0.0, step, last
+        for _ in range(N_BISECTIONS):
+            at = 0.5 * (low + high)
+            point = self.next_point(last, at)[0]
+            if point.negative > last.negative:
+                high = at
+            else:
+                low, best = at, point
+        return best
 
+    def branch_point(self, origin: PathPoint, side: int) -> tuple[PathPoint, float]:
+        """Find an equilibrium on the other branch, in the buckling direction, and its distance.
 
-def _branch_point(
-    equations: EquilibriumEquations, origin: PathPoint, side: int, to: float, tolerance: float
-) -> tuple[PathPoint, float]:
-    """Find an equilibrium on the other branch, in the buckling direction, and its distance.
+        The distance from the bifurcation in that direction is fixed, and the load is unknown.
+        """
+        equations, state, load = self._equations, origin.state, origin.load
+        equations.factor(state, equations.stiffness(state, load), load)
+        x = np.random.default_rng(3).standard_normal(len(equations.mass)) / np.sqrt(equations.mass)
+        no_violation, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
+        for _ in range(N_INVERSE_ITERATIONS):
+            r = -equations.mass * x
+            x, dlam = equations.correction(StaticState(state.q, state.lam, r, no_violation))
+            size = equations.distance(x)
+            x, dlam = x / size, dlam / size
+        first = np.argmax(np.abs(x) * np.sqrt(equations.mass))
+        sign = side * np.sign(x[first])
+        tangent = PathPoint(state, load, sign * x, sign * dlam, 0.0, origin.negative)
+        step = first_step = BRANCH_ROTATION / _largest_rotation(equations, x)
+        while True:
+            try:
+                return self.next_point(tangent, step)[0], step
+            except NotFoundError:
+                step *= MIN_STEP_RATIO
+                if step < MIN_BRANCH_RATIO * first_step:
+                    raise
 
-    The distance from the bifurcation in that direction is fixed, and the load is unknown.
-    """
-    state, load = origin.state, origin.load
-    equations.factor(state, equations.stiffness(state, load), load)
-    x = np.random.default_rng(3).standard_normal(len(equations.mass)) / np.sqrt(equations.mass)
-    no_violation, dlam = np.zeros_like(state.phi), np.zeros_like(state.lam)
-    for _ in range(N_INVERSE_ITERATIONS):
-        r = -equations.mass * x
-        x, dlam = equations.correction(StaticState(state.q, state.lam, r, no_violation))
-        size = equations.distance(x)
-        x, dlam = x / size, dlam / size
-    first = np.argmax(np.abs(x) * np.sqrt(equations.mass))
-    sign = side * np.sign(x[first])
-    tangent = PathPoint(state, load, sign * x, sign * dlam, 0.0, origin.negative)
-    step = first_step = BRANCH_ROTATION / _largest_rotation(equations, x)
-    while True:
-        try:
-            return _next_point(equations, tangent, step, to, tolerance)[0], step
-        except NotFoundError:
-            step *= MIN_STEP_RATIO
-            if step < MIN_BRANCH_RATIO * first_step:
-                raise
-
-
-def _point_at_load(
-    equations: EquilibriumEquations, last: PathPoint, new: PathPoint, to: float, tolerance: float
-) -> PathPoint:
-    """Find the equilibrium at a load factor between those of two points."""
-    fraction = (to - last.load) / (new.load - last.load)
-    q = last.state.q + fraction * (new.state.q - last.state.q)
-    lam = last.state.lam + fraction * (new.state.lam - last.state.lam)
-    result = solve_newton(equations, equations.state(q, lam, to), to, tolerance, extrapolate=False)
-    return _path_point(equations, result.state, to, last.dx)
+    def final_point(self, last: PathPoint, new: PathPoint) -> PathPoint:
+        """Find the equilibrium at the final load factor between two points."""
+        equations, to = self._equations, self._to
+        fraction = (to - last.load) / (new.load - last.load)
+        q = last.state.q + fraction * (new.state.q - last.state.q)
+        lam = last.state.lam + fraction * (new.state.lam - last.state.lam)
+        state = equations.state(q, lam, to)
+        result = solve_newton(equations, state, to, self._tolerance, extrapolate=False)
+        return _path_point(equations, result.state, to, last.dx)
 
 
 def _largest_rotation(equations: EquilibriumEquations, dx: Vector) -> float:
