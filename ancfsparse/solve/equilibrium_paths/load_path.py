@@ -7,9 +7,8 @@ import time
 import numpy as np
 
 from ancfsparse.checks import check_count, check_finite, check_positive
-from ancfsparse.errors import EquilibriumError, InputError
+from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.nonlinear import Newton
 from ancfsparse.results import RunStats
 from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.scene import Scene, check_scene
@@ -21,6 +20,7 @@ from ancfsparse.solve.preparation.memory_estimate import (
     within_memory,
 )
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
+from ancfsparse.solve.statics.load_stepping import equilibrium_error
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
 from ancfsparse.system import System
@@ -94,7 +94,7 @@ def load_path(
     if isinstance(branch, bool) or not isinstance(branch, int) or branch not in (-1, 0, 1):
         raise InputError(f"branch must be 1, -1 or 0, got {format_value(branch)}")
     begin = time.perf_counter()
-    needed = estimate_memory(scene, points, 0, False, Newton(), matrices=N_MATRICES)
+    needed = estimate_memory(scene, points, matrices=N_MATRICES)
     stats = RunStats(solver="Newton along the arc length")
     with within_memory(needed):
         system = System(scene)
@@ -107,14 +107,10 @@ def load_path(
         try:
             path = follow_path(equations, to, points, tolerance, int(branch))
         except NotFoundError as failure:
-            r = equations.state(failure.state.q, failure.state.lam, failure.load).r
-            largest = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
-            raise EquilibriumError(
+            raise equilibrium_error(
+                equations,
+                failure,
                 f"the path cannot be continued, {failure.reason}",
-                failure.load,
-                abs(float(r[largest])),
-                system.describe(largest),
-                system.unit(largest),
                 "Take a finer mesh, or add a small load that selects a branch of the path.",
             ) from None
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]

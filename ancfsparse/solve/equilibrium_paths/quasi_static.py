@@ -17,7 +17,6 @@ from ancfsparse.errors import (
     UnstableEquilibriumWarning,
 )
 from ancfsparse.integrators.interface.time_grid import TimeGrid, count_steps_from
-from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.initial_conditions.restart import check_start
@@ -113,7 +112,7 @@ def quasi_static(
     check_choice("factorization", factorization, FACTORIZATIONS)
     check_flag("progress", progress)
     begin = time.perf_counter()
-    needed = estimate_memory(scene, n + 1, 0, False, Newton(), matrices=N_MATRICES)
+    needed = estimate_memory(scene, n + 1, matrices=N_MATRICES)
     stats = RunStats(solver="equilibria, Newton with extrapolated stress")
     with within_memory(needed), progress_bar("step", progress, n) as bar:
         system = System(scene, begins)

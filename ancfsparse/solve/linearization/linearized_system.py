@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +24,12 @@ from ancfsparse.solve.linearization.matrices import (
     free_submatrix,
     mass_matrix,
     symmetric_from_lower,
+)
+from ancfsparse.solve.preparation.memory_estimate import (
+    NO_MEMORY,
+    check_factor_fits,
+    estimate_memory,
+    within_memory,
 )
 from ancfsparse.system import State, System
 
@@ -207,13 +216,25 @@ class LinearizedSystem:
         return out
 
 
-def scene_to_linearize(of: object, at: object = None) -> Scene:
-    """Return the scene of an argument of `modes` and similar functions, after checking it.
+@contextmanager
+def linearized_in_memory(
+    of: object, at: object, n_matrices: int, n_vectors: int
+) -> Iterator[LinearizedSystem]:
+    """Check the arguments of `modes` and similar functions, and linearize within the memory.
+
+    Parameters
+    ----------
+    of, at
+        As in `modes`.
+    n_matrices : int
+        Arrays on the pattern that are needed.
+    n_vectors : int
+        Vectors over all unknowns that are needed.
 
     Raises
     ------
     InputError
-        If it is neither a scene nor an equilibrium, or an equilibrium is given with a state.
+        If an argument is invalid, or matrices, vectors and the factor cannot fit in memory.
     """
     if not isinstance(of, (Scene, Equilibrium)):
         hint = "; give its scene too: modes(scene, n, at=state)" * isinstance(of, State)
@@ -224,10 +245,14 @@ def scene_to_linearize(of: object, at: object = None) -> Scene:
         raise InputError("an equilibrium is a state already: give its scene with at, or no at")
     scene = of.system.scene if isinstance(of, Equilibrium) else of
     check_scene(scene)
-    return scene
+    with within_memory(estimate_memory(scene, matrices=n_matrices)):
+        linearized = _linearize(of, at)
+        vectors = replace(NO_MEMORY, vectors=8.0 * n_vectors * linearized.seed.n)
+        check_factor_fits(vectors, linearized.seed)
+        yield linearized
 
 
-def linearize(of: Scene | Equilibrium, at: State | Equilibrium | None) -> LinearizedSystem:
+def _linearize(of: Scene | Equilibrium, at: object) -> LinearizedSystem:
     """Return the linearized equations of a scene about a state."""
     if isinstance(of, Equilibrium):
         assert isinstance(of.system, System)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.layout import MIN_SHARED_BLOCKS
-from ancfsparse.nonlinear import Method
+from ancfsparse.nonlinear import Method, Newton
 from ancfsparse.scene import Beam, Mesh, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
@@ -33,6 +33,7 @@ INCOMPLETE_ENTRY_BYTES = 20  # of an incomplete factor, per entry of the matrix
 DEFLATED_ENTRY_BYTES = 200  # the same with deflation modes
 # Measured 0.8 to 1.7 for cubes of 6 to 18 nodes a side, growing with their logarithm.
 CUBE_FILL_IN = 4.0  # entries of the factor over those of the matrix and the third root of the nodes
+NEWTON = Newton()
 VECTORS_PER_PAIR = 4  # two terms of two vectors each
 
 
@@ -78,10 +79,10 @@ NO_MEMORY = MemoryEstimate(0.0, 0.0, 0.0, 0.0, 0.0)
 
 def estimate_memory(
     scene: Scene,
-    rows: int,
-    kept_nodes: int | None,
-    to_file: bool,
-    solver: Method | str,
+    rows: int = 0,
+    kept_nodes: int | None = 0,
+    to_file: bool = False,
+    solver: Method | str = NEWTON,
     *,
     whole_runs: int = 0,
     matrices: int = 1,
@@ -94,14 +95,15 @@ def estimate_memory(
     ----------
     scene : Scene
         The model.
-    rows : int
+    rows : int, optional
         Number of states to save.
-    kept_nodes : int or None
+    kept_nodes : int or None, optional
         Number of points to save; None saves all coordinates.
-    to_file : bool
+    to_file : bool, optional
         Whether the states go to a file.
-    solver : Method or str
-        Nonlinear solver; full-memory quasi-Newton methods need a dense inverse.
+    solver : Method or str, optional
+        Nonlinear solver, by default Newton's method; full-memory quasi-Newton methods need a dense
+        inverse.
     whole_runs : int, optional
         Number of runs that are stored with all coordinates for comparison.
     matrices : int, optional

@@ -10,7 +10,6 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import AssemblyError
-from ancfsparse.nonlinear import Newton
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
@@ -72,7 +71,7 @@ def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
     """
     check_scene(scene)
     t = check_finite("t", t, "s")
-    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)) as _:
+    with within_memory(estimate_memory(scene, matrices=N_MATRICES)):
         system = System(scene)
         return _AssemblyEquations(system, t).run()
 
@@ -92,7 +91,7 @@ class _AssemblyEquations:
         self.system, self.t = system, t
         n, m = system.n_free, system.n_multipliers
         self.seed = SparseSeed(system.pattern.indptr, system.pattern.indices, n)
-        check_factor_fits(estimate_memory(system.scene, 0, 0, False, Newton()), self.seed)
+        check_factor_fits(estimate_memory(system.scene), self.seed)
         self.mass = system.mass_diagonal
         self.positions = system.positions
         slopes = np.ones(system.n_all, dtype=bool)

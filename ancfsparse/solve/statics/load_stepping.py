@@ -54,7 +54,7 @@ def find_equilibrium(
             return unstable
     except NotFoundError as failure:
         if equations.is_lost_in_rounding():
-            raise _equilibrium_error(equations, failure, failure.reason, ROUNDING_HINT) from None
+            raise equilibrium_error(equations, failure, failure.reason, ROUNDING_HINT) from None
         if equations.conservative:
             try:
                 return _relax_fully_loaded(
@@ -78,7 +78,7 @@ def find_equilibrium(
             last = failed
     if unstable is None:
         reason = f"{last.reason}; load steps reached {100 * reached:.3g} %"
-        raise _equilibrium_error(equations, last, reason)
+        raise equilibrium_error(equations, last, reason)
     stats.steps = steps
     return unstable
 
@@ -165,7 +165,7 @@ def _follow_load(
     return result
 
 
-def _equilibrium_error(
+def equilibrium_error(
     equations: EquilibriumEquations, last: NotFoundError, reason: str, *advice: str
 ) -> EquilibriumError:
     """Return the error with the largest residual force of the last state."""

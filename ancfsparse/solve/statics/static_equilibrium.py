@@ -20,7 +20,6 @@ from ancfsparse.errors import (
     InputError,
     UnstableEquilibriumWarning,
 )
-from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
@@ -131,9 +130,6 @@ def solve_static(
     needed = estimate_memory(
         scene,
         1,
-        0,
-        False,
-        Newton(),
         matrices=N_MATRICES,
         incomplete=factorization != "complete",
         incomplete_entry=DEFLATED_ENTRY_BYTES,

@@ -6,7 +6,6 @@ from ancfsparse.errors import InputError
 from ancfsparse.integrators import Explicit
 from ancfsparse.integrators.names import EXPLICIT_EXAMPLES
 from ancfsparse.messages import format_value
-from ancfsparse.nonlinear import Newton
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.linearization.matrices import highest_initial_frequency, mass_seed
 from ancfsparse.solve.preparation.memory_estimate import estimate_memory, within_memory
@@ -38,7 +37,7 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     """
     check_explicit(integrator)
     check_scene(scene)
-    with within_memory(estimate_memory(scene, 1, 0, False, Newton(), matrices=N_MATRICES)):
+    with within_memory(estimate_memory(scene, 1, matrices=N_MATRICES)):
         system = System(scene)
         check_explicit_scene(system, integrator)
         omega = highest_initial_frequency(system, mass_seed(system), integrator)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,19 +10,12 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModesWarning, InputError, ModesError
-from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.buckling import Buckling
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearize, scene_to_linearize
+from ancfsparse.solve.linearization.linearized_system import linearized_in_memory
 from ancfsparse.solve.linearization.matrices import free_submatrix, symmetric_from_lower
 from ancfsparse.solve.linearization.rigid_body_modes import check_restrained
-from ancfsparse.solve.preparation.memory_estimate import (
-    NO_MEMORY,
-    check_factor_fits,
-    estimate_memory,
-    within_memory,
-)
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     MAX_DENSE_COORDINATES,
     N_EXTRA_MODES,
@@ -83,12 +75,9 @@ def buckling(of: Scene | Equilibrium, n: int = 1) -> Buckling:
     factor in a gap between multiples counts those below, so that none is missing.
     """
     n = check_count("n", n)
-    scene = scene_to_linearize(of)
-    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)):
-        linearized = linearize(of, None)
+    n_vectors = VECTORS_PER_MODE * (n + N_EXTRA_MODES)
+    with linearized_in_memory(of, None, N_MATRICES, n_vectors) as linearized:
         check_restrained(linearized.system)
-        vectors = 8.0 * VECTORS_PER_MODE * (n + N_EXTRA_MODES) * linearized.seed.n
-        check_factor_fits(replace(NO_MEMORY, vectors=vectors), linearized.seed)
         base = float(isinstance(of, Equilibrium))
         path = _StressPath(linearized, base)
         multiples, motions = _lowest_multiples(linearized, path, n)
@@ -105,7 +94,7 @@ class _StressPath:
 
     Parameters
     ----------
-    pencil : LinearizedSystem
+    linearized : LinearizedSystem
         The matrices; its factor is replaced by that of the stiffness.
     base : float
         Load factor of its state.

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
-from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.complex_modes import ComplexModes
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearize, scene_to_linearize
-from ancfsparse.solve.preparation.memory_estimate import (
-    NO_MEMORY,
-    check_factor_fits,
-    estimate_memory,
-    within_memory,
-)
+from ancfsparse.solve.linearization.linearized_system import linearized_in_memory
 from ancfsparse.solve.vibration.quadratic_eigenproblem import smallest_roots
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     N_EXTRA_MODES,
@@ -73,11 +64,8 @@ def complex_modes(
     ten digits.  The theory is in docs/theory.md.
     """
     n = check_count("n", n)
-    scene = scene_to_linearize(of, at)
-    with within_memory(estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)):
-        linearized = linearize(of, at)
-        vectors = 8.0 * VECTORS_PER_MODE * 8 * (n + N_EXTRA_MODES) * linearized.seed.n
-        check_factor_fits(replace(NO_MEMORY, vectors=vectors), linearized.seed)
+    n_vectors = 8 * VECTORS_PER_MODE * (n + N_EXTRA_MODES)
+    with linearized_in_memory(of, at, N_MATRICES, n_vectors) as linearized:
         motions = admissible_motions(linearized)
         limit = max_modes(linearized, motions)
         limit = limit if motions is not None else limit // 2

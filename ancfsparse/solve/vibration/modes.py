@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 
 import numpy as np
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import ApproximateModesWarning, InputError
-from ancfsparse.nonlinear import Newton
 from ancfsparse.results import Equilibrium
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
-from ancfsparse.solve.linearization.linearized_system import linearize, scene_to_linearize
-from ancfsparse.solve.preparation.memory_estimate import (
-    NO_MEMORY,
-    check_factor_fits,
-    estimate_memory,
-    within_memory,
-)
+from ancfsparse.solve.linearization.linearized_system import linearized_in_memory
 from ancfsparse.solve.vibration.symmetric_eigenproblem import (
     N_EXTRA_MODES,
     VECTORS_PER_MODE,
@@ -73,17 +65,13 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     the eigenvalues below a gap, so that none is missing.  The theory is in docs/theory.md.
     """
     n = check_count("n", n)
-    scene = scene_to_linearize(of, at)
-    needed = estimate_memory(scene, 0, 0, False, Newton(), matrices=N_MATRICES)
-    with within_memory(needed):
-        linearized = linearize(of, at)
+    n_vectors = VECTORS_PER_MODE * (n + N_EXTRA_MODES)
+    with linearized_in_memory(of, at, N_MATRICES, n_vectors) as linearized:
         if linearized.system.gyroscopic is not None:
             raise InputError(
                 "vibrations in a rotating frame are not modes with one phase, because of Coriolis "
                 "forces: take complex_modes"
             )
-        vectors = 8.0 * VECTORS_PER_MODE * (n + N_EXTRA_MODES) * linearized.seed.n
-        check_factor_fits(replace(NO_MEMORY, vectors=vectors), linearized.seed)
         motions = admissible_motions(linearized)
         limit = max_modes(linearized, motions)
         if n > limit:

@@ -56,7 +56,7 @@ class DampedSystem:
 
     Parameters
     ----------
-    pencil : LinearizedSystem
+    linearized : LinearizedSystem
         The matrices; its factor is replaced.
     rate : float
         Rate of the factor [1/s].
@@ -114,14 +114,14 @@ def smallest_roots(
 
     Parameters
     ----------
-    pencil : LinearizedSystem
+    linearized : LinearizedSystem
         The matrices; its factor is replaced.
     n : int
         Number of roots, a conjugate pair counting as one.
     frequency : float
         Approximate largest frequency without damping [1/s].
     motions : (n_free, k) float or None
-        Result of `all_motions`.
+        Result of `admissible_motions`.
 
     Raises
     ------

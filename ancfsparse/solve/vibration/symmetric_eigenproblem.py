@@ -38,7 +38,7 @@ def lowest_modes(
 
     Parameters
     ----------
-    pencil : LinearizedSystem
+    linearized : LinearizedSystem
         The matrices.
     n : int
         Number of eigenvalues.
