@@ -6,6 +6,7 @@ import math
 
 from ancfsparse.results import RunStats
 from ancfsparse.solve.error_control.step_size_controller import MAX_EVENTS
+from ancfsparse.solve.stepping.outcome_reporting import LOOP_COUNTS
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.solve.stepping.state_recorder import StateRecorder
 
@@ -67,10 +68,8 @@ def add_counts(total: RunStats, stats: RunStats) -> None:
     total.events += [e._replace(step=e.step + total.steps) for e in stats.events]
     del total.events[MAX_EVENTS:]
     for name in (
-        *("march_seconds", "steps", "iterations", "last_corrections", "residual_evaluations"),
-        *("factorizations", "indefinite", "material_seeds", "rotating_seeds", "single_seeds"),
-        *("shifted_seeds", "sweeps", "products"),
-        *("solves", "pairs", "skipped_pairs", "recoveries", "rejected_steps", "runs"),
+        *LOOP_COUNTS,
+        *("march_seconds", "steps", "sweeps", "products", "recoveries", "rejected_steps", "runs"),
     ):
         setattr(total, name, getattr(total, name) + getattr(stats, name))
     for part, seconds in stats.seconds.items():

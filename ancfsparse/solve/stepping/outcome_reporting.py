@@ -28,26 +28,23 @@ CAUSE_NAMES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Ou
 CAUSE_NAMES[Outcome.WOULD_GAIN] = CAUSE_NAMES[Outcome.GAINED_ENERGY]
 # Outcomes after which a step may be solved in another way.
 RECOVERABLE_OUTCOMES = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
+LOOP_COUNTS = (
+    *("iterations", "last_corrections", "residual_evaluations", "factorizations", "indefinite"),
+    *("material_seeds", "rotating_seeds", "single_seeds", "shifted_seeds"),
+    *("solves", "pairs", "skipped_pairs"),
+)
+"""Counts of the compiled loop with the same names in `RunStats`."""
 HOW_TO_CONTINUE = " max_energy_gain=inf continues regardless."
 
 
 def count_costs(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None:
     """Copy counts and times of the compiled loop and its seeds."""
     counts = iteration.counts
-    stats.iterations = counts["iterations"]
-    stats.last_corrections = counts["last_corrections"]
-    stats.residual_evaluations = counts["residual_evaluations"]
-    stats.factorizations = counts["factorizations"]
-    stats.indefinite = counts["indefinite"]
-    stats.material_seeds = counts["material_seeds"]
-    stats.rotating_seeds = counts["rotating_seeds"]
-    stats.single_seeds = counts["single_seeds"]
-    stats.shifted_seeds = counts["shifted_seeds"]
+    for name in LOOP_COUNTS:
+        setattr(stats, name, counts[name])
     stats.sweeps, stats.products = (
         sum(x) for x in zip(*(seed.inner for seed in seeds), strict=True)
     )
-    stats.solves = counts["solves"]
-    stats.pairs, stats.skipped_pairs = counts["pairs"], counts["skipped_pairs"]
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
     parts = iteration.seconds
     if parts:
