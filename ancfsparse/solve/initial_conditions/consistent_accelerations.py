@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
 
 
-# A motion over which differences of stiff forces are taken, over the size of what moves: the cube
 # The cube root of rounding, where a central difference is most accurate.
 DIFFERENCE_RATIO = 6e-6  # motion for differences of stiff forces, over the size of the body
 MAX_FRICTION_ITERATIONS = 100  # between friction and joint forces
@@ -192,7 +191,7 @@ def prescribed_rate_terms(system: System, coordinates: Vector, values: Vector) -
     """
     rates = np.zeros(system.n_all)
     rates[system.n_all - len(coordinates) :] = coordinates
-    out = np.asarray(-(constraint_gradients(system) @ rates))
+    out = np.asarray(-(system.constraints.jacobian(system.q0) @ rates))
     out[system.n_multipliers - len(values) :] += values
     return out
 
@@ -232,11 +231,6 @@ def prescribed_values_at_start(system: System) -> tuple[Vector, Vector]:
     return values, rates
 
 
-def constraint_gradients(system: System) -> Any:
-    """Return phi_q at the start, a sparse matrix (m, n_all)."""
-    return system.constraints.jacobian(system.q0)
-
-
 def solve_constrained(
     system: System, seed: Seed, force: Vector, rate: Vector
 ) -> tuple[Vector, Vector]:
@@ -246,7 +240,7 @@ def solve_constrained(
     if not m:
         x[:n] = seed.solve(force[:n])
         return x, mu
-    phi_q = constraint_gradients(system)
+    phi_q = system.constraints.jacobian(system.q0)
     for _ in range(3):
         top = force - system.assembly.inertia(x) - phi_q.T @ mu
         correction = seed.solve(np.concatenate([top[:n], rate - phi_q @ x]))

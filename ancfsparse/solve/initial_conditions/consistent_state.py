@@ -11,7 +11,6 @@ from ancfsparse.errors import InputError, SingularSceneError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.solve.initial_conditions.consistent_accelerations import (
-    constraint_gradients,
     forces_of_prescribed_rates,
     index_of_largest,
     initial_acceleration,
@@ -211,7 +210,11 @@ def starting_state(
     if integrator.shift != 0.0 or system.n_multipliers:
         jerk = initial_jerk(system, seed, v, begin, lam, dt)
         if system.n_multipliers:
-            rate = integrator.velocity_constant * dt**2 * (constraint_gradients(system) @ jerk)
+            rate = (
+                integrator.velocity_constant
+                * dt**2
+                * (system.constraints.jacobian(system.q0) @ jerk)
+            )
             change, _ = solve_constrained(system, seed, np.zeros(system.n_all), rate)
             v = v + change
     scale, damping = integrator.scale * dt**2, integrator.damping_scale * dt
@@ -254,7 +257,7 @@ def project_on_constraints(system: System, seed: Seed) -> None:
     for _ in range(N_CORRECTIONS):
         phi = system.assembly.residual(system.q0, zero, zero, lam, system.dead_load, loads)[1]
         system.q0 = system.q0 + solve_constrained(system, seed, zero, prescribed - phi)[0]
-    violation = prescribed_rates - constraint_gradients(system) @ system.v0
+    violation = prescribed_rates - system.constraints.jacobian(system.q0) @ system.v0
     system.v0 = system.v0 + solve_constrained(system, seed, zero, violation)[0]
 
 
@@ -318,7 +321,7 @@ def low_frequency_part(
     if rate[driven:].any():
         force -= forces_of_prescribed_rates(system, rate - free, *factors)[:n]
     if system.n_multipliers:
-        force = np.concatenate([force, constraint_gradients(system) @ free])
+        force = np.concatenate([force, system.constraints.jacobian(system.q0) @ free])
     out = np.zeros(system.n_all)
     out[:n] = seed.solve(force)[:n]
     out[driven:] = rate[driven:]

@@ -73,8 +73,8 @@ class EquilibriumEquations(Norms):
         Indices of both ends of all elements without slopes, and their lengths [m].
     plain : bool
         Whether the stiffness comes from the elements alone.
+    conservative : bool
         Whether all forces have a potential; moments in space have none.
-        Whether all forces have a potential, as moments in space have none.
     span : float
         Largest coordinate of the reference shape [m].
     forces_first : bool

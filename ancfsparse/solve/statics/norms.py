@@ -24,7 +24,7 @@ class Norms:
     ----------
     mass : (n_free,) float
         Diagonal of the mass matrix, the weight of corrections and forces [kg, kg m2].
-    whole_mass : float
+    total_mass : float
         Sum over all coordinates, moments of inertia over the squares of sizes [kg].
     slopes : (k,) int
         Indices of coordinates that are not positions.

@@ -52,7 +52,6 @@ class StepHalving:
         Whether the time loop is inside a step, in a state that is not one of the run.
     steps_to_projection : int
         Always 0: no projection of velocities follows.
-        Always 0: the next steps need no care.
     """
 
     steps_to_projection = 0
