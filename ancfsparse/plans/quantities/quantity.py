@@ -33,7 +33,7 @@ class Quantity(ABC):
     Parameters
     ----------
     at : {"saved", "end", "largest"}
-        All saved times, of whose errors the largest counts; the last one; or the largest magnitude
+        All saved times; the largest of their errors counts; the last one; or the largest magnitude
         over time, a number.
 
     Attributes

@@ -64,7 +64,7 @@ class PrescribedMotion:
     value : PrescribedValue
         The position, length or angle.
     rate, second_rate : PrescribedValue or None
-        Its derivatives; None if they are to be approximated by differences.
+        Its derivatives; None to approximate them by differences.
     """
 
     value: PrescribedValue
