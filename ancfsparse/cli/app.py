@@ -17,6 +17,7 @@ from ancfsparse.cli.files import animate, convert, info, plot
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
 from ancfsparse.errors import AccuracyError, InputError, StepError
+from ancfsparse.file_names import check_target
 from ancfsparse.kernels.building import build_element
 
 EXIT_FAILURE = 1  # a run failed
@@ -82,11 +83,9 @@ def plan(
 
 
 def check_writable(target: str | None) -> str | None:
-    """Refuse a file in a missing folder before the run."""
-    if target is not None and target != "-" and not Path(target).absolute().parent.is_dir():
-        raise InputError(
-            f"{target} cannot be written: there is no folder {Path(target).absolute().parent}"
-        )
+    """Refuse a file in a missing folder, or with results, before the run."""
+    if target is not None and target != "-":
+        check_target("--json", target, ())
     return target
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_target
 from ancfsparse.results import export, plotting
 from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.hdf5_reader import read_contents, read_outline
@@ -58,7 +59,7 @@ def plot(
     view: ViewOption = None,
 ) -> None:
     """Plot the shapes of a run at some times."""
-    _check_target(picture, PLOT_SUFFIXES, "a plot")
+    check_target("a plot", picture, PLOT_SUFFIXES)
     outline, t, q, _ = read_outline(file)
     plt = _without_display()
     plotting.draw_shapes(outline, t, q, time or None, view=_view(view))
@@ -101,14 +102,6 @@ def _without_display() -> Any:
     import matplotlib.pyplot as plt
 
     return plt
-
-
-def _check_target(target: Path, endings: tuple[str, ...], what: str) -> None:
-    if target.suffix.lower() not in endings:
-        listing = f"{', '.join(endings[:-1])} or {endings[-1]}"
-        raise InputError(f"{what} must end in {listing}, got {str(target)!r}")
-    if not target.absolute().parent.is_dir():
-        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
 
 
 def _view(text: str | None) -> str | tuple[float, float] | None:

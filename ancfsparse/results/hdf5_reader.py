@@ -12,8 +12,8 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_file_name
 from ancfsparse.results.data.hdf5_format import (
-    check_file_name,
     describe_damage,
     open_file,
     read_text,

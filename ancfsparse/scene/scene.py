@@ -113,12 +113,13 @@ class Scene(
         Parameters
         ----------
         path : str or Path
-            The file, such as ``"scene.json"``; an older one is replaced.
+            The file, such as ``"scene.json"``; an older one is replaced, but not results of a run.
 
         Raises
         ------
         InputError
-            If a function is compiled, two functions have one name, or nothing can be written there.
+            If a function is compiled, two functions have one name, the name does not end in
+            ``.json``, or nothing can be written there.
         """
         storage.save(self, path)
 

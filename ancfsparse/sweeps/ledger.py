@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import SWEEP_MARK
 from ancfsparse.messages import format_value
 from ancfsparse.sweeps.point import Row, Task
 from ancfsparse.sweeps.samples import ParameterPoint
 
-MARK = "ancfsparse sweep"
 """First key of the first line."""
 
 
@@ -39,7 +39,7 @@ class Ledger:
         self._path = path
         self._file: TextIO | None = None
         self._head = {
-            MARK: 1,
+            SWEEP_MARK: 1,
             "build": getattr(task.build, "__qualname__", None) or _describe("build", task.build),
             "quantities": list(task.quantities),
             "t_end": task.t_end,
@@ -66,7 +66,7 @@ class Ledger:
         if not entries and not rest:
             return
         head: Any = entries[0] if entries else None
-        if not isinstance(head, dict) or MARK not in head:
+        if not isinstance(head, dict) or SWEEP_MARK not in head:
             raise InputError(f"{path} is not a file of a sweep: choose another")
         for name, value in self._head.items():
             if head.get(name) != value:

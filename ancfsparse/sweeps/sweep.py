@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_file_name
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.solve import simulate
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.sweeps.forks import can_fork, run_forked

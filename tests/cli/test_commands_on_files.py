@@ -73,8 +73,8 @@ def test_the_pendulum_command_writes_such_a_file(capsys, tmp_path):
         (["plot", None, "no/a.png"], "there is no folder no"),
         (["plot", None, "a.png", "--time", "3"], "no state was saved at t = 3 s"),
         (["plot", None, "a.png", "--view", "20,x"], "--view takes two angles in degrees"),
-        (["animate", None, "a.avi"], "an animation is a .gif or an .mp4, got 'a.avi'"),
-        (["convert", None, "a.vtk"], "a VTKHDF file is a .vtkhdf, got 'a.vtk'"),
+        (["animate", None, "a.avi"], "an animation must end in .gif or .mp4, got 'a.avi'"),
+        (["convert", None, "a.vtk"], "a VTKHDF file must end in .vtkhdf or .hdf, got 'a.vtk'"),
     ],
 )
 def test_what_cannot_be_done_is_one_line(file, capsys, words, message):

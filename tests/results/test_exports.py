@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.cli.app import check_writable
 from ancfsparse.errors import InputError
 from ancfsparse.problems import net, pendulum
 from ancfsparse.results.geometry.scene_outline import make_outline
@@ -166,7 +167,10 @@ def test_columns_of_points(swing, tmp_path):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda run, rod: run.to_vtk("a.vtk"), "a VTKHDF file is a .vtkhdf, got 'a.vtk'"),
+        (
+            lambda run, rod: run.to_vtk("a.vtk"),
+            "a VTKHDF file must end in .vtkhdf or .hdf, got 'a.vtk'",
+        ),
         (lambda run, rod: run.to_vtk("no/a.vtkhdf"), "there is no folder no"),
         (lambda run, rod: run.to_vtk("a.vtkhdf", per_element=0), "per_element must be an integer"),
         (lambda run, rod: run.to_vtk("a.vtkhdf", per_element=2**62), "per_element must be at most"),
@@ -174,8 +178,12 @@ def test_columns_of_points(swing, tmp_path):
             lambda run, rod: run.to_csv("a.csv", rod.end),
             r"points must be a list such as \[rod.end\]",
         ),
-        (lambda run, rod: run.to_csv(".", [rod.end]), "the table cannot be written to"),
-        (lambda run, rod: run.to_csv("no/a.csv", [rod.end]), "cannot be written to no/a.csv"),
+        (lambda run, rod: run.to_csv(".", [rod.end]), "a table must end in .csv"),
+        (lambda run, rod: run.to_csv("a.tex", [rod.end]), "a table must end in .csv, got 'a.tex'"),
+        (
+            lambda run, rod: run.to_csv("no/a.csv", [rod.end]),
+            "no/a.csv cannot be written: there is",
+        ),
         (lambda run, rod: run.to_csv("a.csv", [3]), "a table needs a point on a beam"),
         (lambda run, rod: run.to_csv("a.csv", [rod.end], ["speed"]), "quantity"),
     ],
@@ -183,6 +191,31 @@ def test_columns_of_points(swing, tmp_path):
 def test_what_cannot_be_written_is_refused(swing, call, message):
     with pytest.raises(InputError, match=message):
         call(*swing)
+
+
+@pytest.mark.parametrize(
+    ("ending", "write"),
+    [
+        (".json", lambda run, path: run.system.scene.save(path)),
+        (".csv", lambda run, path: run.to_csv(path, [run.system.scene.bodies[0].end])),
+        (".hdf", lambda run, path: run.to_vtk(path)),
+        (".gif", lambda run, path: run.animate(path)),
+        (".json", lambda run, path: check_writable(str(path))),
+    ],
+)
+def test_nothing_replaces_results(tmp_path, ending, write):
+    scene, _ = pendulum(n_elements=3)
+    path = tmp_path / f"run{ending}"
+    run = ancf.simulate(scene, 0.01, 1e-3, output=path)
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="is not replaced, since it holds the results of a run"):
+        write(run, path)
+    assert path.read_bytes() == before
+    path.unlink()
+    heights = {"y": lambda run, rod: run.position(rod.end)[-1, 1]}
+    ancf.sweep(pendulum, [{"n_elements": 3}], heights, 0.01, file=path, workers=1, dt=1e-3)
+    with pytest.raises(InputError, match="is not replaced, since it holds the results of a sweep"):
+        write(run, path)
 
 
 def test_a_run_of_some_points_leaves_no_file(tmp_path):

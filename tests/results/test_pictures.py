@@ -189,7 +189,10 @@ def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
         (lambda run, rod: run.plot(view=20), "view must be a plane such as 'xz', or elevation"),
         (lambda run, rod: run.plot(ax=3), "ax must be axes of matplotlib, got 3"),
         (lambda run, rod: run.plot("energy", ax=3), "ax must be axes of matplotlib, got 3"),
-        (lambda run, rod: run.animate("a.avi"), "an animation is a .gif or an .mp4, got 'a.avi'"),
+        (
+            lambda run, rod: run.animate("a.avi"),
+            "an animation must end in .gif or .mp4, got 'a.avi'",
+        ),
         (lambda run, rod: run.animate("nowhere/a.gif"), "there is no folder nowhere"),
         (lambda run, rod: run.animate("a.gif", seconds=-1), "seconds of an animation must be"),
         (lambda run, rod: run.animate("a.gif", trace=[3]), "a trace needs a point on a beam"),

@@ -31,8 +31,8 @@ def check_initial_force(trials: TrialRuns, reference_run: TrialRun) -> None:
     Raises
     ------
     PlanError
-        If the force grows with the number of elements by more than its tolerance: less may be
-        rounding, of which moments of straight beams at rest consist.
+        If the force grows with the number of elements by more than its tolerance.  Moments of
+        straight beams at rest are rounding, which grows, too.
     """
     counts = reference_run.model.counts
     at_rest = trials.t_end is None or trials.start is not None

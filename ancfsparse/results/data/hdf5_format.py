@@ -11,15 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ancfsparse.errors import InputError
-from ancfsparse.messages import format_value
+from ancfsparse.file_names import RUN_MARK, begins_with
 from ancfsparse.results.data.file_locks import is_locked
 
 if TYPE_CHECKING:
     import h5py
 
-MARK = "ancfsparse run\n"
-"""First bytes of every file, before those of HDF5, which identify also a damaged file; the same
-text is an attribute."""
 # Files of format 1, of version 0.1.0, have no mark; those of format 2 lack the last state.
 FORMAT = 3  # number of the format, an attribute
 USER_BLOCK = 512  # bytes before those of HDF5, the smallest number it allows
@@ -32,26 +29,6 @@ FIRST_ATTRIBUTES = {"settings", "scene", "run", "coordinates"}
 DAMAGE_ERRORS = (
     OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, ArithmeticError
 )  # fmt: skip
-
-
-def check_file_name(what: str, value: object) -> Path:
-    """Return a valid name as the path of a file, which may be missing; `what` is its purpose."""
-    if not isinstance(value, (str, Path)):
-        raise InputError(
-            f"{what} must be the name of a file such as 'run.h5', got {format_value(value)}"
-        )
-    try:
-        os.stat(value)
-    except FileNotFoundError:
-        pass
-    except (OSError, ValueError) as refused:  # a NUL and names that are not encodable, too
-        reason = "it has a NUL character" if "\0" in str(value) else str(refused)
-        if isinstance(refused, OSError):
-            reason = os.strerror(refused.errno or 0)
-        raise InputError(
-            f"{what} cannot be the file {format_value(str(value))}: {reason}"
-        ) from None
-    return Path(value)
 
 
 @contextmanager
@@ -102,14 +79,14 @@ def describe_damage(path: Path, how: str = "") -> str:
 
 def check_format(path: Path, file: h5py.File) -> None:
     """Refuse a file that was not written by a run, or by a later version of this package."""
-    if file.attrs.get("mark", b"") == MARK.encode():
+    if file.attrs.get("mark", b"") == RUN_MARK.encode():
         number = int(file.attrs["format"])
         if number > FORMAT:
             raise InputError(
                 f"{path} was written by a later version of ancfsparse, in format {number}, and "
                 f"this one reads formats up to {FORMAT}: install the later version"
             )
-    elif begins_with_mark(path):
+    elif begins_with(path, RUN_MARK):
         raise InputError(describe_damage(path))
     elif not is_of_first_format(file):
         raise InputError(f"{path} is not a file that simulate wrote")
@@ -122,12 +99,6 @@ def is_of_first_format(file: h5py.File) -> bool:
         and set("tqva") <= set(file)
         and re.fullmatch("[0-9a-f]{32}", str(file.attrs["run"])) is not None
     )
-
-
-def begins_with_mark(path: Path) -> bool:
-    """Return True if the first bytes identify the file of a run, even if it is damaged."""
-    with path.open("rb") as file:
-        return file.read(len(MARK)) == MARK.encode()
 
 
 def is_bare(path: Path) -> bool:
@@ -164,7 +135,7 @@ def describe_failure(path: Path, refused: BaseException) -> str:
         return f"{path} cannot be opened, because a run is writing to it: wait for its end"
     import h5py
 
-    if begins_with_mark(path) or h5py.is_hdf5(path):
+    if begins_with(path, RUN_MARK) or h5py.is_hdf5(path):
         return (
             f"{path} is cut off or damaged after {path.stat().st_size} bytes: copy it again, or "
             "run again if the disk was full"

@@ -6,8 +6,9 @@ import os
 from pathlib import Path
 
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import RUN_MARK, begins_with
 from ancfsparse.results.data.file_locks import is_locked, try_lock, unlock
-from ancfsparse.results.data.hdf5_format import MARK, begins_with_mark, is_bare, open_file
+from ancfsparse.results.data.hdf5_format import is_bare, open_file
 
 
 class OutputLock:
@@ -47,7 +48,7 @@ class OutputLock:
     def mark(self) -> None:
         """Write the mark before the bytes of HDF5."""
         os.lseek(self._file, 0, os.SEEK_SET)
-        os.write(self._file, MARK.encode())
+        os.write(self._file, RUN_MARK.encode())
 
     def release(self) -> None:
         """Release the lock."""
@@ -74,7 +75,7 @@ def check_replaceable(path: Path, *, is_locked_here: bool = False) -> None:
     try:
         if not is_locked_here and is_locked(path):
             raise _busy(path)
-        if path.stat().st_size == 0 or begins_with_mark(path) or is_bare(path):
+        if path.stat().st_size == 0 or begins_with(path, RUN_MARK) or is_bare(path):
             return
     except OSError as refused:
         reason = os.strerror(refused.errno or 0)

@@ -10,8 +10,8 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.scene import Point, check_point
 
@@ -20,7 +20,7 @@ def write_csv(
     run: Motion, path: str | Path, points: Sequence[Point], quantities: Sequence[str]
 ) -> Path:
     """Write a CSV file; see `Trajectory.to_csv`."""
-    target = check_file_name("a table", path)
+    target = check_target("a table", path, (".csv",))
     for what, values, example in (
         ("points", points, "[rod.end]"), ("quantities", quantities, "['position']")
     ):  # fmt: skip

@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, OutputError
+from ancfsparse.file_names import RUN_MARK
 from ancfsparse.results.data.file_locks import HDF5_LOCKS
-from ancfsparse.results.data.hdf5_format import FORMAT, MARK, USER_BLOCK
+from ancfsparse.results.data.hdf5_format import FORMAT, USER_BLOCK
 from ancfsparse.results.data.output_lock import OutputLock
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import (
@@ -125,7 +126,7 @@ class Writer:
             self._file.create_dataset("places", data=self._places, fletcher32=True)
         for name, text in texts.items():
             self._text(name, text)
-        self._file.attrs["mark"] = np.bytes_(MARK)
+        self._file.attrs["mark"] = np.bytes_(RUN_MARK)
         self._file.attrs["format"] = FORMAT
         self._file.attrs["coordinates"] = n
         import uuid

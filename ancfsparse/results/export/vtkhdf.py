@@ -19,7 +19,7 @@ from tqdm import tqdm
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_flag
 from ancfsparse.errors import InputError
-from ancfsparse.results.data.hdf5_format import check_file_name
+from ancfsparse.file_names import check_target
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
 from ancfsparse.results.fields.motion import Motion
 from ancfsparse.results.fields.section_forces import axial_forces
@@ -59,11 +59,7 @@ def write_vtk(
     `forces` returns from coordinates, velocities and times the axial forces of every body, each
     (k, n_elements) [N].
     """
-    target = check_file_name("a VTKHDF file", path)
-    if target.suffix.lower() not in (".vtkhdf", ".hdf"):
-        raise InputError(f"a VTKHDF file is a .vtkhdf, got {str(target)!r}")
-    if not target.absolute().parent.is_dir():
-        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    target = check_target("a VTKHDF file", path, (".vtkhdf", ".hdf"))
     pieces = check_count("per_element", per_element)
     if pieces > MAX_PIECES:
         raise InputError(f"per_element must be at most {MAX_PIECES}, got {pieces}")

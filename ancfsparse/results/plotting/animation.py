@@ -18,8 +18,8 @@ from tqdm import tqdm
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.plotting.canvas import Canvas, trace_scene
@@ -49,13 +49,11 @@ def animate(
 
     `paths` are the positions (k, dim) of the traced points [m].
     """
-    target = check_file_name("an animation", path)
+    target = check_target("an animation", path, (".gif", ".mp4"))
     writer = _writer(target, check_count("fps", fps))
     if check_count("dpi", dpi, 10) > MAX_DPI:
         raise InputError(f"dpi must be at most {MAX_DPI}, got {format_value(dpi)}")
     check_flag("progress", progress)
-    if not target.absolute().parent.is_dir():
-        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
     duration = float(t[-1] - t[0])
     if seconds is None:
         seconds = min(max(duration, MIN_DURATION), MAX_DURATION)
@@ -120,8 +118,6 @@ def _writer(target: Path, fps: int) -> AbstractMovieWriter:
     """Return the writer for the suffix of a file name."""
     if target.suffix.lower() == ".gif":
         return _Gif(fps=fps)
-    if target.suffix.lower() != ".mp4":
-        raise InputError(f"an animation is a .gif or an .mp4, got {format_value(str(target))}")
     if not FFMpegWriter.isAvailable():
         raise InputError(
             f"{target} needs the program ffmpeg, which is not installed here: install it, on "

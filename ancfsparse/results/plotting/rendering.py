@@ -10,8 +10,8 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_flag
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.geometry.body_outlines import RigidOutline
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements, trace_slopes
 from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
@@ -44,11 +44,7 @@ def render(
     strain: bool = False,
 ) -> Path:
     """Render one state with coordinates q (n,); see `Trajectory.render`."""
-    target = check_file_name("an image", path)
-    if target.suffix.lower() not in (".png", ".jpg"):
-        raise InputError(f"an image must end in .png or .jpg, got {str(target)!r}")
-    if not target.absolute().parent.is_dir():
-        raise InputError(f"{target} cannot be written: there is no folder {target.parent}")
+    target = check_target("an image", path, (".png", ".jpg"))
     view = VIEWPOINT if view is None else view
     if not (isinstance(view, tuple) and len(view) == 2):
         raise InputError(f"view must be elevation and azimuth in degrees, got {format_value(view)}")

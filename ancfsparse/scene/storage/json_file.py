@@ -15,6 +15,7 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
+from ancfsparse.file_names import check_file_name, check_target
 from ancfsparse.kernels.catalog import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.rigid_shapes import SHAPE_TYPES
@@ -63,7 +64,8 @@ def written(scene: SceneBase) -> str:
 
 def save(scene: SceneBase, path: str | Path) -> None:
     """Write a scene; see `Scene.save`."""
-    file, text = _place(path), written(scene)
+    file = check_target("the file of a scene", path, (".json",))
+    text = written(scene)
     part = file.with_name(f".{file.name}.{os.getpid()}")
     try:
         part.write_text(text, encoding="utf-8")
@@ -76,7 +78,7 @@ def save(scene: SceneBase, path: str | Path) -> None:
 
 def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, Any]) -> AnyScene:
     """Read a scene; see `Scene.load`."""
-    file = _place(path)
+    file = check_file_name("the file of a scene", path, "scene.json")
     try:
         text = file.read_bytes()
     except OSError as error:
@@ -220,11 +222,3 @@ def _array_of(value: Mapping[str, Any]) -> Any:
         return numbers.reshape(value["shape"])
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(f"its array is damaged: {error}") from error
-
-
-def _place(path: object) -> Path:
-    if not isinstance(path, str | Path) or not Path(path).name or "\0" in str(path):
-        raise InputError(
-            f"the file of a scene must have a name such as 'scene.json', got {format_value(path)}"
-        )
-    return Path(path)

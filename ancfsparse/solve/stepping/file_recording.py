@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
+from ancfsparse.file_names import check_file_name, check_folder
 from ancfsparse.results import Trajectory
-from ancfsparse.results.data.hdf5_format import check_file_name
 from ancfsparse.results.data.output_lock import check_replaceable
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.geometry.scene_outline import make_outline
@@ -24,9 +24,7 @@ from ancfsparse.system import System
 def check_file(output: object) -> None:
     """Check that a file can be written, or replaced if it exists."""
     path = check_file_name("output", output)
-    folder = path.absolute().parent
-    if not folder.is_dir():
-        raise InputError(f"output {str(output)!r} cannot be written: there is no folder {folder}")
+    check_folder(path)
     check_replaceable(path)
 
 
