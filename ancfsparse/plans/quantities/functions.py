@@ -36,7 +36,7 @@ def position(point: Point, *, at: str = "saved") -> Position:
     point : Point
         Any point, such as ``rod.end`` or ``rod.at(s)``.
     at : {"saved", "end", "largest"}, optional
-        All saved times; the largest of their errors counts; the last one; or the largest distance
+        All saved times, whose largest error counts; the last one; or the largest distance
         from the origin over time.
 
     Returns

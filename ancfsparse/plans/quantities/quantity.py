@@ -33,7 +33,7 @@ class Quantity(ABC):
     Parameters
     ----------
     at : {"saved", "end", "largest"}
-        All saved times; the largest of their errors counts; the last one; or the largest magnitude
+        All saved times, whose largest error counts; the last one; or the largest magnitude
         over time, a number.
 
     Attributes
