@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.hermite import bend_weights, position_weights, slope_weights
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import REFERENCE, ElementKind
+from ancfsparse.kernels.element_kind import REFERENCE, ElementKind
 
 MIN_SHARED_BLOCKS = 256  # for shared tables
 MIN_RUN_LENGTH = 8  # mean number of successive blocks with equal tables, for shared tables

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from ancfsparse.dispatch import available_instruction_sets, compiled_module, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import ARCHITECTURE_FLAGS, compile_c, translate
-from ancfsparse.kernels.catalog import REFERENCES, ElementKind, from_module, module_names
+from ancfsparse.kernels.catalog import REFERENCES, module_names
+from ancfsparse.kernels.element_kind import ElementKind, from_module
 from ancfsparse.kernels.layout import pack
 
 GENERATED = Path(__file__).resolve().parents[2] / "generated"

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.kernels.catalog import from_module
+from ancfsparse.kernels.element_kind import from_module
 from ancfsparse.kernels.layout import pack
 
 VALUES = {

@@ -9,13 +9,8 @@ from ancfsparse import dispatch
 from ancfsparse.dispatch import available_instruction_sets, compiled_module, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.instruction_sets import REQUIRED_FLAGS
-from ancfsparse.kernels.catalog import (
-    REFERENCES,
-    curved_form,
-    element_kind,
-    from_module,
-    module_names,
-)
+from ancfsparse.kernels.catalog import REFERENCES, curved_form, element_kind, module_names
+from ancfsparse.kernels.element_kind import from_module
 from tests.instruction_sets import require
 
 

@@ -11,7 +11,8 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module, instruction_set
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.building import build_element
-from ancfsparse.kernels.catalog import element_kind, external_element, from_module
+from ancfsparse.kernels.catalog import element_kind
+from ancfsparse.kernels.element_kind import external_element, from_module
 
 HEAD = "from codegen.declarations import Element, Term, interpolate, parameter\n"
 CABLE = """

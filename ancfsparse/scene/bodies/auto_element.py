@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import overload
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.bodies.body import Body, Point
 
 AUTO = "auto"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_finite, check_vector
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene import bodies

@@ -17,7 +17,7 @@ import numpy as np
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.kinematics.linear_forms import RheonomicTerm
 from ancfsparse.scene.records.picklable_functions import picklable

@@ -15,11 +15,11 @@ from ancfsparse.kernels.catalog import (
     CURVED,
     OPTIONS,
     PLANAR,
-    ElementKind,
     curved_form,
     element_kind,
     slack_form,
 )
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.records.record import Record
 from ancfsparse.scene.sections.cross_section import list_section_types, principal_axes

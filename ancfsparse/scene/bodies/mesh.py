@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.checks import check_count, check_finite
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.bodies.beam import NODE_TOLERANCE, relocate
 from ancfsparse.scene.bodies.body import Point, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.hermite import slope_weights
 
 GAUSS_POINTS = 10  # of the chord of an element, exact to rounding for rotations of a radian

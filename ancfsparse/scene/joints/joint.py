@@ -11,7 +11,7 @@ from typing import ClassVar, NamedTuple
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import RIGID
+from ancfsparse.kernels.element_kind import RIGID
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 

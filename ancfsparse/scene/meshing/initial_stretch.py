@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_moderate
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import OPTIONS, ElementKind
+from ancfsparse.kernels.catalog import OPTIONS
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.bodies.beam import BeamSpec
 from ancfsparse.scene.geometry.catenary import Catenary
 from ancfsparse.scene.geometry.curves import Line, Path

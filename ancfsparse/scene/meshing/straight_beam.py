@@ -9,7 +9,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_vector
 from ancfsparse.errors import MessageTemplate, Parameter
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.element_choice import (
     check_make,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene import meshing
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.body import VelocityField

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_reals
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies, meshing
 from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element, refuse_in_plane

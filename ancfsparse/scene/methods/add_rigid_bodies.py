@@ -16,7 +16,7 @@ from ancfsparse.checks import (
     check_vector,
 )
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import RIGID, rigid_kind
+from ancfsparse.kernels.element_kind import RIGID, rigid_kind
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
 from ancfsparse.scene.geometry.positions import check_position

@@ -16,7 +16,7 @@ import numpy as np
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.file_names import check_file_name, check_target
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.rigid_shapes import SHAPE_TYPES
 from ancfsparse.scene.geometry.curves import Arc, Helix

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import BodyRef, JointRef, PointRef, Record, equal
 from ancfsparse.scene.records.signal import Signal

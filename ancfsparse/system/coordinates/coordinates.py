@@ -9,7 +9,7 @@ import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene import Body, Point, check_point
 from ancfsparse.scene.bodies.auto_element import decided

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.array_types import Integers
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Body, Point, Scene
 from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Integers
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene import Body, Point, Scene
 from ancfsparse.scene.kinematics.rigid_motion import RigidMotion
 from ancfsparse.system.coordinates.constraint_terms import Constraints

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 
 NODAL_VECTORS = ("r", "r_x", "r_y", "r_z")

@@ -6,7 +6,7 @@ import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import LoadError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.layout import pad
 from ancfsparse.scene.bodies.beam import Beam
 from ancfsparse.scene.bodies.strained_reference import strained_ends

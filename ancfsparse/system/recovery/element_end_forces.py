@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.kernels.layout import pack
 from ancfsparse.scene import Beam, ElasticBody
 from ancfsparse.system.contributions.bodies.elements import base_parameters, reference_parameters

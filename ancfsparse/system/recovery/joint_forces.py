@@ -10,7 +10,7 @@ import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import InputError, SingularSceneError
-from ancfsparse.kernels.catalog import ElementKind
+from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene import Point, Scene
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.geometry.section_frames import normals

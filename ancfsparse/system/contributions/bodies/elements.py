@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.kernels.catalog import REFERENCE, ElementKind
+from ancfsparse.kernels.element_kind import REFERENCE, ElementKind
 from ancfsparse.kernels.layout import Layout, pack
 from ancfsparse.scene import Beam, ElasticBody
 from ancfsparse.system import assembly, loads
