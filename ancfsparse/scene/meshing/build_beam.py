@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_reals
+from ancfsparse.checks import check_choice, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import meshing
@@ -27,10 +27,13 @@ from ancfsparse.scene.bodies.element_choice import slack_string
 from ancfsparse.scene.meshing.straight_beam import build_straight_beam
 from ancfsparse.scene.sections.taper import Taper
 
+RESTS = ("curved", "straight")  # stress-free shapes of a beam along a curve, the default first
+
 
 def build_beam(record: BeamSpec, gravity: Vector) -> Beam:
     """Check the arguments of a beam and build its handle, which is not yet part of a scene."""
     label, dim = record.name, len(gravity)
+    check_choice(f"rest of {label}", record.rest, RESTS)
     element, n_elements, automatic = stand_ins(
         record.element, record.n_elements, "thin" if dim == 2 else "thick", AUTO_ELEMENTS
     )

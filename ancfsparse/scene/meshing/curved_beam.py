@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_choice, check_count
+from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
@@ -22,8 +22,6 @@ from ancfsparse.scene.geometry.section_frames_along import frames_along
 from ancfsparse.scene.meshing.initial_stretch import initial_shape, lateral_contraction
 from ancfsparse.scene.meshing.straight_beam import check_element_memory, new_beam
 
-# Shapes in which a beam along a curve may be free of stress, the default first.
-RESTS = ("curved", "straight")
 # Memory of the arrays of a beam [bytes per element], and per element and squared dimension.
 BYTES_PER_ELEMENT = 400.0
 BYTES_PER_SQUARED_DIM = 64.0
@@ -87,7 +85,7 @@ def _check_directions(record: BeamSpec, element: str, kind: ElementKind) -> None
 
 def _is_stress_free_curved(record: BeamSpec) -> bool:
     """Return True if the stress-free shape is curved or twisted."""
-    curved = check_choice(f"rest of {record.name}", record.rest, RESTS) == "curved"
+    curved = record.rest == "curved"
     if record.curve is None and record.twist is None and not callable(record.up):
         return False
     if curved and (record.length is not None or record.tension is not None):

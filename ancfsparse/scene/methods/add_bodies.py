@@ -97,7 +97,8 @@ class Bodies(SceneBase):
             strain under the smallest force of interest is a good choice; smaller values make steps
             harder.
         strain : str, optional
-            For ``"thin"``: ``"green"`` or ``"biot"``.
+            For ``"thin"``: ``"green"`` or ``"biot"``.  Strings have the strain ``|r'| - 1`` and
+            ignore the default.
         curvature : str, optional
             For ``"thick"``: ``"axis"``, as in the paper, without shear in the limit of fine meshes;
             elements should be longer than about ``b**2 / R`` where a beam of height ``b`` bends

@@ -152,7 +152,7 @@ class Couplings(SceneBase):
             at the start, straight at crossings.  The run ends with an error that keeps the
             previous states when the point reaches an end.
         lateral : array_like, shape (3,), optional
-            Direction in space to which the axis does not become parallel, such as the horizontal
+            In space, a direction to which the axis does not become parallel, such as the horizontal
             one across a rope; by default the section axis nearest to the horizontal.
 
         Returns
@@ -186,6 +186,11 @@ class Couplings(SceneBase):
             axis = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
             axes = np.vstack([axis, normals(axis)])
         across = axes[0]
+        if lateral is not None and self.dim == 2:
+            raise InputError(
+                "lateral of a slide has no meaning in a planar scene, where the axis has one "
+                "normal: leave it out"
+            )
         if lateral is None and self.dim == 3:
             across = axes[1:][np.argmin(np.abs(axes[1:] @ self.gravity))]
         elif lateral is not None:

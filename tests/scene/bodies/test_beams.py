@@ -180,6 +180,7 @@ def test_points_that_are_not_on_it(point, message):
         ({"element": "thick", "strain": "biot"},
          "has no option strain .its options: curvature and section_strain."),
         ({"section_strain": "nodel"}, "unknown section_strain 'nodel': did you mean 'nodal'"),
+        ({"rest": "strait"}, "unknown rest of beam 0 'strait': did you mean 'straight'"),
         ({"up": (0, 1, 0)}, "`up` of beam 0 has no meaning in a planar scene"),
         ({"velocity": (0, 0, 1)}, "velocity of beam 0 has 3 components, but the scene is planar"),
         ({"velocity": (0, np.nan)}, "velocity of beam 0 must be finite"),

@@ -195,6 +195,10 @@ def test_bad_arguments_of_slides():
     assert_refused(r"cannot slide along itself", scene.slide, rope.node(2), rope)
     assert_refused("needs a beam or a mesh to slide along", scene.slide, body.origin, body)
     off = scene.add_body(mass=0.1, inertia=1e-4, position=(0.5, 0.2))
+    for direction in ((0, 1), (0, 0, 1)):
+        assert_refused(
+            "has no meaning in a planar", scene.slide, off.origin, rope, lateral=direction
+        )
     scene.slide(off.origin, rope)
     with pytest.raises(ancf.InputError, match=r"violate the slide of .* by 0\.2 m: move the start"):
         ancf.simulate(scene, 0.1, 0.01)
