@@ -21,6 +21,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     solve_constrained,
 )
 from ancfsparse.solve.initial_conditions.restart import continues_run
+from ancfsparse.solve.initial_conditions.violated_lengths import violated_lengths, violated_rates
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.numbering import velocity_scales
 from ancfsparse.system.coordinates.state import ROUNDING, State
@@ -109,12 +110,13 @@ def check_constraints(system: System, state: State | None = None) -> None:
     if system.prescribed.n:
         columns = np.abs(phi_q[:, system.n_all - system.prescribed.n :])
         rate_errors += columns @ system.prescribed.speed_errors(system.t0)
-    for tolerance, values, sizes, error, unit, name, hint in (
+    for tolerance, values, sizes, error, reported, unit, name, hint in (
         (
             position_tolerance,
             phi,
             position_sizes,
             0.0,
+            violated_lengths,
             "m",
             "positions",
             "move the start or the joint so that they agree",
@@ -124,6 +126,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
             phi_q @ system.v0 - prescribed_rates,
             velocity_sizes,
             rate_errors,
+            violated_rates,
             "m/s",
             "velocities",
             "give the body a velocity that the joint allows there",
@@ -134,7 +137,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
         if not excess[largest] <= 0.0:
             arm = system.constraints.arm(largest)
             size, unit = (
-                abs(values[largest]) / (arm or 1.0),
+                abs(reported(system, values, prescribed)[largest]) / (arm or 1.0),
                 unit.replace("m", "rad" if arm else "m"),
             )
             raise InputError(

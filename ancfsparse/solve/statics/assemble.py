@@ -14,6 +14,7 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.initial_conditions.violated_lengths import violated_lengths
 from ancfsparse.solve.linearization.linearized_system import RELATIVE_FLEXIBILITY
 from ancfsparse.solve.preparation.memory_estimate import (
     check_factor_fits,
@@ -131,7 +132,7 @@ class _AssemblyEquations:
         system, n = self.system, self.system.n_free
         q = system.q_ref.copy()
         gap, phi = self.prescribed_gap(q), self.violations(q)
-        before = float(max(np.max(np.abs(gap)), np.max(np.abs(phi), initial=0.0)))
+        before = float(max(np.max(np.abs(gap)), np.max(self.reported(phi), initial=0.0)))
         sizes: list[float] = []
         while len(sizes) < MAX_CORRECTIONS:
             if not gap.any() and np.all(np.abs(phi) <= self.allowed(q)):
@@ -149,7 +150,7 @@ class _AssemblyEquations:
             decreases = len(sizes) <= MIN_CORRECTIONS or sizes[-1] <= 0.9 * min(recent)
             if not (np.isfinite(sizes[-1]) and decreases):
                 break
-        raise AssemblyError(self.worst(phi) or "drive", float(np.max(np.abs(phi))), before)
+        raise AssemblyError(self.worst(phi) or "drive", float(np.max(self.reported(phi))), before)
 
     def prescribed_gap(self, q: Vector) -> Vector:
         """Return the missing displacements of prescribed coordinates, (n_all,) [m, 1]."""
@@ -163,7 +164,14 @@ class _AssemblyEquations:
         """Return the name of the most violated constraint, if any."""
         if not len(phi) or not phi.any():
             return ""
-        return self.system.constraints.labels[int(np.argmax(np.abs(phi)))]
+        return self.system.constraints.labels[int(np.argmax(self.reported(phi)))]
+
+    def reported(self, phi: Vector) -> Vector:
+        """Return the sizes of the violations, of distances as lengths, (m,) [m]."""
+        prescribed = np.zeros(len(phi))
+        if self.now is not None and len(self.now.s):
+            prescribed[len(phi) - len(self.now.s) :] = self.now.s
+        return np.abs(violated_lengths(self.system, phi, prescribed))
 
     def _correction(self, q: Vector, gap: Vector, phi: Vector) -> Vector:
         """Return the minimal motion that satisfies the linearized equations, (n_free,) [m, 1]."""

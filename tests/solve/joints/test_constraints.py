@@ -1,5 +1,6 @@
 """Joints by multipliers hold what they should, with the forces they should."""
 
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -149,6 +150,38 @@ def test_two_hinged_beams_swing_like_a_double_pendulum_start():
     tip = run.position(two.end)[-1, 1] / (0.5 * t**2)
     assert middle == pytest.approx(-9 * g / 7, rel=0.08)
     assert tip == pytest.approx(-6 * g / 7, rel=0.08)
+
+
+@pytest.mark.parametrize("length", [0.4, 1.001, 3.0, 100.0])
+@pytest.mark.parametrize("joint", ["rod", "distance", "winch"])
+def test_violated_distances_are_reported_as_lengths(joint, length):
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
+    scene.pin(rod.start)
+    if joint == "rod":
+        scene.rod(rod.end, (2, 0), length=lambda t: length)
+    elif joint == "winch":
+        scene.winch([(2.0, 0.0), rod.end], length=lambda t: length)
+    else:
+        ball = scene.add_body(position=(2, 0), mass=1.0, inertia=1.0)
+        scene.pin(ball.origin)
+        scene.distance(rod.end, ball.origin, length=lambda t: length)
+    told = re.escape(f"by {abs(1.0 - length):.3g} m: move the start")
+    with pytest.raises(ancf.InputError, match=told):
+        ancf.simulate(scene, 0.1, 1e-3)
+    if length > 1.0:
+        return
+    assert ancf.assemble(scene).violation == pytest.approx(1.0 - length)
+
+
+def test_violated_rates_of_distances_are_velocities():
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 1000.0))
+    scene.pin(rod.start)
+    scene.rod(rod.end, (2, 0), length=lambda t: 0.4 + 0.5 * t)
+    start = ancf.assemble(scene)
+    with pytest.raises(ancf.InputError, match=r"velocities violate the rod .* by 0\.5 m/s"):
+        ancf.simulate(scene, 0.1, 1e-3, start=start)
 
 
 def test_a_start_that_breaks_a_constraint_is_refused():
