@@ -119,7 +119,7 @@ def check_constraints(system: System, state: State | None = None) -> None:
             violated_lengths,
             "m",
             "positions",
-            "move the start or the joint so that they agree",
+            "move the start or the joint so that they agree, or take start=assemble(scene)",
         ),
         (
             velocity_tolerance,

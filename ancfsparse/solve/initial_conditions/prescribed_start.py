@@ -22,6 +22,10 @@ RESTART_TOLERANCE = 1e-6  # error of a start from another run, over the largest 
 START_TOLERANCE = 1e-9  # the same of other starts: rounding
 MAX_VELOCITY_JUMP = 1e-3  # at the start, over the largest prescribed velocity
 N_SAMPLES = 65  # times at which that is sampled
+REMEDY = (
+    "take start=assemble(scene), or start=solve_static(scene) for a scene that comes to rest under "
+    "its loads, or let its function begin"
+)
 
 
 def start_prescribed_motions(
@@ -63,13 +67,13 @@ def start_prescribed_motions(
     if difference[row] > allowed and course.value.unit == "rad":
         raise InputError(
             f"{course.value.what} begins {difference[row]:.3g} rad and more from where the "
-            "motion starts: take start=solve_static(scene), or let its function begin there"
+            f"motion starts: {REMEDY} there"
         )
     if difference[row] > allowed:
         raise InputError(
             f"the drive of {system.describe(first + row)} begins at {now.q[row]:.9g} m, and "
-            f"the motion starts at {system.q0[first + row]:.9g} m there: take "
-            "start=solve_static(scene), or let its function begin where the motion starts"
+            f"the motion starts at {system.q0[first + row]:.9g} m there: {REMEDY} where the motion "
+            "starts"
         )
     times = np.linspace(system.t0, t_end, N_SAMPLES)
     fastest = prescribed.fastest(times)

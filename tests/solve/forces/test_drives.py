@@ -289,6 +289,28 @@ def test_bad_drives_are_refused():
     assert_refused("a drive needs a point on a beam", scene.drive, rod, (0.0, 0.0))
 
 
+@pytest.mark.parametrize("held", ["end", "angle", "length"])
+def test_the_advice_on_a_drive_that_begins_elsewhere_helps(held):
+    """Also where a body that nothing holds falls beside it, so that there is no equilibrium."""
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), ancf.Material(1e8, 1000.0), "pin"
+    )
+    ball = scene.add_body(position=(0.5, 1), mass=1.0, inertia=1.0)
+    if held == "end":
+        scene.drive(rod.end, (1.05, 0))
+    elif held == "length":
+        scene.rod(rod.end, (2, 0), length=lambda t: 0.95)
+    else:
+        arm = scene.add_body(position=(2, 0), mass=1.0, inertia=1.0)
+        scene.drive_joint(scene.pin(arm.at((-0.5, 0))), lambda t: 0.3)
+    with pytest.raises(ancf.InputError, match=r"take start=assemble\(scene\)"):
+        ancf.simulate(scene, 0.1, 1e-3)
+    run = ancf.simulate(scene, 0.1, 1e-3, start=ancf.assemble(scene))
+    np.testing.assert_allclose(
+        run.position(ball.origin)[-1], (0.5, 1 - 0.5 * 9.81 * 0.01), rtol=1e-3
+    )
+
+
 @pytest.mark.parametrize("steps", [100, 200, 400])
 def test_errors_of_differences_are_no_impact(steps):
     """Over 1.2 s a rate of exactly 0 came out as 6 mm/s, and the smooth drive was refused."""
