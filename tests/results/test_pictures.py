@@ -11,6 +11,7 @@ from PIL import Image
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.problems import elastica, lattice, pendulum
+from tests.beams import build_beam
 
 pytestmark = pytest.mark.usefixtures("close_figures")
 
@@ -99,8 +100,10 @@ def test_quantities_over_time_and_along_a_beam(swing):
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), run.section_force(rod, 0.3).N[:, 0])
     assert ax.get_ylabel() == "axial force [N]"
     ax = run.plot("M", rod, times=[0.25])
-    np.testing.assert_allclose(ax.lines[0].get_xdata(), [0.25, 0.75, 1.25, 1.75])
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), run.section_force(rod).M[50], rtol=1e-12)
+    np.testing.assert_allclose(ax.lines[0].get_xdata(), [0, 0.25, 0.75, 1.25, 1.75, 2])
+    arcs = [0.0, 0.25, 0.75, 1.25, 1.75, 2.0]
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), run.section_force(rod, arcs).M[50])
+    assert len(run.plot("strain", rod, times=[0.25]).lines[0].get_xdata()) == 4
     energy = {line.get_label(): line.get_ydata() for line in run.plot("energy").lines}
     np.testing.assert_array_equal(energy["total"], run.energy.total)
     assert "dissipated" not in energy
@@ -123,9 +126,22 @@ def test_equilibrium_beside_its_reference():
     before, after = rest.plot().collections
     np.testing.assert_allclose(before.get_segments()[-1][-1], rod.end.position, atol=1e-12)
     np.testing.assert_allclose(after.get_segments()[-1][-1], rest.position(rod.end), atol=1e-12)
-    np.testing.assert_array_equal(
-        rest.plot("M", rod).lines[0].get_ydata(), rest.section_force(rod).M
-    )
+    moments = rest.plot("M", rod).lines[0].get_ydata()
+    np.testing.assert_array_equal(moments[1:-1], rest.section_force(rod).M)
+
+
+@pytest.mark.parametrize("element", ["thin", "thick", "l2t2"])
+def test_forces_along_a_beam_are_drawn_from_end_to_end(element):
+    """The weight of a cantilever and its load bend it most at the wall, by 31.54 N m."""
+    made = ancf.Rectangle(0.03, 0.03), ancf.Material(7e10, 2700)
+    scene, rod = build_beam(element, (0, 0), (1, 0), 4, *made, "clamp")
+    scene.add_mass(rod.end, 2.0)
+    rest = ancf.solve_static(scene)
+    line = rest.plot("M", rod).lines[0]
+    assert line.get_xdata()[[0, -1]].tolist() == [0.0, 1.0]
+    exact = 2.0 * 9.81 + 2700 * 9e-4 * 9.81 / 2
+    assert line.get_ydata()[0] == pytest.approx(-exact, rel=5e-3)
+    assert rest.plot("Q", rod).lines[0].get_xdata()[-1] == 1.0
 
 
 def test_a_film_has_a_picture_for_each_instant(arm, tmp_path):

@@ -90,7 +90,7 @@ def section_force(
     Coordinates q and velocities v are tables (k, n); the latter are read if the body is damped, and
     times t (k,) [s] if its stress-free shape changes.
     """
-    body, where = _locate_points(system, body, s)
+    body, where = locate_points(system, body, s)
     kind = system.kind_of(body)
     elements, first, at = np.unique(where.elements, return_index=True, return_inverse=True)
 
@@ -142,7 +142,7 @@ def strain(system: System, q: Readable, body: ElasticBody, s: SectionPoints = No
     def evaluate(points: Points, rates: Vector, rows: slice) -> tuple[Vector]:
         return (np.linalg.norm(points.r_x, axis=-1) - 1.0,)
 
-    body, where = _locate_points(system, body, s)
+    body, where = locate_points(system, body, s)
     values = _evaluate(system, body, where, q, q, evaluate)[0]
     if body.kind.is_curved:
         rest = system.q_ref[None]
@@ -158,7 +158,7 @@ def curvature(system: System, q: Readable, body: ElasticBody, s: SectionPoints =
     ndarray, shape (k, p) in the plane or (k, p, 3)
         Rotation per length of the reference shape [1/m], see `Trajectory.curvature`.
     """
-    body, where = _locate_points(system, body, s)
+    body, where = locate_points(system, body, s)
     curvatures = _evaluate(
         system, body, where, q, q, lambda points, *_: (element_curvature(points),)
     )[0]
@@ -175,7 +175,7 @@ class _ElementPoints:
     direction: Vector
 
 
-def _locate_points(
+def locate_points(
     system: System, body: ElasticBody, s: SectionPoints
 ) -> tuple[ElasticBody, _ElementPoints]:
     """Return a body of the run, and points on it."""

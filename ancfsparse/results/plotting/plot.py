@@ -16,7 +16,13 @@ from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
 from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.motion import UNITS, Motion
-from ancfsparse.results.fields.section_forces import curvature, section_force, strain
+from ancfsparse.results.fields.section_forces import (
+    SectionPoints,
+    curvature,
+    locate_points,
+    section_force,
+    strain,
+)
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline, make_outline
 from ancfsparse.results.plotting.canvas import Canvas, trace_scene
@@ -206,20 +212,28 @@ def _plot_along(
     colours: Sequence[object],
     labels: Sequence[str],
 ) -> Axes:
-    """Plot a section quantity along a beam, one curve for every state."""
+    """Plot a section quantity along a beam, one curve for every state.
+
+    Strains are mean values of elements, drawn in their middles; other quantities also at both ends
+    of the beam, where moments are often largest.
+    """
     if not isinstance(of, Beam):
         raise InputError(
             f"{what} is plotted along a beam of the run or, over time, at a point of it such as "
             f"rod.at(0.5), got {format_value(of)}"
         )
-    middles = np.cumsum(of.lengths) - 0.5 * of.lengths
-    values = _evaluate_section(system, q, v, t, what, of, None)
+    own = locate_points(system, of, None)[0]
+    ends = np.cumsum(own.lengths)
+    arcs = ends - 0.5 * own.lengths
+    if what != "strain":
+        arcs = np.concatenate([[0.0], arcs, ends[-1:]])
+    values = _evaluate_section(system, q, v, t, what, of, arcs)
     ax = _prepare_axes(ax)
     styles = ("-", "--", ":")
     for state, colour, label in zip(values, colours, labels, strict=True):
         for (component, name), style in zip(_components(state, what, of), styles, strict=False):
             text = ", ".join(part for part in (label, name) if part)
-            ax.plot(middles, component, style, marker=".", color=colour, linewidth=1.4, label=text)
+            ax.plot(arcs, component, style, marker=".", color=colour, linewidth=1.4, label=text)
     ax.set_title(of.name, fontsize="medium")
     ax.set_xlabel("arc coordinate s [m]")
     ax.set_ylabel("{} [{}]".format(*SECTION_QUANTITIES[what]))
@@ -235,7 +249,7 @@ def _evaluate_section(
     t: Readable,
     what: str,
     body: ElasticBody,
-    s: list[Point] | None,
+    s: SectionPoints,
 ) -> Vector:
     """Evaluate a section quantity, (k, p) or (k, p, components)."""
     if what == "strain":
