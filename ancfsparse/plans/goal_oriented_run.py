@@ -13,10 +13,14 @@ from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
+from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR, check_request
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit
+
+# Arguments for the equations of implicit steps, which other methods do not solve.
+EQUATION_OPTIONS = frozenset({"solver", "factorization", "max_energy_gain", "max_halvings"})
 
 
 def simulate(
@@ -32,7 +36,7 @@ def simulate(
     max_energy_gain: float = 0.01,
     max_halvings: int = 0,
     threads: int = 1,
-    save_every: int = 1,
+    save_every: int | None = None,
     save_nodes: Sequence[Point] | None = None,
     output: str | Path | None = None,
     progress: bool = False,
@@ -104,7 +108,8 @@ def simulate(
         parent (``stats.threads`` is the number used).  Runs with the same number repeat bit for
         bit.  More threads than the machine has are of no use.
     save_every : int, optional
-        Steps from one saved state to the next; the last state is always saved.
+        Steps from one saved state to the next, by default 1, and with a quantity as in `Plan.run`;
+        the last state is always saved.
     save_nodes : sequence of Point, optional
         Save only position, velocity and acceleration of these points, such as ``[rod.end]``.
     output : str or Path, optional
@@ -127,7 +132,10 @@ def simulate(
         constraints, and the start is made consistent as at t = 0.
     quantity : Quantity or sequence of Quantity, optional
         Quantity of interest, such as ``ancf.position(rod.end)``, with an ``error``: mesh and step
-        are selected as by `ancf.plan`, and the trajectory has the plan in ``plan``.
+        are selected as by `ancf.plan`, and the trajectory has the plan in ``plan``.  The plan may
+        also choose equilibria, sums of modes or explicit steps, unless an integrator is given, or
+        one of solver, factorization, max_energy_gain and max_halvings, which need
+        ``GeneralizedAlpha(0.9)``.
     error : float, str or sequence of them, optional
         Largest error of the quantity, in its unit or such as ``"1 %"``, see `ancf.plan`.
 
@@ -179,9 +187,10 @@ def simulate(
         "output": output,
         "progress": progress,
     }
+    every = 1 if save_every is None else save_every
     if quantity is None and error is None:
         options |= {"accuracy": accuracy, "integrator": integrator, "tolerance": tolerance}
-        return solve.simulate(scene, t_end, dt, save_every=save_every, start=start, **options)
+        return solve.simulate(scene, t_end, dt, save_every=every, start=start, **options)
     if quantity is None or error is None:
         given, missing = ("error", "quantity") if quantity is None else ("quantity", "error")
         raise InputError(
@@ -191,11 +200,30 @@ def simulate(
     _check_free("accuracy", accuracy, accuracy is None)
     _check_free("start", start, start is None or isinstance(start, str))
     _check_free("tolerance", tolerance, isinstance(tolerance, str) and tolerance == "default")
-    if not isinstance(save_every, int) or save_every != 1:
-        options["save_every"] = save_every
+    check_request(
+        scene,
+        t_end,
+        t_end if dt is None else dt,
+        accuracy=None,
+        integrator=integrator,
+        tolerance="default",
+        save_every=every,
+        start=None,
+        **options,
+    )
+    options["save_every"] = save_every
+    options = {name: value for name, value in options.items() if not _is_default(name, value)}
+    if integrator == "auto" and not EQUATION_OPTIONS.isdisjoint(options):
+        integrator = DEFAULT_INTEGRATOR
     word = start if isinstance(start, str) else None
     selected = plans.plan(scene, t_end, quantity, error, dt=dt, integrator=integrator, start=word)
     return selected.run(**options)
+
+
+def _is_default(name: str, value: object) -> bool:
+    """Return True if an argument has its default, and the plan sets it or needs none."""
+    default = (simulate.__kwdefaults__ or {})[name]
+    return type(value) is type(default) and bool(value == default)
 
 
 def _check_free(name: str, value: object, is_free: bool) -> None:

@@ -39,6 +39,7 @@ from ancfsparse.plans.execution.plan_data import (
 from ancfsparse.plans.execution.plan_reasons import reasons
 from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.plans.execution.replanning import execute
+from ancfsparse.plans.execution.saved_states import save_run, split_options
 from ancfsparse.plans.execution.validity_range import validity_range
 from ancfsparse.plans.execution.verification import measure_errors
 from ancfsparse.plans.models.model import open_bodies, refine_given_meshes
@@ -68,7 +69,8 @@ class Plan(PlanData):
             Whether to run it once more, one refinement level finer: with finer meshes, specified
             ones included, and half the step. The difference is reported next to the prediction.
         **options
-            Other arguments of `simulate`, such as ``output`` or ``progress``.  By default every
+            Other arguments of `simulate`, such as ``output`` or ``progress``; a run that the plan has
+            made already is not repeated for them, unless they change its steps.  By default every
             step is saved up to 2000, and of more steps at least every 1000th part.
 
         Returns
@@ -94,11 +96,14 @@ class Plan(PlanData):
             scene is planned again with time integration.
         """
         check_flag("verify", verify)
-        last, run = execute(self, options, plan)
+        now, later = split_options(self, options)
+        last, run = execute(self, now, plan)
+        measured = measure_errors(last, run) if verify else ()
+        saved = save_run(run, later)
         return PlannedRun(
-            **{name: getattr(run, name) for name in Trajectory.__dataclass_fields__},
+            **{name: getattr(saved, name) for name in Trajectory.__dataclass_fields__},
             plan=last,
-            measured=measure_errors(last, run) if verify else (),
+            measured=measured,
         )
 
 

@@ -38,7 +38,7 @@ def execute(plan: P, options: Mapping[str, Any], replan: Callable[..., P]) -> tu
     plan : PlanData
         The plan.
     options : mapping of str to object
-        Other arguments of `simulate`.
+        Other arguments of `simulate`; with none, a run that is one of the trial runs is returned.
     replan : callable
         `ancfsparse.plan`, for time integration where a path of equilibria ends.
 
@@ -49,21 +49,12 @@ def execute(plan: P, options: Mapping[str, Any], replan: Callable[..., P]) -> tu
     Trajectory
         Its motion.
     """
-    result = _completed(plan, options)
-    if result is not None:
-        return plan, result
+    if plan.result is not None and not options:
+        return plan, plan.result
     if isinstance(plan.integrator, SolutionMethod):
         return _execute_method(plan, options, replan)
     plan, run = _run_with_halvings(plan, options)
     return _refine(plan, run, options)
-
-
-def _completed(plan: PlanData, options: Mapping[str, Any]) -> Trajectory | None:
-    """Return the run if it was one of the trial runs, with enough saved states."""
-    if plan.result is None or options:
-        return None
-    every = plan.result.settings.get("save_every", 1)
-    return plan.result if every <= plan.save_every else None
 
 
 def _warn(reason: str) -> None:
