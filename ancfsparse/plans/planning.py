@@ -69,9 +69,9 @@ class Plan(PlanData):
             Whether to run it once more, one refinement level finer: with finer meshes, specified
             ones included, and half the step. The difference is reported next to the prediction.
         **options
-            Other arguments of `simulate`, such as ``output`` or ``progress``; a run that the plan has
-            made already is not repeated for them, unless they change its steps.  By default every
-            step is saved up to 2000, and of more steps at least every 1000th part.
+            Other arguments of `simulate`, such as ``output`` or ``progress``; a run that the plan
+            has made already is not repeated for them, unless they change its steps.  By default
+            every step is saved up to 2000, and of more steps at least every 1000th part.
 
         Returns
         -------
