@@ -47,7 +47,7 @@ def info(file: FileArgument) -> None:
         f"factorizations, {stats.march_seconds:.3g} s"
     )
     if stats.solver:
-        typer.echo(f"solver: {stats.solver}")
+        typer.echo(f"solver: {stats.method}")
 
 
 def plot(

@@ -28,6 +28,7 @@ def test_info_tells_run_and_scene(file, capsys):
     assert "  joints: pin (body 0, 0)\n" in out
     assert "cost: 100 steps, " in out
     assert "unfinished" not in out
+    assert "solver: quasi-Newton (bfgs, full memory)\n" in out
 
 
 def test_plot_draws_the_shapes(file, capsys, tmp_path):
