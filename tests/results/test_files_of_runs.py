@@ -224,6 +224,16 @@ def test_a_file_brings_its_scene_along(tmp_path):
     end = again.system.scene.body("beam 0").end
     np.testing.assert_array_equal(again.position(end), run.position(rod.end))
     np.testing.assert_array_equal(again.energy.total, run.energy.total)
+    uses = (
+        lambda: again.position(rod.end),
+        lambda: again.reaction(rod.start),
+        lambda: again.section_force(rod),
+        lambda: again.plot("shape", rod),
+        lambda: again.joint_force(scene.joints[0]),
+    )
+    for use in uses:
+        with pytest.raises(InputError, match=r"run\.system\.scene\..* as in .*load\(path, scene\)"):
+            use()
 
 
 def test_a_file_without_its_scene_asks_for_it(tmp_path):

@@ -13,6 +13,7 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene import Joint
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.winch import Winch
+from ancfsparse.system.coordinates.coordinates import foreign_handle
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery import joint_forces
 from ancfsparse.system.system import System
@@ -69,5 +70,5 @@ def tension(system: System, rope: object, states: StateHistory) -> Vector:
         )
     rows = system.rows_of(rope)
     if not rows:
-        raise InputError("the winch is not of the scene that moved: take one of its handles")
+        raise foreign_handle("the winch", "joints[0]")
     return states.lam[:, rows[0]]

@@ -167,7 +167,17 @@ class Coordinates:
         try:
             return self._index[id(beam)]
         except KeyError:
-            names = [each.name for each in self.bodies] if beam.automatic else []
-            if beam.name in names:
+            names = [each.name for each in self.bodies]
+            if beam.automatic and beam.name in names:
                 return names.index(beam.name)
-            raise InputError(f"{beam!r} is not part of this scene") from None
+            own = beam.name if beam.name in names else names[0]
+            raise foreign_handle(repr(beam), f"body({own!r})") from None
+
+
+def foreign_handle(what: str, own: str) -> InputError:
+    """Return the error for a handle of another scene, with one of the scene of the run."""
+    return InputError(
+        f"{what} is not part of this scene: take a handle of the scene of the run, such as "
+        f"run.system.scene.{own}, or for the run of a file give the scene of the handle, as in "
+        "ancfsparse.load(path, scene)"
+    )

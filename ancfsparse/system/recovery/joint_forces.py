@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
-from ancfsparse.errors import InputError, SingularSceneError
+from ancfsparse.errors import SingularSceneError
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene import Point, Scene
 from ancfsparse.scene.force_elements.ropes import Rope
@@ -21,6 +21,7 @@ from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
 from ancfsparse.system.contributions.force_elements.ropes import RopeContribution
+from ancfsparse.system.coordinates.coordinates import foreign_handle
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
@@ -138,7 +139,7 @@ def joint_force(
         If other joints fix the same coordinates, so that their forces cannot be separated.
     """
     if not any(joint is each for each in system.joints):
-        raise InputError("the joint is not of the scene that moved: take one of its handles")
+        raise foreign_handle("the joint", "joints[0]")
     lowering = Lowering(_scene_with(system, system.joints), system.kinds)
     by_numbers = not system.rows_of(joint)
     record = JointRecorder(lowering, turns=by_numbers, lines=by_numbers)
@@ -165,7 +166,7 @@ def rope_tension(system: System, rope: Rope, states: StateHistory) -> Vector:
         if isinstance(part, RopeContribution) and part.has(rope):
             amplitudes = system.loads.amplitudes(states.t)
             return part.tension(rope, states.q, states.v, amplitudes)
-    raise InputError("the rope is not of the scene that moved: take one of its handles")
+    raise foreign_handle("the rope", "attachments[0]")
 
 
 def _raw_coordinates(lowering: Lowering, system: System, q: Vector) -> Vector:

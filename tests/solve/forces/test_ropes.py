@@ -257,7 +257,7 @@ def test_bad_arguments_of_ropes():
         assert_refused(words, call)
     assert [each.method for each in scene.records].count("rope") == 1
     other, _, _ = hanging()
-    assert_refused("not of the scene that moved", ancf.simulate(other, 0.01, 0.01).tension, rope)
+    assert_refused("not part of this scene: take", ancf.simulate(other, 0.01, 0.01).tension, rope)
 
 
 def test_a_length_that_runs_out_ends_the_run_and_keeps_what_was_before():
