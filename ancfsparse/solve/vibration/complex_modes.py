@@ -40,8 +40,8 @@ def complex_modes(
         A scene, about its stress-free shape and without loads; or a result of `solve_static`.
     n : int, optional
         Number of motions, those with the smallest ``|w|``; a vibration counts as one, and so does
-        each motion without oscillation.  Of a scene with more than 100 degrees of freedom at most a
-        quarter of all.
+        each motion without oscillation, of which an overdamped degree of freedom has two.  Of a
+        scene with more than 100 degrees of freedom at most a quarter of all.
     at : State or Equilibrium, optional
         Another state, such as ``run.last``.
 
@@ -68,10 +68,9 @@ def complex_modes(
     with linearized_in_memory(of, at, N_MATRICES, n_vectors) as linearized:
         motions = admissible_motions(linearized)
         limit = max_modes(linearized, motions)
-        limit = limit if motions is not None else limit // 2
-        if n > limit:
-            raise InputError(f"n must be at most {limit} in this scene, got {n}")
-        squares = lowest_modes(linearized, n, motions)[0]
+        if motions is None and n > limit // 2:
+            raise InputError(f"n must be at most {limit // 2} in this scene, got {n}")
+        squares = lowest_modes(linearized, min(n, limit), motions)[0]
         roots = smallest_roots(linearized, n, float(np.sqrt(np.abs(squares).max())), motions)
     system = linearized.system
     shapes = np.zeros((n, system.n_all), dtype=complex)

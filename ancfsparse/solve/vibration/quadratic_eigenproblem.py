@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.array_types import Complex, Vector
-from ancfsparse.errors import ModesError
+from ancfsparse.errors import InputError, ModesError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.linearization.linearized_system import LinearizedSystem
 from ancfsparse.solve.linearization.nonconservative_tangent import (
@@ -125,8 +125,10 @@ def smallest_roots(
 
     Raises
     ------
+    InputError
+        If there are fewer roots.
     ModesError
-        If the method does not converge, or there are fewer roots.
+        If the method does not converge.
     """
     damped = DampedSystem(
         linearized, RATE_RATIO * max(frequency, ROUNDING_UNITS * np.sqrt(EPSILON * linearized.size))
@@ -144,7 +146,7 @@ def smallest_roots(
         if np.count_nonzero(np.abs(roots.values) <= reach) >= n:
             break
         if are_all:
-            raise ModesError(f"there are {len(roots.values)} modes, and {n} were requested")
+            raise InputError(f"n must be at most {len(roots.values)} in this scene, got {n}")
         k *= 2
     values, x, rounding = roots.values[:n], roots.motions[:n], roots.rounding[:n]
     for value, motion in zip(values, x, strict=True):

@@ -151,6 +151,27 @@ def test_a_picture_of_a_complex_mode():
     assert "2 modes" in repr(found)
 
 
+@pytest.mark.parametrize("by_multipliers", [False, True])
+@pytest.mark.parametrize("dampings", [(30.0, 60.0), (30.0, 0.5), (0.0, 60.0), (3e4, 60.0)])
+def test_an_overdamped_degree_of_freedom_has_two_motions(dampings, by_multipliers):
+    scene, mass, stiffness, roots = ancf.Scene(gravity=(0, 0)), 2.0, 50.0, []
+    axis = np.array([0.8, 0.6] if by_multipliers else [1.0, 0.0])
+    for damping in dampings:
+        body = scene.add_body(position=axis, mass=mass, inertia=0.1)
+        scene.prismatic(body.origin, axis=axis)
+        scene.spring(body.origin, (0, 0), stiffness=stiffness, damping=damping)
+        # The rounding of roots by the formula of quadratic equations would exceed that of modes.
+        fast = np.roots([mass, damping, stiffness])[0]
+        roots += [fast] if fast.imag else [fast, stiffness / mass / fast]
+    roots = np.array(sorted(roots, key=abs))
+    roots = roots.real + 1j * np.abs(roots.imag)
+    found = ancf.complex_modes(scene, len(roots))
+    np.testing.assert_allclose(found.eigenvalues, roots, rtol=1e-9, atol=found.rounding.max())
+    np.testing.assert_allclose(ancf.complex_modes(scene, 2).eigenvalues, roots[:2], rtol=1e-9)
+    with pytest.raises(InputError, match=f"at most {len(roots)} in this scene, got 5"):
+        ancf.complex_modes(scene, 5)
+
+
 def test_what_is_asked_of_complex_modes_is_checked():
     scene, _ = bar(4, 3.0)
     with pytest.raises(InputError, match="n must be at most"):
