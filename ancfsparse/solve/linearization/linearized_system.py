@@ -23,6 +23,7 @@ from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.matrices import (
     free_submatrix,
     mass_matrix,
+    omitted_coupling,
     symmetric_from_lower,
 )
 from ancfsparse.solve.preparation.memory_estimate import (
@@ -66,10 +67,18 @@ class LinearizedSystem:
         The factor of the last matrix.
     shift : float
         Shift of the last factor by `factor` [1/s2].
+
+    Raises
+    ------
+    InputError
+        If a force depends on the motion of other points and is not `coupled`.
     """
 
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
         self.system, self.state, self._amplitudes = system, state, amplitudes
+        omitted = omitted_coupling(system, state.q, amplitudes)
+        if omitted:
+            raise InputError(omitted)
         n, pattern = system.n_free, system.pattern
         self.mass = symmetric_from_lower(mass_matrix(system))
         self.stiffness = symmetric_from_lower(free_submatrix(system, self._matrix(0.0, 1.0)))

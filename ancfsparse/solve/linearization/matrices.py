@@ -188,3 +188,9 @@ def symmetric_from_lower(lower: sp.csc_array) -> sp.csr_array:
     import scipy.sparse as sp
 
     return (lower + sp.tril(lower, -1).T).tocsr()
+
+
+def omitted_coupling(system: System, q: Vector, amplitudes: Vector) -> str:
+    """Return a sentence on a force whose part between points is not in the matrix, or nothing."""
+    found = (term.omitted_coupling(q, amplitudes) for term in system.contributions)
+    return next(filter(None, found), "")

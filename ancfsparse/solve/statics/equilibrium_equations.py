@@ -12,6 +12,7 @@ from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import DeflatedSeed
+from ancfsparse.solve.linearization.matrices import omitted_coupling
 from ancfsparse.solve.linearization.nonconservative_tangent import (
     NonconservativeTangent,
     solve_with_correction,
@@ -130,6 +131,10 @@ class EquilibriumEquations(Norms):
         largest *= self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
         # Far above the rounding of forces, which is evaluated only below it.
         self._max_rounding = 64.0 * ROUNDING_UNITS * EPSILON * self.force_norm(largest)
+
+    def omitted_coupling(self, q: Vector) -> str:
+        """Return a sentence on a force whose part between points is not in the tangent."""
+        return omitted_coupling(self.system, q, self._amplitudes)
 
     def move_to(self, t: float) -> None:
         """Set loads and prescribed motions of another time [s]; `loads` keeps its maximum."""

@@ -173,4 +173,7 @@ def equilibrium_error(
     r = equations.state(last.state.q, last.state.lam, last.load).r
     largest = int(np.argmax(np.abs(np.nan_to_num(r, nan=np.inf))))
     where, unit = system.describe(largest), system.unit(largest)
+    omitted = equations.omitted_coupling(equations.start.q)
+    if omitted:
+        advice = (f"{omitted}.",)
     return EquilibriumError(reason, last.load, abs(float(r[largest])), where, unit, *advice)

@@ -90,6 +90,10 @@ class Contribution(ABC):
         """
         return None
 
+    def omitted_coupling(self, q: Vector, amplitudes: Vector) -> str:
+        """Return a sentence if its matrix leaves out how points affect each other, or nothing."""
+        return ""
+
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Divide its work among threads; return True if it is divided."""
         return False

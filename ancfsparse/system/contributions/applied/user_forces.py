@@ -7,16 +7,23 @@ from typing import Protocol
 
 import numpy as np
 
-from ancfsparse.array_types import Indices, Vector
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene.force_elements.user_forces import Force
 from ancfsparse.scene.records.compiled_callbacks import get_capsule
+from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.loads.amplitudes import TimeAmplitude
+
+MOVE_RATIO = 6e-6  # displacement over the element length, and velocity over that of waves
+# A function that subtracts the mean of positions at 10 m and adds it again, with elements of 1 cm,
+# seems to couple them by 2e-8 of its stiffness: rounding.
+MIN_COUPLING_RATIO = 1e-6  # change of a force by the motion of others over the largest change
+ROUNDING_UNITS = 16.0  # rounding of a force
 
 
 class CompiledForce(Compiled, Protocol):
@@ -51,12 +58,17 @@ class UserForceContribution(Contribution):
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled force."""
-        points = self._points
-        self._compiled = compiled_module("forces").UserForce(
+        slots = self._points.slots(pattern, self._n_free, self._force.coupled)
+        self._compiled = self._compile(self._points, slots)
+        return self._compiled
+
+    def _compile(self, points: PointSums, slots: Integers) -> CompiledForce:
+        """Return the compiled force, for points as sums of some coordinates."""
+        compiled: CompiledForce = compiled_module("forces").UserForce(
             points.start,
             points.place,
             points.weight,
-            points.slots(pattern, self._n_free, self._force.coupled),
+            slots,
             self._clock,
             self._force.coupled,
             self._length,
@@ -65,7 +77,50 @@ class UserForceContribution(Contribution):
             self._force.checked,
             self._failed,
         )
-        return self._compiled
+        return compiled
+
+    def omitted_coupling(self, q: Vector, amplitudes: Vector) -> str:
+        """Return a sentence if the force on a point depends on others and is not `coupled`.
+
+        For each binary digit of the numbers of points, those with 0 and those with 1 move in turn,
+        so of any two points each once stays while the other moves.
+        """
+        force, points = self._force, self._points
+        dim, k = len(points.place), len(force.points)
+        if force.coupled or k == 1:
+            return ""
+        start, own = np.arange(k + 1, dtype=np.int32), np.arange(dim * k, dtype=np.int32)
+        alone = PointSums(start, np.ascontiguousarray(own.reshape(k, dim).T), np.ones(k))
+        parts = [self._compile(alone, np.empty(0, dtype=np.int32))]
+        pattern, zero = np.arange(dim * k + 1), np.zeros(dim * k)
+        assembly: CompiledAssembly = compiled_module("assembly").Assembly(
+            dim * k, dim * k, len(amplitudes), pattern, parts
+        )
+        places = np.add.reduceat(points.weight * q[points.place], points.start[:-1], axis=1).T
+        random = np.random.default_rng(0)
+
+        def forces(moves: Vector) -> Vector:
+            state = (places + self._length * moves).ravel(), (self._speed * moves).ravel()
+            r = assembly.residual(*state, zero, zero[:0], zero, amplitudes)[0]
+            assembly.check()
+            return np.array(r).reshape(k, dim)
+
+        before = forces(np.zeros((k, dim)))
+        rounding = ROUNDING_UNITS * np.finfo(float).eps * np.max(np.abs(before))
+        for digit in range((k - 1).bit_length()):
+            for value in (0, 1):
+                stays = (start[:k] >> digit) % 2 == value
+                moves = MOVE_RATIO * random.standard_normal((k, dim)) * ~stays[:, None]
+                change = np.linalg.norm(forces(moves) - before, axis=1)
+                at = int(np.argmax(np.where(stays, change, 0.0)))
+                if stays[at] and change[at] > MIN_COUPLING_RATIO * np.max(change) + rounding:
+                    way = self._length * np.max(np.abs(moves))
+                    return (
+                        f"{force.what} is not coupled, but at {force.points[at]!r} it changes by "
+                        f"{change[at]:.3g} N when other points alone move, by up to {way:.3g} m. "
+                        "The stiffness lacks this: give coupled=True"
+                    )
+        return ""
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
         """Return the power of the force, shape (k,) [W]."""

@@ -1,0 +1,82 @@
+"""Forces that couple points and are not `coupled`: refused where only the stiffness counts."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.errors import EquilibriumError, InputError
+
+SOFT = ancf.Material(1e7, 1000.0)
+
+
+def two_sliders(function, coupled):
+    """Two bodies of 1 kg on springs of 100 N/m along x, and a force on both."""
+    scene = ancf.Scene(gravity=(0, 0))
+    bodies = [scene.add_body(position=(x, 0), mass=1.0, inertia=1.0) for x in (0.0, 1.0)]
+    for body, wall in zip(bodies, (-5.0, 6.0), strict=True):
+        scene.prismatic(body.origin, axis=(1, 0))
+        scene.spring(body.origin, (wall, 0.0), stiffness=100.0)
+    scene.force([body.origin for body in bodies], function, coupled=coupled)
+    return scene
+
+
+def pull(q, v, t):
+    """A spring of 400 N/m between the first point and the last."""
+    out = np.zeros_like(q)
+    out[0, 0] = 400.0 * (q[-1, 0] - q[0, 0] - 1.0)
+    out[-1] = -out[0]
+    return out
+
+
+def damp(q, v, t):
+    """A dashpot from the last point to the first, which acts on the first alone."""
+    out = np.zeros_like(q)
+    out[0, 0] = 3.0 * v[-1, 0]
+    return out
+
+
+@pytest.mark.parametrize("find", [ancf.modes, ancf.complex_modes])
+@pytest.mark.parametrize("function", [pull, damp])
+@pytest.mark.filterwarnings("ignore::ancfsparse.errors.ApproximateModesWarning")
+def test_a_force_that_couples_points_is_refused_if_it_is_not_coupled(find, function):
+    for of in (lambda scene: scene, ancf.solve_static):
+        with pytest.raises(InputError, match="alone move, by up to .* give coupled=True"):
+            find(of(two_sliders(function, coupled=False)), 2)
+    found = find(two_sliders(function, coupled=True), 2)
+    if function is pull:
+        expected = np.sqrt([100.0, 900.0]) / (2.0 * np.pi)
+        np.testing.assert_allclose(found.frequencies, expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize("n_elements", [1, 7])
+@pytest.mark.parametrize("k", [2, 3, 5])
+@pytest.mark.filterwarnings("ignore::ancfsparse.errors.ApproximateModesWarning")
+def test_any_two_points_that_a_force_couples_are_found(k, n_elements):
+    def held(one, other):
+        def law(q, v, t):
+            mean = q.mean(axis=0)  # whose rounding is no coupling
+            out = -30.0 * ((q - mean) + mean - places)
+            out[one] += 1e-3 * (q[other] - places[other])
+            return out
+
+        scene = ancf.Scene(gravity=(0, 0))
+        rod = scene.add_beam("thin", (10, 0), (11, 0), n_elements, ancf.Circle(0.01), SOFT)
+        scene.clamp(rod.start)
+        points = [rod.at((j + 1) / k) for j in range(k)]
+        places = np.array([point.position for point in points])
+        scene.force(points, law)
+        return scene
+
+    assert ancf.complex_modes(held(0, 0), 1).stable
+    for one, other in itertools.permutations(range(k), 2):
+        with pytest.raises(InputError, match="is not coupled"):
+            ancf.complex_modes(held(one, other), 1)
+
+
+def test_statics_that_fail_for_omitted_coupling_say_so():
+    scene = two_sliders(pull, coupled=False)
+    scene.point_force(scene.bodies[0].origin, (50.0, 0.0))
+    with pytest.raises(EquilibriumError, match="is not coupled, but at .* give coupled=True"):
+        ancf.solve_static(scene)
