@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from typing import Any
 
@@ -11,6 +12,7 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError, RedundantConstraintsWarning
 from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.integrators.interface.time_grid import divides
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.problems.mechanism import Case
 from ancfsparse.problems.named import MECHANISMS
@@ -46,22 +48,40 @@ def run_problem(
     times, keys = _parse_numbers("--at", at), _parse_keys(name, case, pairs)
     if step is not None and accuracy is not None:
         raise InputError("give --step or --accuracy, not both")
+    # Angles count turns from one saved time to the next, so runs to an accuracy save as many.
+    runs = _fitted_steps(times, case.dt) if step is None else [(times, step)]
+    parts = [_quantities(case, keys, *each, accuracy) for each in runs]
+    dts = [dt for _, dt in runs]
+    settings: dict[str, Any]
     if accuracy is not None:
-        found = _quantities(case, keys, times, _common_step(times), accuracy=accuracy)
-        settings: dict[str, Any] = {"accuracy": accuracy, "integrator": repr(GeneralizedAlpha(0.9))}
+        settings = {"accuracy": accuracy, "integrator": repr(GeneralizedAlpha(0.9))}
     else:
-        dt = case.dt if step is None else step
-        found = _quantities(case, keys, times, dt)
-        settings = {"dt": dt, "integrator": repr(case.integrator), "tolerance": TOLERANCE}
+        settings = {"dt": dts[0] if len(dts) == 1 else dts, "integrator": repr(case.integrator)}
+        settings["tolerance"] = TOLERANCE
         if step is None:
-            fine = _quantities(case, keys, times, 0.5 * dt)
-            found = {each: fine[each] + (fine[each] - found[each]) / 3.0 for each in found}
-            settings["extrapolated"] = f"from dt = {dt:g} s and {0.5 * dt:g} s"
+            fine = [_quantities(case, keys, some, 0.5 * dt) for some, dt in runs]
+            parts = [
+                {each: found[each] + (found[each] - part[each]) / 3.0 for each in part}
+                for part, found in zip(parts, fine, strict=True)
+            ]
+            names = [f"{dt:.9g} s and {0.5 * dt:.9g} s" for dt in dts]
+            settings["extrapolated"] = f"from dt = {', '.join(names)}"
+    found = {each: np.concatenate([part[each] for part in parts]) for each in parts[0]}
     return {
         "settings": {"problem": name, **keys, **settings},
         "time": times,
         "quantities": {each: values.tolist() for each, values in found.items()},
     }
+
+
+def _fitted_steps(times: list[float], dt: float) -> list[tuple[list[float], float]]:
+    """Return the times of each run and its step: one run, or one for each time that needs another.
+
+    Steps that do not divide a time become shorter, so that they do.
+    """
+    if all(time == 0.0 or divides(time, dt) for time in times):
+        return [(times, dt)]
+    return [([time], time / max(1, math.ceil(time / dt)) if time else dt) for time in times]
 
 
 def _quantities(
@@ -94,14 +114,6 @@ def _quantities(
 def _convert_like(default: object, value: float) -> float | int:
     """Return an integer if the default is one."""
     return int(value) if isinstance(default, int) and value.is_integer() else value
-
-
-def _common_step(times: list[float]) -> float:
-    """Return the largest of 10, 1 and 0.1 ms that divides all times."""
-    for dt in (1e-2, 1e-3, 1e-4):
-        if all(abs(round(t / dt) * dt - t) < 1e-12 for t in times):
-            return dt
-    raise InputError("with --accuracy the times of --at must be multiples of 1e-4 s")
 
 
 def _parse_numbers(what: str, text: str) -> list[float]:

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
@@ -19,6 +20,30 @@ def test_known_numbers(name, capsys):
     assert found["time"] == [case.time]
     value = np.ravel(found["quantities"][case.quantity][0])
     np.testing.assert_allclose(value, case.value, rtol=0.0, atol=case.tolerance)
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "words"),
+    [
+        ("andrews", "0.02", []),
+        ("four_bar", "0.3333,0.1,0", []),
+        ("four_bar", "0.3333,0.1,0", ["--accuracy", "1e-6"]),
+        ("four_bar", "0.052359877", ["--accuracy", "1e-6"]),
+    ],
+)
+def test_any_time_is_reached_by_steps_that_fit(name, times, words, capsys):
+    """A time that the default step does not divide, alone and beside others."""
+    code, out, _ = run(capsys, "problem", name, "--at", times, "--json", "-", *words)
+    assert code == 0
+    found = json.loads(out)
+    assert found["time"] == [float(each) for each in times.split(",")]
+    mechanism = MECHANISMS[name].make()
+    for k, end in enumerate(found["time"]):
+        if end:
+            fine = ancf.simulate(mechanism.scene, end, end / 8000, tolerance=1e-12)
+            for each, values in mechanism.quantities(fine).items():
+                bound = 1e-4 * np.max(np.abs(values))
+                np.testing.assert_allclose(found["quantities"][each][k], values[-1], atol=bound)
 
 
 def test_the_list_names_all(capsys):

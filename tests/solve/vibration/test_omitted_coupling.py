@@ -42,7 +42,7 @@ def damp(q, v, t):
 @pytest.mark.filterwarnings("ignore::ancfsparse.errors.ApproximateModesWarning")
 def test_a_force_that_couples_points_is_refused_if_it_is_not_coupled(find, function):
     for of in (lambda scene: scene, ancf.solve_static):
-        with pytest.raises(InputError, match="alone move, by up to .* give coupled=True"):
+        with pytest.raises(InputError, match=r"alone move, by up to .* give coupled=True"):
             find(of(two_sliders(function, coupled=False)), 2)
     found = find(two_sliders(function, coupled=True), 2)
     if function is pull:
@@ -78,5 +78,5 @@ def test_any_two_points_that_a_force_couples_are_found(k, n_elements):
 def test_statics_that_fail_for_omitted_coupling_say_so():
     scene = two_sliders(pull, coupled=False)
     scene.point_force(scene.bodies[0].origin, (50.0, 0.0))
-    with pytest.raises(EquilibriumError, match="is not coupled, but at .* give coupled=True"):
+    with pytest.raises(EquilibriumError, match=r"is not coupled, but at .* give coupled=True"):
         ancf.solve_static(scene)
