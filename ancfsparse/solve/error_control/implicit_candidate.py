@@ -273,8 +273,10 @@ class ImplicitCandidate:
             is_resolved = content.phase_error < RESOLVED_PHASE
             self._power = ASSUMED_ORDER if is_regular and is_resolved else UNRESOLVED_ORDER
             remaining = max(1.0 / ((divisor / first) ** self._power - 1.0), MIN_REMAINING)
-            if content.phase_error > 1.0:  # the error may be as large as the difference
-                remaining = 1.0
+            # Of waves at a frequency w the remaining part is the phase error, up to 1, which grows
+            # with w^3.  By their velocity v they differ by v / w, so none remains by more than at
+            # the frequency of phase error 1.
+            remaining = max(remaining, min(1.0, math.cbrt(content.phase_error)))
             self._extrapolated_error = near * remaining if is_regular else near
             plain += EXTRAPOLATION_WEIGHT * near * remaining
         # The finer run has this phase error of waves, whose amplitude is about the difference if

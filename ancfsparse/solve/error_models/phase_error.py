@@ -65,7 +65,8 @@ def difference_frequency(
     """Return the angular frequency of the difference of two runs [rad/s].
 
     The ratio of velocity to position; if both runs resolve all vibrations, the root of the ratio of
-    acceleration to position, which has more of the high ones.
+    acceleration to position, which has more of the high ones.  At least a radian during the motion:
+    runs begin equal, and where only loads cause accelerations these do not differ at all.
     """
     names = ("q", "a") if resolved else ("q", "v")
     tables = [(getattr(one, name), getattr(other, name)) for name in names]
@@ -73,7 +74,7 @@ def difference_frequency(
         max(float(np.max(np.abs(x))) for x in nodal_differences(system, *pair)) for pair in tables
     )
     ratio = rate / position if position > 0.0 else 0.0
-    return math.sqrt(ratio) if resolved else ratio
+    return max(math.sqrt(ratio) if resolved else ratio, 1.0 / float(one.t[-1] - one.t[0]))
 
 
 def phase_error(tableau: Tableau, z: float) -> float:
