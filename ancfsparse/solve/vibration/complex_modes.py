@@ -53,7 +53,8 @@ def complex_modes(
     Raises
     ------
     InputError
-        If an argument is invalid, there are fewer modes, or the factor cannot fit in memory.
+        If an argument is invalid, there are fewer modes, a force that couples points is not
+        `coupled`, or the factor cannot fit in memory.
     ModesError
         If the modes cannot be found to working accuracy.
 

@@ -48,8 +48,8 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     Raises
     ------
     InputError
-        If an argument is invalid, there are fewer modes, the scene has a rotating frame, or the
-        factor cannot fit in memory.
+        If an argument is invalid, there are fewer modes, the scene has a rotating frame, a force
+        that couples points is not `coupled`, or the factor cannot fit in memory.
     ModesError
         If the modes cannot be found to working accuracy.
 
