@@ -133,8 +133,8 @@ class Forces(SceneBase):
             Whether the force on a point depends on the motion of the other points.  The residual
             is right in any case; if it is False, what points do to each other is left out of the
             matrix, which then costs more iterations, and `modes` and similar functions refuse it.
-            If it is True, the matrix has a dense block
-            for all k points, made by 4 k dim calls: for a few points only.
+            If it is True, the matrix has a dense block for all k points, made by 4 k dim calls: for
+            a few points only.
 
         Raises
         ------

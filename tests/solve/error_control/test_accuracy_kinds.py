@@ -16,7 +16,9 @@ def arm_and_beam(stiffness):
     body = scene.add_body(ancf.Rod(arm), position=(0, 0), mass=0.544, orientation=angle)
     scene.pin(body.origin)
     material = ancf.Material(stiffness, 1500.0, 0.3)
-    beam = scene.add_beam("thin", knee, knee + np.array([length, 0.0]), 8, ancf.Circle(0.0188), material)
+    beam = scene.add_beam(
+        "thin", knee, knee + np.array([length, 0.0]), 8, ancf.Circle(0.0188), material
+    )
     scene.connect(beam.start, body.at((arm, 0)))
     return scene, beam
 
