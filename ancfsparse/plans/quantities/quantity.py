@@ -19,11 +19,29 @@ from ancfsparse.solve.vibration.modes import modes
 TIMES = ("saved", "end", "largest")
 ENERGIES = ("total", "kinetic", "elastic", "potential")
 PARTS = ("N", "Q", "M", "T")
+# A free beam of 1.2 m at rest moves by 2e-14 m in 1 s, turns by 1e-12 rad, has strains of 4e-13.
+ROUNDING_RATIO = 3e-12  # of coordinates, slopes and strains, below which they are rounding
+FORCE_ROUNDING_RATIO = 1e-13  # the same of forces, over stiffness times coordinates; it has 4e-14
 
 
 def largest_norm(vectors: Vector) -> float:
     """Return the largest norm of the rows of (k, m); zero of none."""
     return float(np.linalg.norm(vectors, axis=1).max(initial=0.0))
+
+
+def position_rounding(run: Trajectory) -> float:
+    """Return the size up to which changes of positions are rounding errors [m]."""
+    system = run.system
+    return ROUNDING_RATIO * float(np.max(np.abs(system.q_ref[system.positions])))
+
+
+def force_rounding(run: Trajectory, moment: bool = False) -> float:
+    """Return the size up to which forces, or moments, are rounding errors [N, N m]."""
+    system = run.system
+    is_position = np.isin(np.arange(system.n_free), system.positions)
+    stiffness = np.abs(system.stiffness_diagonal(system.q_ref))[is_position != moment]
+    arm = 1.0 if moment else position_rounding(run) / ROUNDING_RATIO
+    return FORCE_ROUNDING_RATIO * arm * float(np.max(stiffness, initial=0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +134,10 @@ class Quantity(ABC):
         """Return True unless all its changes are errors of the time steps."""
         return True
 
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return 0.0
+
     def difference(self, one: Vector, other: Vector) -> Vector:
         """Return the difference of values, of the shape of both [unit]."""
         return one - other
@@ -166,6 +188,10 @@ class Position(AtPoint):
         """Return positions (k, dim) [m]."""
         return run.position(self.point)
 
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return position_rounding(run)
+
 
 class Velocity(AtPoint):
     """Quantity returned by `velocity`."""
@@ -176,6 +202,10 @@ class Velocity(AtPoint):
     def history(self, run: Trajectory) -> Vector:
         """Return velocities (k, dim) [m/s]."""
         return run.velocity(self.point)
+
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return position_rounding(run) * run.stats.steps / float(run.t[-1] - run.t[0])
 
 
 class SlopeAngle(AtPoint):
@@ -194,6 +224,10 @@ class SlopeAngle(AtPoint):
             across = np.linalg.norm(np.cross(slopes[0], slopes), axis=1)
             angles = np.arctan2(across, slopes @ slopes[0])
         return np.asarray(angles).reshape(-1, 1)
+
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return ROUNDING_RATIO
 
     def difference(self, one: Vector, other: Vector) -> Vector:
         """Return the difference modulo 2 pi, since saved times may not resolve whole turns."""
@@ -219,6 +253,10 @@ class Reaction(AtPoint):
     def history(self, run: Trajectory) -> Vector:
         """Return forces (k, dim) [N]."""
         return run.reaction(self.point)
+
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return force_rounding(run)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -256,6 +294,10 @@ class SectionForceAt(AtPoint):
             )
         return np.asarray(values).reshape(len(run.t), -1)
 
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return force_rounding(run, self.part in "MT")
+
 
 class Strain(AtPoint):
     """Quantity returned by `strain`."""
@@ -270,6 +312,10 @@ class Strain(AtPoint):
     def history(self, run: Trajectory) -> Vector:
         """Return strains (k, 1) [-]."""
         return run.strain(self.beam, [self.point])
+
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return ROUNDING_RATIO
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -312,6 +358,10 @@ class StaticDeflection(AtPoint):
     def history(self, run: Trajectory) -> Vector:
         """Return displacements from the reference shape (k, dim) [m]."""
         return run.position(self.point) - self.point.position
+
+    def rounding(self, run: Trajectory) -> float:
+        """Return the size up to which it consists of rounding errors [unit]."""
+        return position_rounding(run)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -8,9 +8,10 @@ from typing import Any
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
-from ancfsparse.errors import InputError
+from ancfsparse.errors import InputError, format_quantity
 from ancfsparse.messages import format_value
 from ancfsparse.plans.quantities.quantity import Quantity
+from ancfsparse.results import Trajectory
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,24 @@ class Goal:
     def tolerance(self, history: Vector) -> float:
         """Return the largest error, relative ones times the size of the quantity [unit]."""
         return self.error * (self.quantity.size(history) if self.relative else 1.0)
+
+    def check_change(self, tolerance: float, run: Trajectory) -> None:
+        """Refuse a relative error of a quantity that is zero or does not change in a run.
+
+        Raises
+        ------
+        InputError
+            If all its changes are rounding or errors of the time steps.
+        """
+        size, quantity = tolerance / self.error, self.quantity
+        is_rounding = size <= quantity.rounding(run)
+        if self.relative and (is_rounding or not quantity.varies(run)):
+            amount = f" by more than rounding, {format_quantity(size, quantity.unit, 3)}"
+            raise InputError(
+                f"the {quantity.name} does not change{amount * (is_rounding and size > 0.0)}, so "
+                "it has no relative error: give an absolute one, such as "
+                f"error=1e-3 [{quantity.unit or '-'}]"
+            )
 
     def __str__(self) -> str:
         """Write quantity and error."""

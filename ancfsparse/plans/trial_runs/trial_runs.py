@@ -364,15 +364,11 @@ def absolute_tolerances(goals: Sequence[Goal], trial: TrialRun) -> list[float]:
     Raises
     ------
     InputError
-        If a quantity with a relative error is zero or does not change.
+        If a quantity with a relative error is zero or does not change, but by rounding.
     """
     out = [each.tolerance(h) for each, h in zip(goals, trial.histories, strict=True)]
     for each, tolerance in zip(goals, out, strict=True):
-        if tolerance == 0.0 or (each.relative and not each.quantity.varies(trial.run)):
-            raise InputError(
-                f"the {each.quantity.name} does not change, so it has no relative error: give an "
-                f"absolute one, such as error=1e-3 [{each.quantity.unit or '-'}]"
-            )
+        each.check_change(tolerance, trial.run)
     return out
 
 

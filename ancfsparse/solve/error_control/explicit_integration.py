@@ -134,7 +134,7 @@ class ExplicitIntegration:
         self.omega = highest_frequency(self._system, self._seed, self._system.q0, load, lam)
         if lam is not None:
             self.omega = max(self.omega, self._interval * self._turning(lam, load))
-        self.omega = max(self.omega, 1.0 / self._length)  # loads move what does not vibrate
+        self.omega = max(self.omega, 1.0 / self._length)  # also without stiffness
 
     def _turning(self, lam: Vector, load: Vector) -> float:
         """Return the frequency by rotation of bodies, at least the inverse of a step [rad/s]."""

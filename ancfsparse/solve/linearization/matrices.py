@@ -191,6 +191,6 @@ def symmetric_from_lower(lower: sp.csc_array) -> sp.csr_array:
 
 
 def omitted_coupling(system: System, q: Vector, amplitudes: Vector) -> str:
-    """Return a sentence on a force whose part between points is not in the matrix, or nothing."""
-    found = (term.omitted_coupling(q, amplitudes) for term in system.contributions)
-    return next(filter(None, found), "")
+    """Return a sentence if a matrix leaves out how points affect each other, else an empty one."""
+    sentences = (term.omitted_coupling(q, amplitudes) for term in system.contributions)
+    return next(filter(None, sentences), "")

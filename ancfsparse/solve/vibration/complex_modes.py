@@ -40,8 +40,8 @@ def complex_modes(
         A scene, about its stress-free shape and without loads; or a result of `solve_static`.
     n : int, optional
         Number of motions, those with the smallest ``|w|``; a vibration counts as one, and so does
-        each motion without oscillation, of which an overdamped degree of freedom has two.  Of a
-        scene with more than 100 degrees of freedom at most a quarter of all.
+        each motion without oscillation; an overdamped degree of freedom has two.  Of a scene with
+        more than 100 degrees of freedom at most a quarter of all.
     at : State or Equilibrium, optional
         Another state, such as ``run.last``.
 

@@ -91,7 +91,7 @@ class Contribution(ABC):
         return None
 
     def omitted_coupling(self, q: Vector, amplitudes: Vector) -> str:
-        """Return a sentence if its matrix leaves out how points affect each other, or nothing."""
+        """Return a sentence if its matrix leaves out how points affect each other, else none."""
         return ""
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:

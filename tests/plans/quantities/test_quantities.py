@@ -129,3 +129,34 @@ def test_reactions_converge_as_positions_do(element, options, own):
     coarse, finer = (np.abs(held(n)[0] - fine).max() for n in (4, 8))
     assert order == own
     assert np.log2(coarse / finer) >= 0.9 * own
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda rod: ancf.position(rod.end),
+        lambda rod: ancf.velocity(rod.at(0.5), at="largest"),
+        lambda rod: ancf.slope_angle(rod.end, at="end"),
+        lambda rod: ancf.strain(rod.at(0.5)),
+        lambda rod: ancf.reaction(rod.start),
+        lambda rod: ancf.section_force(rod.at(0.5), "N"),
+        lambda rod: ancf.section_force(rod.at(0.5), "M"),
+    ],
+)
+def test_rounding_of_a_beam_at_rest_has_no_relative_error(make, dim):
+    """Alone, and beside a beam that falls."""
+    material, end = ancf.Material(1e8, 4000.0), np.array([1.0, 0.7, 0.2])[:dim]
+    for falls in (False, True):
+        scene = ancf.Scene(gravity=np.zeros(dim))
+        rod = scene.add_beam("auto", 0.0 * end, end, "auto", ancf.Rectangle(0.01, 0.01), material)
+        scene.pin(rod.start)
+        goals, errors = [make(rod)], ["1 %"]
+        if falls:
+            other = scene.add_beam(
+                "thin", 2.0 * end, 3.0 * end, 4, ancf.Rectangle(0.01, 0.01), material
+            )
+            scene.point_force(other.end, 0.1 * end)
+            goals, errors = [ancf.position(other.end), *goals], ["1 %", *errors]
+        with pytest.raises(ancf.InputError, match="does not change by more than rounding, "):
+            ancf.plan(scene, 0.3, goals, errors)

@@ -96,11 +96,11 @@ class UserForceContribution(Contribution):
         assembly: CompiledAssembly = compiled_module("assembly").Assembly(
             dim * k, dim * k, len(amplitudes), pattern, parts
         )
-        places = np.add.reduceat(points.weight * q[points.place], points.start[:-1], axis=1).T
+        positions = np.add.reduceat(points.weight * q[points.place], points.start[:-1], axis=1).T
         random = np.random.default_rng(0)
 
         def forces(moves: Vector) -> Vector:
-            state = (places + self._length * moves).ravel(), (self._speed * moves).ravel()
+            state = (positions + self._length * moves).ravel(), (self._speed * moves).ravel()
             r = assembly.residual(*state, zero, zero[:0], zero, amplitudes)[0]
             assembly.check()
             return np.array(r).reshape(k, dim)
@@ -114,11 +114,11 @@ class UserForceContribution(Contribution):
                 change = np.linalg.norm(forces(moves) - before, axis=1)
                 at = int(np.argmax(np.where(stays, change, 0.0)))
                 if stays[at] and change[at] > MIN_COUPLING_RATIO * np.max(change) + rounding:
-                    way = self._length * np.max(np.abs(moves))
+                    largest = self._length * np.max(np.abs(moves))
                     return (
                         f"{force.what} is not coupled, but at {force.points[at]!r} it changes by "
-                        f"{change[at]:.3g} N when other points alone move, by up to {way:.3g} m. "
-                        "The stiffness lacks this: give coupled=True"
+                        f"{change[at]:.3g} N when other points alone move, by up to {largest:.3g} "
+                        "m. The stiffness lacks this: give coupled=True"
                     )
         return ""
 
