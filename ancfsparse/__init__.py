@@ -22,6 +22,7 @@ from ancfsparse.errors import (
     PlanError,
     RedundantConstraintsWarning,
     StepError,
+    UnresolvedSignalWarning,
     UnstableEquilibriumWarning,
 )
 from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
@@ -127,6 +128,7 @@ __all__ = [
     "Taper",
     "Trajectory",
     "Tube",
+    "UnresolvedSignalWarning",
     "UnstableEquilibriumWarning",
     "assemble",
     "buckling",

@@ -28,6 +28,7 @@ from ancfsparse.errors.runs import (
     PlanChangedWarning,
     PlanError,
     StepError,
+    UnresolvedSignalWarning,
     trial_call,
 )
 
@@ -51,6 +52,7 @@ __all__ = [
     "RedundantConstraintsWarning",
     "SingularSceneError",
     "StepError",
+    "UnresolvedSignalWarning",
     "UnstableEquilibriumWarning",
     "format_quantity",
     "python_style",

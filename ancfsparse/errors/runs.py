@@ -278,6 +278,10 @@ class PlanChangedWarning(UserWarning):
     """A run has left the validity range of its plan, and was planned again."""
 
 
+class UnresolvedSignalWarning(UserWarning):
+    """Fixed steps miss, shift or alias a signal."""
+
+
 @dataclass(eq=False, repr=False)
 class LoadError(AncfError, RuntimeError):
     """A load function failed, or returned something other than a load.

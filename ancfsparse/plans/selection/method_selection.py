@@ -26,6 +26,7 @@ from ancfsparse.plans.selection.element_selection import select_elements
 from ancfsparse.plans.selection.explicit_alternative import select_explicit
 from ancfsparse.plans.selection.rigid_link_selection import select_rigid_links
 from ancfsparse.plans.trial_runs.load_resolution import (
+    check_signals,
     steps_resolving_loads,
     steps_resolving_vibration,
 )
@@ -153,7 +154,9 @@ def _resolve_loads(trials: TrialRuns, fixed_steps: int | None) -> TrialRuns:
     system = _coarse_system(trials)
     if system is None:
         return trials
-    return replace(trials, base=steps_resolving_loads(system, trials.t_end, trials.base))
+    steps = steps_resolving_loads(system, trials.t_end, trials.base)
+    check_signals(system, trials.t_end, steps)
+    return replace(trials, base=steps)
 
 
 def _resolve_vibrations(trials: TrialRuns, equilibria: TrialRuns) -> TrialRuns:

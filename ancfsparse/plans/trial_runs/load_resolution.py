@@ -1,7 +1,8 @@
 """Number of steps that resolves loads and prescribed motions in time.
 
 Steps longer than the period of a load alias it to a longer period, and longer and shorter steps may
-agree on that.  Trial runs therefore begin with steps in which loads are nearly linear.
+agree on that.  Trial runs therefore begin with steps in which loads are nearly linear.  Loads are
+sampled, and signals give the times that samples may miss.
 """
 
 from __future__ import annotations
@@ -11,7 +12,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.errors import InputError
+from ancfsparse.integrators.interface.time_grid import TimeGrid
+from ancfsparse.solve.error_models.signal_resolution import MAX_IMPULSE_ERROR, max_impulse_error
 from ancfsparse.system import System
+from ancfsparse.system.used_signals import signals_of
 
 MAX_NONLINEARITY = 0.1  # deviation from a line between steps, relative to the variation of a load
 ROUNDING = 1e-12  # relative to the largest amplitude of a source
@@ -53,7 +58,39 @@ def amplitudes_over_time(system: System, times: Vector) -> list[Vector]:
     return tables
 
 
+def check_signals(system: System, t_end: float, steps: int) -> None:
+    """Check that a number of steps resolves all signals until `t_end` [s].
+
+    Raises
+    ------
+    InputError
+        If a signal is so short that equal steps would be too many.
+    """
+    error, used = max_impulse_error(system, TimeGrid(0.0, t_end / steps), steps)
+    if used is not None and error > MAX_IMPULSE_ERROR:
+        raise InputError(
+            f"{used.signal!r} of {used.what} changes within {used.signal.time_scale.shortest:.3g} "
+            f"s, and the {steps} equal steps of a trial run of {t_end:g} s would miss or shift "
+            f"{100.0 * error:.0f} % of its integral over time: use simulate with an accuracy, "
+            "whose steps end where signals begin and end, or a shorter t_end"
+        )
+
+
+def times_with_corners(system: System, times: Vector) -> Vector:
+    """Return times with those at which signals begin, end or kink, and the middles between.
+
+    There are at most three times as many.
+    """
+    corners = [time for used in signals_of(system) for time in used.signal.time_scale.times]
+    if not 0 < len(corners) <= len(times):
+        return times
+    nodes = np.unique(np.clip(corners, times[0], times[-1]))
+    return np.union1d(times, np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
+
+
 def _resolves_loads(system: System, t_end: float, steps: int) -> bool:
+    if max_impulse_error(system, TimeGrid(0.0, t_end / steps), steps)[0] > MAX_IMPULSE_ERROR:
+        return False
     dt, first = t_end / steps, np.arange(steps)
     x = GOLDEN_RATIO * (first + 1.0) % 1.0
     at_steps = amplitudes_over_time(system, dt * np.arange(steps + 1.0))

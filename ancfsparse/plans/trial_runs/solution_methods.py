@@ -32,7 +32,11 @@ from ancfsparse.plans.model_error.quasi_static_error import (
 from ancfsparse.plans.quantities.quantity import EnergyOf, Position, Quantity, Reaction, Velocity
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.cost_model import STEP_OVERHEAD
-from ancfsparse.plans.trial_runs.load_resolution import amplitudes_over_time, steps_resolving_loads
+from ancfsparse.plans.trial_runs.load_resolution import (
+    amplitudes_over_time,
+    steps_resolving_loads,
+    times_with_corners,
+)
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
@@ -250,7 +254,7 @@ class ModalSum(SolutionMethod):
         limit = _small_displacement(system, about.q)
         intervals = steps_resolving_loads(system, t_end, MIN_INTERVALS)
         samples = min(max(MIN_LOAD_SAMPLES, intervals + 1), MAX_SOLVED_SAMPLES)
-        times = np.linspace(0.0, t_end, samples)
+        times = times_with_corners(system, np.linspace(0.0, t_end, samples))
         response = linear_response(system, about, equations, times)
         largest = largest_displacement(system, response)
         if max_node_displacement(system, largest) > limit:

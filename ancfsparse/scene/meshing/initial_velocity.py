@@ -24,7 +24,15 @@ def velocity_field(
         dim = positions.shape[1]
         constant = check_vector(what, velocity, dim, "m/s")
         return RigidMotion(np.zeros(dim), constant, np.zeros((dim, dim)))
-    values = check_reals(f"the result of {what}", velocity(positions.copy()), "an array of numbers")
+    try:
+        result = velocity(positions.copy())
+    except Exception as error:  # a user function may raise anything
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise InputError(
+            f"{what} failed for an array of {len(positions)} reference positions, one in each row: "
+            f"{reason}"
+        ) from error
+    values = check_reals(f"the result of {what}", result, "an array of numbers")
     if values.shape != positions.shape:
         raise InputError(
             f"{what} returned shape {values.shape} for positions of shape {positions.shape}: "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,11 +11,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_reals, set_fields
+from ancfsparse.checks import check_finite, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 
 Value = float | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class TimeScale:
+    """The times that steps must not miss of a signal.
+
+    Attributes
+    ----------
+    shortest : float
+        Shortest time in which it leaves a value and returns, or rises [s].
+    times : tuple of float
+        Times at which it begins, ends or kinks, ascending [s]; none if it is periodic.
+    """
+
+    shortest: float = math.inf
+    times: tuple[float, ...] = ()
 
 
 class Signal(ABC):
@@ -41,6 +58,16 @@ class Signal(ABC):
         """Number of continuous derivatives."""
         return 0.0
 
+    @property
+    def time_scale(self) -> TimeScale:
+        """Its shortest time scale, and the times at which it begins, ends or kinks."""
+        return TimeScale()
+
+    @property
+    def summands(self) -> tuple[Signal, ...]:
+        """The signals that it is the sum of, except for a constant."""
+        return (self,)
+
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:
         """Return its first or second derivative, shaped like its values [1/s, 1/s2 times theirs].
 
@@ -62,6 +89,28 @@ class Signal(ABC):
         return Sum((self,), checked_value("the summand of a signal", other))
 
     __radd__ = __add__
+
+    def __mul__(self, factor: float) -> Signal:
+        """Return the signal with its values multiplied by a number."""
+        return self._multiply(check_finite("the factor of a signal", factor))
+
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Signal:
+        """Return the signal with opposite values."""
+        return self._multiply(-1.0)
+
+    def __sub__(self, other: Signal | ArrayLike) -> Signal:
+        """Return the difference from another signal or a constant."""
+        return self + (-other if isinstance(other, Signal) else -np.asarray(other, dtype=float))
+
+    def __rsub__(self, other: ArrayLike) -> Signal:
+        """Return the difference of a constant from the signal."""
+        return -self + other
+
+    def _multiply(self, factor: float) -> Signal:
+        """Return the signal with its values multiplied by a checked number."""
+        raise InputError(f"{self!r} has no multiples: multiply the values that define it")
 
     # Arrays must leave a sum with a signal to the signal.
     __array_ufunc__ = None
@@ -99,6 +148,23 @@ class Sum(Signal):
     def smoothness(self) -> float:
         """Number of continuous derivatives."""
         return min(part.smoothness for part in self.parts)
+
+    @property
+    def time_scale(self) -> TimeScale:
+        """All times of its signals, and their shortest time scale or interval between times."""
+        scales = [part.time_scale for part in self.parts]
+        times = sorted({time for scale in scales for time in scale.times})
+        gap = float(np.diff(times).min(initial=math.inf))
+        return TimeScale(min([gap, *(scale.shortest for scale in scales)]), tuple(times))
+
+    @property
+    def summands(self) -> tuple[Signal, ...]:
+        """The signals that it is the sum of, sums resolved."""
+        return tuple(each for part in self.parts for each in part.summands)
+
+    def _multiply(self, factor: float) -> Sum:
+        constant = checked_value("constant of a sum", np.multiply(factor, self.constant))
+        return Sum(tuple(part * factor for part in self.parts), constant)
 
     def __call__(self, t: ArrayLike) -> Vector:
         """Return the value at a time [s], or one row for each of an array of times (k,)."""

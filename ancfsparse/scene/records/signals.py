@@ -2,13 +2,14 @@
 
 A signal is called with a time t [s] and returns a value, or with an array (k,) of times and returns
 k values.  A value is a number or a vector in the unit of the load: N, N m or N/m.
-``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` a ramp from another value.
+``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` a ramp from another value, and
+``-2.0 * Ramp(...)`` a multiple.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -26,7 +27,11 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum, format_value
-from ancfsparse.scene.records.signal import ScaledSignal, Signal, Value, checked_value
+from ancfsparse.scene.records.signal import ScaledSignal, Signal, TimeScale, Value, checked_value
+
+# Relative rounding of a time as a multiple of a step.  Without it a pulse from 0.05012 s to
+# 0.05018 s acted for 31 steps of 2 us.
+TIME_ROUNDING = 8.0 * np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -117,6 +122,16 @@ class Table(Signal):
         """Number of continuous derivatives."""
         return 2.0 if self.smooth else 0.0
 
+    @property
+    def time_scale(self) -> TimeScale:
+        """Its times, and the shortest interval between them."""
+        return TimeScale(
+            float(np.diff(self.times).min(initial=math.inf)), tuple(self.times.tolist())
+        )
+
+    def _multiply(self, factor: float) -> Table:
+        return replace(self, values=factor * self.values)
+
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:
         """Return its first or second derivative, shaped like its values."""
         if not self.smooth:
@@ -189,6 +204,14 @@ class Ramp(ScaledSignal):
         """Number of continuous derivatives."""
         return 2.0 if self.smooth else 0.0
 
+    @property
+    def time_scale(self) -> TimeScale:
+        """Its duration, begin and end."""
+        return TimeScale(self.end - self.start, (self.start, self.end))
+
+    def _multiply(self, factor: float) -> Ramp:
+        return replace(self, value=_multiple(self.value, factor))
+
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value, or a derivative of it [1/s, 1/s2]."""
         length = self.end - self.start
@@ -235,6 +258,14 @@ class Sine(ScaledSignal):
         """The amplitude."""
         return self.amplitude
 
+    @property
+    def time_scale(self) -> TimeScale:
+        """Half its period."""
+        return TimeScale(0.5 / self.frequency)
+
+    def _multiply(self, factor: float) -> Sine:
+        return replace(self, amplitude=_multiple(self.amplitude, factor))
+
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the sine, or a derivative of it [1/s, 1/s2]."""
         omega = 2.0 * math.pi * self.frequency
@@ -253,7 +284,7 @@ class Pulse(ScaledSignal):
         Times at which it begins and ends [s].
     rise : float, optional
         Duration of the linear rise after `start`, and of the fall before `end` [s]; at most half
-        the pulse.  With 0 the value jumps: it acts for ``start <= t < end``.
+        the pulse.  With 0 the value jumps: it acts for ``start <= t < end``, up to rounding of t.
     """
 
     value: Value
@@ -275,14 +306,29 @@ class Pulse(ScaledSignal):
             )
         set_fields(self, value=value, start=start, end=end, rise=rise)
 
+    @property
+    def time_scale(self) -> TimeScale:
+        """Its impulse over its value, and the times of its corners."""
+        corners = {self.start, self.start + self.rise, self.end - self.rise, self.end}
+        return TimeScale(self.end - self.start - self.rise, tuple(sorted(corners)))
+
+    def _multiply(self, factor: float) -> Pulse:
+        return replace(self, value=_multiple(self.value, factor))
+
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value."""
         if order:
             return self._no_rate(order)
         if self.rise == 0.0:
-            return ((self.start <= t) & (t < self.end)).astype(float)
+            early = t + TIME_ROUNDING * np.abs(t)
+            return ((self.start <= early) & (early < self.end)).astype(float)
         distance = np.minimum(t - self.start, self.end - t)
         return np.clip(distance / self.rise, 0.0, 1.0)
+
+
+def _multiple(value: Value, factor: float) -> Value:
+    """Return a checked multiple of a value."""
+    return checked_value("multiple of a signal", np.multiply(factor, value))
 
 
 def _interval(what: str, start: object, end: object) -> tuple[float, float]:

@@ -19,6 +19,10 @@ from ancfsparse.errors import (
 from ancfsparse.integrators.interface.time_grid import TimeGrid, count_steps_from
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Scene, check_scene
+from ancfsparse.solve.error_models.signal_resolution import (
+    corners_between_steps,
+    warn_of_unresolved_signals,
+)
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
@@ -61,8 +65,9 @@ def quasi_static(
     Inertia and damping are neglected; the error is about the square of the load frequency over the
     lowest natural frequency, relative to the motion.  Each state is an equilibrium, so there is no
     error of the time step.  Where an equilibrium is lost between saved states, the interval is
-    divided, up to 64 times.  Where it ceases to exist, as in snap-through, or becomes unstable, as
-    in buckling, the scene relaxes to another one, which ``stats.recoveries`` counts.
+    divided, up to 64 times, and also at the times of signals that are too short for it.  Where an
+    equilibrium ceases to exist, as in snap-through, or becomes unstable, as in buckling, the scene
+    relaxes to another one, which ``stats.recoveries`` counts.
 
     Parameters
     ----------
@@ -104,6 +109,8 @@ def quasi_static(
     -----
     UnstableEquilibriumWarning
         If no stable equilibrium was found at some time.
+    UnresolvedSignalWarning
+        If the saved states miss or alias a signal.
     """
     check_scene(scene)
     begins = check_start(start)
@@ -120,12 +127,17 @@ def quasi_static(
         check_memory("the equilibria", BYTES_PER_COORDINATE * (n + 1) * system.n_all, hint)
         equations = EquilibriumEquations(system, stats, kind=factorization, t=grid.begin)
         check_factor_fits(needed, equations.seed)
+        warn_of_unresolved_signals(system, grid, n, stacklevel=3)
+        corners = corners_between_steps(system, grid, n)
         stats.seconds["set-up"] = time.perf_counter() - begin
         path = _QuasiStaticPath(equations, tolerance, free_motions(system))
         times, results = [grid.begin], [path.first(begins is not None)]
         settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": grid.dt}
         for k in range(1, n + 1):
             try:
+                for time_between in corners:
+                    if grid.at(k - 1) < time_between < grid.at(k):
+                        path.advance_to_corner(time_between)
                 path.advance(grid.at(k))
             except AncfError as failure:
                 run = _trajectory(system, times, results, stats, settings)
@@ -225,6 +237,11 @@ class _QuasiStaticPath:
                 self._before.clear()
             self.last = self._another() if result is None else result
             self._t = to
+
+    def advance_to_corner(self, t: float) -> None:
+        """Follow the equilibrium to a time [s] at which the loads kink; extrapolate from there."""
+        self.advance(t)
+        self._before.clear()
 
     def _continued(self, to: float) -> StaticResult | None:
         """Return the equilibrium near the extrapolated one, None if it is unstable."""

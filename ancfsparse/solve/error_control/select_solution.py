@@ -231,7 +231,7 @@ def _candidates(
     solution: BestSolution,
 ) -> list[ImplicitCandidate | ExplicitCandidate]:
     """Return the candidates that the scene and the arguments allow."""
-    discontinuities = LoadDiscontinuities(system.loads, float(t[0]), float(t[-1]))
+    discontinuities = LoadDiscontinuities(system, float(t[0]), float(t[-1]))
     candidates: list[ImplicitCandidate | ExplicitCandidate] = []
     spectrum = ModalSpectrum.of(system, discontinuities, float(t[-1]))
     force_cost = 0.0

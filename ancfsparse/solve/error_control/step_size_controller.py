@@ -122,7 +122,8 @@ class StepSizeController:
         begin = time.perf_counter()
         self.system, self.integrator = system, integrator
         self.local_error, self.max_energy_gain = local_error, max_energy_gain
-        self.dt = dt if pattern is None else pattern[0][0][0]
+        self._longest = math.inf if discontinuities is None else discontinuities.longest_step
+        self.dt = min(dt, self._longest) if pattern is None else pattern[0][0][0]
         self._given, self.pattern = pattern, list[list[tuple[float, int]]]()
         self._discontinuities, self._watch, self._budget = discontinuities, watch, budget
         self.seed: Seed
@@ -318,7 +319,8 @@ class StepSizeController:
         levels = 1
         if self.stats.rejected_steps == 0 and self.stats.steps < N_FIRST_STEPS:
             levels = max(1, min(MAX_FIRST_LEVELS, self._levels()))
-        return self.dt * STEP_RATIO**levels
+        longer = self.dt * STEP_RATIO**levels
+        return longer if longer <= self._longest else self.dt
 
     def _is_hard(self) -> bool:
         """Return whether the last steps cost so much that shorter ones may cost less."""

@@ -6,7 +6,12 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.scene.records.prescribed_motion import MIN_SMOOTHNESS
+from ancfsparse.scene.records.signals import TIME_ROUNDING
+from ancfsparse.solve.error_models.signal_resolution import longest_step
+from ancfsparse.system import System
 from ancfsparse.system.loads.applied_loads import AppliedLoads
+from ancfsparse.system.used_signals import UsedSignal, signals_of
 
 N_INTERVALS = 1024  # intervals of the first sampling
 N_NEIGHBOURS = 8  # intervals on each side with which one is compared
@@ -19,12 +24,14 @@ MAX_KINK_POWER = 1.5  # largest power of a kink
 
 
 class LoadDiscontinuities:
-    """Times at which the loads of a scene jump, or their rates do.
+    """Times at which the loads of a scene jump, or their rates do, and short signals begin or end.
+
+    Signals state these times; functions of the user are sampled.
 
     Parameters
     ----------
-    loads : Loads
-        Loads of the scene.
+    system : System
+        The scene with its loads and prescribed motions.
     t_start, t_end : float
         Begin and end of the sampled time [s].
 
@@ -36,18 +43,29 @@ class LoadDiscontinuities:
         Times of the first sampling, equally spaced from `t_start` to `t_end` [s].
     amplitudes : (n, n_amplitudes) float
         Amplitudes of the loads at these times.
+    longest_step : float
+        Longest step that aliases no signal [s].
     """
 
-    def __init__(self, loads: AppliedLoads, t_start: float, t_end: float) -> None:
+    def __init__(self, system: System, t_start: float, t_end: float) -> None:
+        loads = system.loads
         self.times = np.linspace(t_start, t_end, N_INTERVALS + 1)
         self.amplitudes = np.zeros((N_INTERVALS + 1, 0))
-        pairs: list[tuple[float, float]] = []
+        self.longest_step = t_end - t_start
+        corners: list[float] = []
+        for used in signals_of(system):
+            times, longest = _limits(used, t_start, t_end)
+            corners += times
+            self.longest_step = min(self.longest_step, longest)
+        pairs: list[tuple[float, float]] = [
+            (time - 2.0 * TIME_ROUNDING * abs(time), float(np.nextafter(time, np.inf)))
+            for time in corners
+        ]
         if loads.n_amplitudes:
             self.amplitudes = loads.amplitudes(self.times)
-            pairs = _merge(
-                _find(loads, self.times, self.amplitudes),
-                4.0 * EPSILON * max(abs(t_start), abs(t_end)),
-            )
+            sampled = _find(loads, self.times, self.amplitudes)
+            pairs += [pair for pair in sampled if not _is_among(pair, corners, t_end - t_start)]
+        pairs = _merge(pairs, 4.0 * EPSILON * max(abs(t_start), abs(t_end)))
         # A discontinuity at an end has no step before or after it.
         tolerance = 1e-9 * (t_end - t_start)
         inside = [
@@ -60,6 +78,28 @@ class LoadDiscontinuities:
         """Begin and end of the intervals in which all loads are smooth [s]."""
         begins, ends = np.append(self.times[0], self.after), np.append(self.before, self.times[-1])
         return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
+
+
+def _limits(used: UsedSignal, t_start: float, t_end: float) -> tuple[list[float], float]:
+    """Return the times at which steps must end for a signal, and the longest step [s].
+
+    Steps end at the times of a smooth signal only if the sampling cannot see it.
+    """
+    scale = used.signal.time_scale
+    times = [time for time in scale.times if t_start < time < t_end]
+    if scale.times and not times:  # constant, or in one smooth change
+        return [], np.inf
+    if not times or len(times) > MAX_DISCONTINUITIES:
+        return [], longest_step(used, t_start, t_end)
+    is_long = scale.shortest > N_NEIGHBOURS * (t_end - t_start) / N_INTERVALS
+    if used.signal.smoothness >= MIN_SMOOTHNESS and is_long:
+        return [], scale.shortest
+    return times, np.inf
+
+
+def _is_among(pair: tuple[float, float], corners: list[float], length: float) -> bool:
+    """Return whether a sampled discontinuity is one of the given times."""
+    return any(pair[0] - 1e-9 * length <= time <= pair[1] + 1e-9 * length for time in corners)
 
 
 def _find(loads: AppliedLoads, times: Vector, values: Vector) -> list[tuple[float, float]]:

@@ -52,7 +52,7 @@ class StepPlan:
         """Return a plan; None without known vibrations, or if the loads require short steps."""
         if spectrum is None:
             return None
-        steps = float(MIN_STEPS)
+        steps = max(float(MIN_STEPS), length / discontinuities.longest_step)
         times, values = discontinuities.times, discontinuities.amplitudes
         size = np.max(np.abs(values), axis=0, initial=0.0)
         change = np.abs(np.diff(values, axis=0))

@@ -13,6 +13,7 @@ from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
 from ancfsparse.solve import initial_conditions
+from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import restore_contributions
 from ancfsparse.solve.motion.arguments import Request, check_request, select_integrator
@@ -69,7 +70,10 @@ def simulate(
         start=start,
     )
     check_memory(request.memory())
-    return run_request(request, build_system_at_start(request))
+    system = build_system_at_start(request)
+    if accuracy is None:
+        warn_of_unresolved_signals(system, request.clock, request.n_steps, stacklevel=4)
+    return run_request(request, system)
 
 
 def run_request(request: Request, system: System) -> Trajectory:

@@ -15,6 +15,7 @@ from ancfsparse.integrators.interface.time_grid import TimeGrid, count_steps_fro
 from ancfsparse.messages import format_value
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
+from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import System
 from ancfsparse.system_memory import check_memory
@@ -55,6 +56,11 @@ def modal_response(
     InputError
         If an argument is invalid, or the scene has prescribed motions.
 
+    Warns
+    -----
+    UnresolvedSignalWarning
+        If the steps miss or alias a signal that a load follows.
+
     Notes
     -----
     With modal coordinates of unit mass, ``y'' + c y' + omega^2 y = p(t)``, where ``p`` is the
@@ -78,6 +84,7 @@ def modal_response(
     check_memory("the states of a modal response", 8.0 * (n + 1) * 4 * system.n_all, "a larger dt")
     begin = time.perf_counter()
     t = np.asarray(clock.at(np.arange(n + 1.0)))
+    warn_of_unresolved_signals(system, clock, n, stacklevel=3)
     amplitudes = system.loads.amplitudes(t)
     p = _modal_forces(system, modes, amplitudes)
     speeds = modes.shapes @ np.asarray(system.assembly.inertia(about.v))

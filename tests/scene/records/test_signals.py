@@ -157,3 +157,49 @@ def test_a_signal_must_fit_the_load():
         pendulum(ancf.Sine((1.0, 0.0, 0.0), 1.0))
     with pytest.raises(InputError, match="failed at t = 0 s: the table has values from t = 1 s to"):
         pendulum(ancf.Table([1.0, 2.0], [(0, 0), (1, 1)]))
+
+
+@pytest.mark.parametrize(
+    ("signal", "shortest", "times"),
+    [
+        (ancf.Ramp(4.0, 3.0, 1.0), 2.0, (1.0, 3.0)),
+        (ancf.Ramp(4.0, 3.0, smooth=True), 3.0, (0.0, 3.0)),
+        (ancf.Sine(2.0, 0.5, 0.3), 1.0, ()),
+        (ancf.Pulse(3.0, 1.0, 2.0), 1.0, (1.0, 2.0)),
+        (ancf.Pulse(3.0, 0.0, 4.0, 1.0), 3.0, (0.0, 1.0, 3.0, 4.0)),
+        (ancf.Pulse(3.0, 0.0, 4.0, 2.0), 2.0, (0.0, 2.0, 4.0)),
+        (ancf.Table([0.0, 1.0, 4.0], [1, 3, -3]), 1.0, (0.0, 1.0, 4.0)),
+        (ancf.Table([0.0], [1.0]), np.inf, (0.0,)),
+        (ancf.Ramp(1.0, 3.0) + ancf.Sine(1.0, 0.25) + 5.0, 2.0, (0.0, 3.0)),
+        (ancf.Ramp(1.0, 3.0) - ancf.Ramp(1.0, 3.5), 0.5, (0.0, 3.0, 3.5)),
+    ],
+)
+def test_signals_state_their_time_scale(signal, shortest, times):
+    assert signal.time_scale.shortest == shortest
+    assert signal.time_scale.times == times
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        ancf.Ramp((4.0, 1.0), 3.0, 1.0, smooth=True),
+        ancf.Sine((2.0, 1.0), 0.5, 0.3),
+        ancf.Pulse((3.0, 1.0), 0.0, 4.0, 1.0),
+        ancf.Table([0, 1, 4], [(1, 2), (3, 4), (-3, 1)], "hold", smooth=True),
+        ancf.Sine((2.0, 1.0), 0.5) + ancf.Ramp((4.0, 1.0), 3.0) + (1.0, 2.0),
+    ],
+)
+def test_signals_scale(signal):
+    values = signal(TIMES)
+    for made, factor in ((signal * 2, 2.0), (-0.5 * signal, -0.5), (np.float64(3) * signal, 3.0),
+                         (-signal, -1.0), (signal - 3 * signal, -2.0)):  # fmt: skip
+        np.testing.assert_allclose(made(TIMES), factor * values, rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(((1.0, 2.0) - signal)(TIMES), (1.0, 2.0) - values, atol=1e-14)
+    assert type(signal * 2) is type(signal)
+    assert pickle.loads(pickle.dumps(2 * signal)) == 2 * signal
+
+
+@pytest.mark.parametrize("factor", [(1.0, 2.0), "2", None, np.inf, ancf.Ramp(1.0, 1.0)])
+def test_factors_of_signals_are_finite_numbers(factor):
+    with pytest.raises(InputError, match="factor of a signal must be"):
+        ancf.Ramp(1.0, 1.0) * factor

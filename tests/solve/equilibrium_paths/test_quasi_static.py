@@ -9,6 +9,7 @@ from tests.solve.equilibrium_paths.elastica import elastica
 
 SECTION = ancf.Rectangle(0.01, 0.01)
 MATERIAL = ancf.Material(youngs_modulus=2e9, density=1000.0)
+RISING = ancf.Ramp((0.0, -1.0), 1.0)
 
 
 def cantilever(load, damping=0.0):
@@ -79,7 +80,7 @@ def test_drives_lead_the_way():
     )
 
 
-def toggle():
+def toggle(load=RISING):
     """Two bars whose apex is pushed down: it snaps through at 2 E A sin^3 a / 3 sqrt 3 or so."""
     given = ("string", (0, 0), (1, 0.1), 1, SECTION, ancf.Material(1e7, 1000.0))
     scene, left = build_beam(*given, gravity=(0.0, 0.0))
@@ -87,7 +88,7 @@ def toggle():
     scene.connect(left.end, right.start)
     scene.pin(left.start)
     scene.pin(right.end)
-    scene.point_force(left.end, ancf.Ramp((0.0, -1.0), 1.0))
+    scene.point_force(left.end, load)
     return scene, left.end
 
 
@@ -104,6 +105,22 @@ def test_a_toggle_snaps_through_and_goes_on_from_there():
     limit = np.max(2.0 * 1e7 * 1e-4 * (1.0 - stretched / length) * y / stretched)
     k = int(np.argmax(height < 0.0))
     assert run.t[k - 1] <= limit <= run.t[k]
+
+
+@pytest.mark.filterwarnings("ignore::ancfsparse.UnresolvedSignalWarning")
+@pytest.mark.parametrize(
+    "push",
+    [
+        ancf.Pulse((0.0, -1.0), 0.301, 0.305),
+        ancf.Table([0.0, 0.301, 0.303, 0.305, 1.0], [(0, 0), (0, 0), (0, -1), (0, 0), (0, 0)]),
+        ancf.Ramp((0.0, -1.0), 0.303, 0.301) - ancf.Ramp((0.0, -1.0), 0.305, 0.303),
+    ],
+)
+def test_a_push_between_saved_states_makes_it_snap_through(push):
+    scene, apex = toggle(push)
+    height = ancf.quasi_static(scene, 1.0, 0.02).position(apex)[:, 1]
+    np.testing.assert_allclose(height[:16], 0.1)
+    np.testing.assert_allclose(height[16:], -0.1)
 
 
 def test_errors_on_the_way_have_what_was_found():

@@ -18,7 +18,7 @@ def discontinuities(*loads):
     scene, rod = build_beam("thin", (0, 0), (1, 0), 2, section, material, "pin")
     for load in loads:
         scene.point_force(rod.end, lambda t, load=load: (load(t), 0.0))
-    return LoadDiscontinuities(System(scene).loads, 0.0, T_END)
+    return LoadDiscontinuities(System(scene), 0.0, T_END)
 
 
 @pytest.mark.parametrize(
@@ -70,3 +70,56 @@ def test_breaks_of_several_loads_at_one_time_are_one():
 )
 def test_smooth_loads_and_noise_have_none(load):
     assert discontinuities(load).spans == [(0.0, T_END)]
+
+
+def limits(signal, t_start=0.0):
+    section, material = ancf.Circle(0.01), ancf.Material(1e7, 1000.0)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 2, section, material, "pin")
+    scene.point_moment(rod.end, signal)
+    return LoadDiscontinuities(System(scene), t_start, T_END)
+
+
+SPIKE = ([0.3, 0.300001, 0.300002], [0.0, 1.0, 0.0], "hold")
+
+
+@pytest.mark.parametrize(
+    ("signal", "times"),
+    [
+        (ancf.Pulse(1.0, 0.3, 0.300001), [0.3, 0.300001]),
+        (ancf.Pulse(1.0, 0.3, 0.300004, 1e-6), [0.3, 0.300001, 0.300003, 0.300004]),
+        (ancf.Table(*SPIKE), [0.3, 0.300001, 0.300002]),
+        (ancf.Table(*SPIKE, smooth=True), [0.3, 0.300001, 0.300002]),
+        (ancf.Ramp(1.0, 0.3), [0.3]),
+        (ancf.Ramp(1.0, 0.3, 0.1, smooth=True), []),
+        (ancf.Pulse(1.0, -0.3, -0.2), []),
+        (ancf.Ramp(1.0, 0.1 + 0.2) + ancf.Pulse(2.0, 0.3, 0.4), [0.3, 0.4]),
+    ],
+)
+def test_signals_state_their_times(signal, times):
+    found = limits(signal)
+    np.testing.assert_allclose(found.after, times, rtol=1e-15)
+    assert (found.before < found.after).all()
+    values = [signal(found.before), signal(found.after)]
+    jumps = np.abs(np.diff(values, axis=0)[0])
+    assert ((jumps < 1e-8) | np.isclose(jumps, getattr(signal, "value", 2.0))).all()
+
+
+@pytest.mark.parametrize(
+    ("signal", "longest"),
+    [
+        (ancf.Sine(1.0, 1024.0), 1 / 4096),
+        (ancf.Sine(1.0, 0.1), T_END),
+        (ancf.Ramp(1.0, 0.3, 0.1, smooth=True), 0.2),
+        (ancf.Ramp(1.0, 0.3, 0.1), T_END),
+        (ancf.Pulse(1.0, -0.3, -0.299), T_END),
+        (ancf.Table(np.linspace(0, 1, 1001), np.linspace(0, 1, 1001) ** 2), 1 / 64),
+    ],
+)
+def test_steps_are_as_long_as_signals_allow(signal, longest):
+    assert limits(signal).longest_step == pytest.approx(longest)
+
+
+def test_a_dense_table_limits_steps_by_its_changes():
+    times = np.linspace(0.0, 1.0, 10001)
+    longest = limits(ancf.Table(times, np.sin(2 * np.pi * 50.0 * times))).longest_step
+    assert 1 / 50 / 64 < longest <= 1 / 50 / 4

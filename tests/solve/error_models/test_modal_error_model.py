@@ -55,7 +55,7 @@ def hanging():
 
 def waves_of(scene):
     system = System(scene)
-    discontinuities = LoadDiscontinuities(system.loads, 0.0, T_END)
+    discontinuities = LoadDiscontinuities(system, 0.0, T_END)
     return ModalSpectrum.of(system, discontinuities, T_END), discontinuities
 
 
@@ -176,7 +176,7 @@ def test_plans_end_with_the_accuracy(accuracy):
 def test_vibrations_that_others_set_off_are_found_in_a_run():
     case = make(0)
     system = System(case.scene)
-    start = ModalSpectrum.of(system, LoadDiscontinuities(system.loads, 0.0, case.t_end), case.t_end)
+    start = ModalSpectrum.of(system, LoadDiscontinuities(system, 0.0, case.t_end), case.t_end)
     exact, _ = reference(case)
     method = ancf.RungeKuttaNystrom(4)
     limit = ancf.stable_step(case.scene, method)

@@ -1,0 +1,70 @@
+"""The signals that loads, eigenstrains and prescribed motions of a system follow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ancfsparse.array_types import Vector
+from ancfsparse.scene import Beam, Signal
+from ancfsparse.scene.mechanisms.prescribed_joint import RotatingVector
+from ancfsparse.scene.records.signal import Sum
+from ancfsparse.system.loads.amplitudes import FunctionAmplitude
+from ancfsparse.system.system import System
+
+
+@dataclass(frozen=True)
+class UsedSignal:
+    """A signal of a load or of a prescribed motion.
+
+    Attributes
+    ----------
+    what : str
+        Name of the load or the prescribed motion in messages.
+    signal : Signal
+        The signal, or a sum of signals that are constant outside some times.
+    is_motion : bool
+        Whether it is a prescribed motion, whose rate moves the scene.
+    """
+
+    what: str
+    signal: Signal
+    is_motion: bool
+
+    def values(self, times: Vector) -> Vector:
+        """Return the load, or the rate of the motion, at times (k,) as a table (k, n)."""
+        values = self.signal.rate(times) if self.is_motion else self.signal(times)
+        return values.reshape(len(times), math.prod(values.shape[1:]))
+
+
+def signals_of(system: System) -> list[UsedSignal]:
+    """Return the signals of a system: those that sums consist of, and sums of pulses or ramps."""
+    followed: list[tuple[str, object, bool]] = [
+        (source.load.what, source.load.value, False)
+        for source in system.loads.sources
+        if isinstance(source, FunctionAmplitude)
+    ]
+    for beam in system.scene.beams:
+        if isinstance(beam, Beam):
+            followed += [(f"eigenstrain of {beam.name}", x, False) for x in beam.changing or ()]
+    for motion in system.prescribed.courses:
+        value = motion.value
+        if isinstance(value.value, RotatingVector):
+            value = value.value.angle[0]
+        followed.append((value.what, value.value, True))
+    return [
+        UsedSignal(what, part, is_motion)
+        for what, signal, is_motion in followed
+        if isinstance(signal, Signal)
+        for part in _parts(signal)
+    ]
+
+
+def _parts(signal: Signal) -> list[Signal]:
+    """Return the signals of a sum, and the sum of those that are constant outside some times.
+
+    Two ramps may make a pulse.
+    """
+    parts = list(signal.summands)
+    timed = tuple(part for part in parts if part.time_scale.times)
+    return [*parts, Sum(timed)] if len(timed) > 1 else parts
