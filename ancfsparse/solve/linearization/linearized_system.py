@@ -26,6 +26,7 @@ from ancfsparse.solve.linearization.matrices import (
     omitted_coupling,
     symmetric_from_lower,
 )
+from ancfsparse.solve.linearization.nonconservative_tangent import NonconservativeTangent
 from ancfsparse.solve.preparation.memory_estimate import (
     NO_MEMORY,
     check_factor_fits,
@@ -118,6 +119,11 @@ class LinearizedSystem:
     def damping(self) -> sp.csr_array:
         """Return the damping matrix C over the free coordinates [N s/m, N s, N m s]."""
         return symmetric_from_lower(free_submatrix(self.system, self._matrix(0.0, 0.0, 1.0)))
+
+    def is_unsymmetric(self, rate: float) -> bool:
+        """Return whether K, or C at a rate [1/s], leaves out a part of nonconservative forces."""
+        tangent, state = NonconservativeTangent(self.system), (self.state.q, self._amplitudes)
+        return bool(tangent.stiffness(*state).nnz or tangent.damping(*state, rate or 1.0).nnz)
 
     def factor(self, shift: float) -> int | None:
         """Factor ``K - shift M`` under the constraints.

@@ -175,5 +175,5 @@ def equilibrium_error(
     where, unit = system.describe(largest), system.unit(largest)
     omitted = equations.omitted_coupling(equations.start.q)
     if omitted:
-        advice = (f"{omitted}.",)
+        advice = (f"{omitted[0].upper()}{omitted[1:]}.",)
     return EquilibriumError(reason, last.load, abs(float(r[largest])), where, unit, *advice)

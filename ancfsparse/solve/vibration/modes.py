@@ -56,8 +56,8 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
     Warns
     -----
     ApproximateModesWarning
-        If some forces are nonconservative, such as functions of the motion and moments about fixed
-        axes in space: only the symmetric part of their stiffness is used, see `complex_modes`.
+        If some forces have an unsymmetric stiffness or damping, as functions of the motion and
+        moments about fixed axes in space may: only its symmetric part is used, see `complex_modes`.
 
     Notes
     -----
@@ -78,7 +78,7 @@ def modes(of: Scene | Equilibrium, n: int = 10, *, at: State | Equilibrium | Non
             raise InputError(f"n must be at most {limit} in this scene, got {n}")
         values, motions, rounding = lowest_modes(linearized, n, motions)
     system = linearized.system
-    if not system.conservative:
+    if linearized.is_unsymmetric(float(np.sqrt(np.abs(values).max()))):
         warnings.warn(ApproximateModesWarning(), stacklevel=2)
     damping = np.zeros(n)
     if system.damped:

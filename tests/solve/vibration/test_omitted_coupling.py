@@ -1,12 +1,13 @@
 """Forces that couple points and are not `coupled`: refused where only the stiffness counts."""
 
 import itertools
+import warnings
 
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.errors import EquilibriumError, InputError
+from ancfsparse.errors import ApproximateModesWarning, EquilibriumError, InputError
 
 SOFT = ancf.Material(1e7, 1000.0)
 
@@ -73,6 +74,25 @@ def test_any_two_points_that_a_force_couples_are_found(k, n_elements):
     for one, other in itertools.permutations(range(k), 2):
         with pytest.raises(InputError, match="is not coupled"):
             ancf.complex_modes(held(one, other), 1)
+
+
+def whirl(q, v, t):
+    """Forces across the velocities, as gyroscopes exert."""
+    return 3.0 * np.stack([v[::-1, 0] * [1.0, -1.0], 0.0 * v[:, 0]], axis=1)
+
+
+def follow(q, v, t):
+    """A force on the first point by the displacement of the last."""
+    return np.array([[20.0 * (q[-1, 0] - 1.0), 0.0], [0.0, 0.0]])
+
+
+@pytest.mark.parametrize(("function", "warns"), [(pull, False), (whirl, True), (follow, True)])
+def test_modes_warn_of_unsymmetric_matrices_alone(function, warns):
+    scene = two_sliders(function, coupled=True)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        ancf.modes(scene, 2)
+    assert [each.category for each in caught] == [ApproximateModesWarning] * warns
 
 
 def test_statics_that_fail_for_omitted_coupling_say_so():
