@@ -235,7 +235,10 @@ class PlanError(AncfError, RuntimeError):
     runs : int
         Number of trial runs.
     t : float, optional
-        Time of the largest difference, if meshes were refined too [s].
+        Time of the largest difference, if meshes were refined too [s]; with `dt`, at which the last
+        trial run failed.
+    dt : float, optional
+        Shortest steps of trial runs, if no step was short enough for a complete one [s].
     causes : tuple of str
         Observations in the trial runs, sentences without full stops.
     """
@@ -247,6 +250,7 @@ class PlanError(AncfError, RuntimeError):
     runs: int
     t: float | None = None
     causes: tuple[str, ...] = ()
+    dt: float | None = None
 
     def with_causes(self, causes: Sequence[str]) -> PlanError:
         """Return this error with further causes."""
@@ -261,6 +265,14 @@ class PlanError(AncfError, RuntimeError):
                 "stress-free shape does not satisfy its supports. Begin with start='equilibrium', "
                 "or request it at='end'."
             )
+        causes = "".join(f"{each[0].upper()}{each[1:]}. " for each in self.causes)
+        if self.dt is not None:
+            return (
+                f"no plan: trial runs for the {self.quantity} fail with any step; with steps of "
+                f"{self.dt:.3g} s the last one failed at t = {self.t:.6g} s. {causes}Check loads "
+                "and joints at that time, request a shorter time, or give the material "
+                "axial_damping and bending_damping, or plan with integrator=EnergyMomentum()."
+            )
         refined = "steps are halved" if self.t is None else "meshes and steps are refined"
         where = "" if self.t is None else f", most at t = {self.t:.3g} s"
         return (
@@ -268,7 +280,7 @@ class PlanError(AncfError, RuntimeError):
             f"{self.runs} trial runs the last two differ by "
             f"{format_quantity(self.difference, self.unit, 3)}{where}, and the requested error is "
             f"{format_quantity(self.tolerance, self.unit, 3)}. "
-            + "".join(f"{each[0].upper()}{each[1:]}. " for each in self.causes)
+            + causes
             + "Request a larger error or a shorter time (chaotic motions cannot be predicted for "
             "long), or smooth loads that jump."
         )

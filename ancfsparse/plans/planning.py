@@ -24,7 +24,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ancfsparse.checks import check_choice, check_flag, check_positive
-from ancfsparse.errors import InputError, LoadError, PlanError
+from ancfsparse.errors import (
+    AncfError,
+    EnergyIncreaseError,
+    InputError,
+    LoadError,
+    PlanError,
+    StepError,
+)
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.integrators.interface.time_grid import count_steps_from
 from ancfsparse.plans.discretization_error.error_model import ErrorModel, scaled
@@ -49,6 +56,7 @@ from ancfsparse.plans.quantities.quantity import AtPoint, Quantity
 from ancfsparse.plans.quantities.tolerances import Goal, check_goals
 from ancfsparse.plans.selection.confirmation_run import confirm_selection
 from ancfsparse.plans.selection.method_selection import Selection, select_method
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS, TrialRuns
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene, check_scene
@@ -154,10 +162,9 @@ def plan(
     ------
     InputError
         If an argument is invalid, the scene does not have the quantity, or nothing can be selected.
-    StepError
-        If no step is short enough for a complete run.
     PlanError
-        If motions do not converge as steps are halved.
+        If motions do not converge as steps are halved, or no step is short enough for a complete
+        run.
 
     Examples
     --------
@@ -188,11 +195,25 @@ def plan(
         planar = reduce_to_plane(scene)
     arguments = t_end, goals, named, steps, start, begin
     try:
-        return _plan(scene, planar, *arguments)
-    except LoadError:
-        if planar is None:
-            raise
-    return _plan(scene, None, *arguments)  # a load function may have left the plane
+        try:
+            return _plan(scene, planar, *arguments)
+        except LoadError:
+            if planar is None:
+                raise
+        return _plan(scene, None, *arguments)  # a load function may have left the plane
+    except StepError as failure:
+        raise _no_complete_run(goals[0].quantity, failure) from failure
+
+
+def _no_complete_run(first: Quantity, failure: StepError) -> PlanError:
+    """Return the error of a plan whose trial runs fail with any step."""
+    reason = str(failure.reason)
+    if isinstance(failure, EnergyIncreaseError):
+        reason = f"the motion gained {failure.gain:.3g} J that no load accounts for"
+    nan = float("nan")
+    return PlanError(
+        first.name, nan, nan, first.unit, 0, failure.time, (reason.rstrip("."),), failure.dt
+    )
 
 
 def _is_off_axis(goal: Goal) -> bool:
@@ -217,13 +238,21 @@ def _plan(
     source = scene if planar is None else planar.scene
     moved = [replace(each, quantity=each.quantity.in_scene(source)) for each in goals]
     trials = TrialRuns(source, t_end, moved, named or DEFAULT_INTEGRATOR, steps or MIN_STEPS, start)
-    arguments = trials, refine_given_meshes(source), steps, named is None and steps is None
-    selection = select_method(*arguments)
+    is_free = named is None and steps is None
+    arguments = trials, refine_given_meshes(source), steps
+    selection = select_method(*arguments, is_free)
     check_initial_force(selection.trials, selection.error_model.reference_run)
     try:
         error_model = confirm_selection(selection.trials, selection.error_model)
-    except PlanError as failure:  # time integration fails, so other methods are tried
-        selection = select_method(*arguments, failure)
+    except (InputError, LoadError):
+        raise
+    except AncfError as failure:
+        if isinstance(selection.trials.integrator, SolutionMethod):
+            selection = select_method(*arguments, is_free=False)
+        elif isinstance(failure, (StepError, PlanError)):
+            selection = select_method(*arguments, is_free, failure)
+        else:
+            raise
         error_model = confirm_selection(selection.trials, selection.error_model)
     why = selection.why
     if planar is not None:

@@ -164,7 +164,12 @@ def error_of_given_meshes(
         trials.start,
         run_costs=trials.run_costs,
     )
-    coarse, fine = _run(trials, model, steps), _run(other, model, steps)
+    coarse = _run(trials, model, steps)
+    try:
+        fine = _run(other, model, steps)
+    except StepError:
+        trials.done["meshes given", steps] = None  # these steps are too long for the finer scene
+        raise
     trials.seconds += other.seconds
     differences = goal_differences(trials.goals, coarse, fine)
     # The difference is e(n) - e(2 n) = e(n) (1 - 2^-p).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ancfsparse.errors import PlanError
+from ancfsparse.errors import PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.low_regularity import refine_to_bounds
 from ancfsparse.plans.discretization_error.mesh_error import (
@@ -85,7 +85,22 @@ def search(
 def refine_separately(
     trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None
 ) -> ErrorModel:
-    """Refine first the steps, then the mesh, until their orders are observed; see `search`."""
+    """Refine first the steps, then the mesh, until their orders are observed; see `search`.
+
+    If a run on a finer mesh fails, both are refined again with shorter steps than failed.
+    """
+    while True:
+        failed = trials.failed
+        try:
+            return _refine_once(trials, model, finer, fixed_steps)
+        except StepError:
+            if trials.failed <= failed:
+                raise
+
+
+def _refine_once(
+    trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None
+) -> ErrorModel:
     order = _order(trials.scene, model)
     n_longest, coarse, time = _coarse_time_error(trials, model)
     steps = _steps_for_meshes(trials, time)

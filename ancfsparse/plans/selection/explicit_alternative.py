@@ -63,8 +63,10 @@ def select_explicit(
         pairs = zip(differences, error_model.tolerances, strict=True)
         if any(difference > tolerance for difference, tolerance in pairs):
             return None
-    cost_model = fit_cost_model(explicit.costs)
-    return explicit, replace(error_model, selected=(n_longest, explicit.base), cost=cost_model)
+    selected, cost_model = (n_longest, explicit.base), fit_cost_model(explicit.costs)
+    error_model = replace(error_model, selected=selected, cost=cost_model)
+    # A finer mesh, to which confirmation leads otherwise, has a shorter stable step.
+    return (explicit, error_model) if error_model.excess(*selected) <= 1.0 else None
 
 
 def stable_step_bound(scene: Scene) -> float:
