@@ -235,8 +235,8 @@ class PlanError(AncfError, RuntimeError):
     runs : int
         Number of trial runs.
     t : float, optional
-        Time of the largest difference, if meshes were refined too [s]; with `dt`, at which the last
-        trial run failed.
+        Time of the largest difference, if meshes were refined too [s]; with `dt`, the time of the
+        failed step of the last trial run.
     dt : float, optional
         Shortest steps of trial runs, if no step was short enough for a complete one [s].
     causes : tuple of str
