@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from ancfsparse.array_types import Vector
 from ancfsparse.scene import Beam, Signal
 from ancfsparse.scene.mechanisms.prescribed_joint import RotatingVector
@@ -30,6 +32,15 @@ class UsedSignal:
     what: str
     signal: Signal
     is_motion: bool
+
+    @property
+    def impulse_of_one_change(self) -> float:
+        """The largest value times the shortest time scale, or the largest change of a motion."""
+        scale = self.signal.time_scale
+        values = self.signal(np.array(scale.times))
+        if self.is_motion:
+            return float(np.max(np.ptp(values, axis=0)))
+        return float(np.max(np.abs(values))) * scale.shortest
 
     def values(self, times: Vector) -> Vector:
         """Return the load, or the rate of the motion, at times (k,) as a table (k, n)."""

@@ -53,7 +53,8 @@ def impulse_error(used: UsedSignal, clock: TimeGrid, n_steps: int) -> float:
         return 0.0
     quadrature = (half[:, None] * weights).ravel()
     around = dt * (first * np.abs(at_steps[0]) + (n_steps - last) * np.abs(at_steps[-1]))
-    size = float(np.max(quadrature @ np.abs(values) + around))
+    # A run may end while a signal has just begun.
+    size = max(float(np.max(quadrature @ np.abs(values) + around)), used.impulse_of_one_change)
     lines = np.stack([np.interp(points, times, column) for column in at_steps.T], axis=1)
     errors = (quadrature[:, None] * (values - lines)).reshape(len(half), N_GAUSS, -1).sum(axis=1)
     of_jumps = dt * np.minimum(jumps, np.max(np.abs(at_steps))).sum(axis=0)

@@ -245,3 +245,9 @@ def test_times_outside_a_run_do_not_matter(signal):
     exact = ancf.simulate(scene, T_END, accuracy=1e-7, start=begin)
     assert fixed.position(point)[-1] == pytest.approx(exact.position(point)[-1], abs=1e-6)
     assert exact.stats.steps < 1000
+
+
+def test_a_run_that_ends_in_the_first_steps_of_a_ramp_gives_no_warning():
+    scene, _ = particle(ancf.Ramp(1.0, 0.005, smooth=True))
+    for n in (1, 2, 3):
+        ancf.simulate(scene, n * DT, DT)
