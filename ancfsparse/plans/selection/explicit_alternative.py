@@ -65,7 +65,7 @@ def select_explicit(
             return None
     selected, cost_model = (n_longest, explicit.base), fit_cost_model(explicit.costs)
     error_model = replace(error_model, selected=selected, cost=cost_model)
-    # A finer mesh, to which confirmation leads otherwise, has a shorter stable step.
+    # Confirmation would lead to a finer mesh, and that has a shorter stable step.
     return (explicit, error_model) if error_model.excess(*selected) <= 1.0 else None
 
 
