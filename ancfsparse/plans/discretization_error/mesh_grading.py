@@ -54,7 +54,7 @@ def grade_meshes(scene: Scene, trial: TrialRun) -> tuple[dict[str, MeshGrading],
     return (out, float((present / graded) ** (1.0 / ENERGY_ORDER))) if graded > 0.0 else ({}, 1.0)
 
 
-def _density(trial: TrialRun, body: Beam, nodes: np.ndarray, forces: set[float]) -> np.ndarray:
+def _density(trial: TrialRun, body: Beam, nodes: np.ndarray, forces: list[float]) -> np.ndarray:
     """Return the error density of the elements of a beam; zero where that is rounding."""
     system = trial.run.system
     assert isinstance(system, System)
@@ -62,7 +62,7 @@ def _density(trial: TrialRun, body: Beam, nodes: np.ndarray, forces: set[float])
     every = max(1, len(trial.run.t) // MAX_STATES)
     q = np.asarray(trial.run.q)[::every]
     r, slopes = (q[:, system.vectors(each)[i]] for each in ("r", "r_x"))
-    distances = np.abs(nodes[:, None] - np.array(sorted(forces)))
+    distances = np.abs(nodes[:, None] - np.array(forces))
     f = error_density(r, slopes, body.lengths, distances.min(axis=1, initial=1.0) < SAME_POSITION)
     return np.where(body.lengths**4 * np.sqrt(f) > NOISE * body.length, f, 0.0)
 

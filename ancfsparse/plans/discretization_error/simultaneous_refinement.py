@@ -39,6 +39,7 @@ from ancfsparse.plans.trial_runs.trial_runs import (
     goal_differences,
     history_differences,
 )
+from ancfsparse.scene import Beam
 
 STEP_GROWTH = 2  # ratio of the numbers of steps; of elements too, if they are of low order
 LOW_ORDER = 2
@@ -208,10 +209,11 @@ def refine_other_elements(
 
 
 def _has_inner_nodes(trials: TrialRuns, model: Model) -> bool:
-    """Return True if positions on beams add nodes to the meshes of a model."""
+    """Return True if positions on beams add nodes to the meshes of a model, or move them."""
     scene = trials.build(model)
-    count = sum(scene.body(name).n_elements for name in model.counts)
-    return count != sum(model.counts.values())
+    bodies = [scene.body(name) for name in model.counts]
+    is_uneven = any(isinstance(body, Beam) and body.nodes is not None for body in bodies)
+    return is_uneven or sum(b.n_elements for b in bodies) != sum(model.counts.values())
 
 
 def _without_damping(trials: TrialRuns) -> TrialRuns:

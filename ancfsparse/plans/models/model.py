@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -14,9 +14,8 @@ from ancfsparse.plans.models.graded_mesh import MeshGrading
 from ancfsparse.plans.models.rigid_links import rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided
-from ancfsparse.scene.bodies.beam import BeamSpec
 from ancfsparse.scene.bodies.mesh import MeshSpec
-from ancfsparse.scene.records.record import BodyRef, PointRef
+from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 
 
 @dataclass(frozen=True)
@@ -42,6 +41,9 @@ class ElementChoice:
         return " ".join([f'"{self.name}"', *(f"{k}={v!r}" for k, v in self.options.items())])
 
 
+# Distance over the length of a beam below which two points share a node.  With elements of 1e-6 of
+# the length, rounding is as large as the loads, and equilibria of cables and beams are not found.
+MIN_NODE_DISTANCE = 1e-4
 HALF_TOLERANCE = 1e-9  # elements; counts this near a half are rounded as a half
 MIN_LONGEST_COUNT = 4.0  # elements on the longest beam of the coarsest mesh
 RIGID = ElementChoice("rigid", {}, 8)
@@ -90,8 +92,7 @@ def open_bodies(scene: Scene) -> list[ElasticBody]:
 def build_model(scene: Scene, model: Model) -> Scene:
     """Return a scene with the elements and meshes of a model; itself if none is automatic.
 
-    Joints, loads and force elements keep their positions along the beams, and inner positions that
-    are nodes of the handle become nodes.
+    Joints, loads and force elements keep their positions along the beams, which become nodes.
 
     Raises
     ------
@@ -102,25 +103,35 @@ def build_model(scene: Scene, model: Model) -> Scene:
     if not beams:
         return scene
     inner = inner_node_positions(scene, beams)
+    return _rebuilt(
+        scene, {name: _record(scene, beam, model, inner[name]) for name, beam in beams.items()}
+    )
+
+
+def _record(scene: Scene, body: ElasticBody, model: Model, inner: list[float]) -> Record:
+    """Return the record of a beam or mesh with the element and the mesh of a model."""
+    record = scene.record_of(body)
+    if isinstance(record, MeshSpec):
+        return _of_mesh(record, model)
+    assert isinstance(body, Beam)
+    if model.elements.get(body.name) == RIGID:
+        return rigid_rod(body)
+    return replace(record, **_changes(body, model, inner))
+
+
+def _rebuilt(scene: Scene, others: Mapping[str, Record]) -> Scene:
+    """Return a scene with other records of some bodies; points on them keep their positions."""
     new = type(scene)(scene.gravity)
 
     def move(reference: BodyRef) -> BodyRef:
-        if not isinstance(reference, PointRef) or reference.body not in beams:
+        if not isinstance(reference, PointRef) or reference.body not in others:
             return reference
-        node = beams[reference.body].point(reference)
+        node = reference.of(scene)
         return new.body(reference.body).corresponding_point(node).reference
 
+    by_record = {id(scene.record_of(scene.body(name))): other for name, other in others.items()}
     for record in scene.records:
-        if isinstance(record, BeamSpec) and record.name in beams:
-            beam = beams[record.name]
-            assert isinstance(beam, Beam)
-            if model.elements.get(beam.name) == RIGID:
-                rigid_rod(beam).build(new)
-                continue
-            record = replace(record, **_changes(beam, model, inner[beam.name]))
-        elif isinstance(record, MeshSpec) and record.name in beams:
-            record = _of_mesh(record, model)
-        record.moved(move).build(new)
+        by_record.get(id(record), record).moved(move).build(new)
     return new
 
 
@@ -129,20 +140,42 @@ def find_counterpart(scene: Scene, node: Point) -> Point:
     body = scene.body(node.beam.name)
     if body is node.beam:
         return node
-    if node.beam.automatic and not body.automatic:
+    is_finer = body.n_elements % (node.beam.n_elements or 1) == 0
+    if (node.beam.automatic and not body.automatic) or not is_finer:
         return decided(body, node)
     other: Point = scene.counterpart(node)
     return other
 
 
 def refine_given_meshes(scene: Scene) -> Scene | None:
-    """Return the scene with every specified mesh halved; None if all meshes are automatic."""
+    """Return the scene with every specified mesh halved; None if all meshes are automatic.
+
+    Points at which records refer to beams become nodes.
+    """
     given = [beam.name for beam in scene.beams if "n_elements" not in beam.automatic]
     for name in given:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
         scene = scene.replaced(body, **body.finer(2))
-    return scene if given else None
+    return _with_nodes(scene, given) if given else None
+
+
+def _with_nodes(scene: Scene, names: Sequence[str]) -> Scene:
+    """Return the scene with additional nodes at the points of beams that records refer to.
+
+    Beams with an eigenstrain of every element keep their elements.
+    """
+    beams = {name: cast(ElasticBody, scene.body(name)) for name in names}
+    others: dict[str, Record] = {}
+    for name, inner in inner_node_positions(scene, beams).items():
+        beam = beams[name]
+        if isinstance(beam, Beam) and beam.eigen is None:
+            present = (beam.arcs / beam.length).tolist()
+            nodes = sorted([*present, *_spaced(inner, present)])
+            if len(nodes) > len(present):
+                changes = {"nodes": tuple(nodes), "n_elements": len(nodes) - 1}
+                others[name] = replace(scene.record_of(beam), **changes)
+    return _rebuilt(scene, others) if others else scene
 
 
 def element_counts(scene: Scene, n_longest: float) -> dict[str, int]:
@@ -182,20 +215,31 @@ def _mesh_lengths(scene: Scene) -> dict[str, float]:
     }
 
 
-def inner_node_positions(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, set[float]]:
-    """Return the relative positions at which records refer to inner nodes of the handles."""
-    inner: dict[str, set[float]] = {name: set() for name in beams}
+def inner_node_positions(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, list[float]]:
+    """Return the relative positions of inner points of beams that records refer to, in order.
+
+    Forces, joints and force elements act there, so solutions have kinks, and every mesh has nodes.
+    """
+    referred: dict[str, set[float]] = {name: set() for name in beams}
 
     def note(reference: BodyRef) -> BodyRef:
-        if isinstance(reference, PointRef) and reference.body in beams and reference.xi == 0.0:
-            beam = beams[reference.body]
-            if isinstance(beam, Beam) and 0 < reference.index < beam.n_elements:
-                inner[beam.name].add(reference.index / beam.n_elements)
+        beam = beams.get(reference.body)
+        if isinstance(reference, PointRef) and isinstance(beam, Beam):
+            referred[beam.name].add(beam.point(reference).s / beam.size)
         return reference
 
     for record in scene.records:
         record.moved(note)
-    return inner
+    return {name: _spaced(sorted(positions)) for name, positions in referred.items()}
+
+
+def _spaced(positions: Sequence[float], others: Sequence[float] = (0.0, 1.0)) -> list[float]:
+    """Return the positions, in order, that have a distance from each other and from others."""
+    out: list[float] = []
+    for each in positions:
+        if all(abs(each - other) > MIN_NODE_DISTANCE for other in (*others, *out[-1:])):
+            out.append(each)
+    return out
 
 
 def _of_mesh(record: MeshSpec, model: Model) -> MeshSpec:
@@ -217,7 +261,7 @@ def _of_mesh(record: MeshSpec, model: Model) -> MeshSpec:
     return record if count is None else replace(record, n_elements=count)
 
 
-def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:
+def _changes(beam: Beam, model: Model, inner: list[float]) -> dict[str, Any]:
     """Return the changes of the record of a beam."""
     changes: dict[str, Any] = {}
     if "element" in beam.automatic:
@@ -225,9 +269,7 @@ def _changes(beam: Beam, model: Model, inner: set[float]) -> dict[str, Any]:
         changes |= {"element": element.name, **element.options}
     if "n_elements" in beam.automatic:
         count, grading = model.counts[beam.name], model.gradings.get(beam.name)
-        changes |= (
-            _graded(count, sorted(inner), grading) if grading else _mesh(count, sorted(inner))
-        )
+        changes |= _graded(count, inner, grading) if grading else _mesh(count, inner)
     return changes
 
 
