@@ -127,9 +127,17 @@ def _run(trials: TrialRuns, model: Model, steps: int) -> TrialRun:
 def _estimate(
     trials: TrialRuns, runs: Sequence[TrialRun], order: int
 ) -> tuple[Estimate, ...] | None:
-    """Estimate the error of the last mesh for every quantity; None if there are too few."""
-    known = corrected_estimates(trials, runs[-2:], order) if trials.t_end is None else None
-    return known if known is not None or len(runs) < 2 else mesh_estimates(trials, runs, order)
+    """Estimate the error of the last mesh for every quantity; None if there are too few.
+
+    Differences of meshes are the last resort: with nodes at given positions, parts of two meshes
+    may be the same, whereas corrections halve every element.
+    """
+    if trials.t_end is None:
+        known = (corrected_estimates(trials, some, order) for some in (runs[-2:], runs[-1:]))
+        estimates = next((each for each in known if each is not None), None)
+        if estimates is not None:
+            return estimates
+    return mesh_estimates(trials, runs, order) if len(runs) > 1 else None
 
 
 def corrected_estimates(

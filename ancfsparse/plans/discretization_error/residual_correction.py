@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ancfsparse.errors import EquilibriumError, StepError
 from ancfsparse.plans.discretization_error.richardson import Estimate, from_observed_order
 from ancfsparse.plans.models.prolongation import prolongate
 from ancfsparse.plans.trial_runs.trial_runs import (
@@ -33,8 +34,8 @@ MAX_SECOND_CHANGE = 0.5  # by a second correction with the same stiffness, over 
 def corrections(trials: TrialRuns, trial: TrialRun) -> list[float] | None:
     """Return the change of every quantity on a mesh twice as fine [its unit].
 
-    None without a finer mesh of the same coordinates, if corrections are too large to be linear, or
-    at an unstable state.
+    If corrections are too large to be linear, or at an unstable state, the finer mesh is solved if
+    its elements differ in length, else it is None, as without a finer mesh of the same coordinates.
     """
     if id(trial) not in trials.changes:
         trials.changes[id(trial)] = _changes(trials, trial)
@@ -43,7 +44,33 @@ def corrections(trials: TrialRuns, trial: TrialRun) -> list[float] | None:
 
 def _changes(trials: TrialRuns, trial: TrialRun) -> list[float] | None:
     finer = _halve_elements(trial)
-    runs = None if finer is None else _correct(trial.run, finer)
+    if finer is None:
+        return None
+    changes = _changes_by_corrections(trials, trial, finer)
+    if changes is not None or not _is_uneven(finer, trial):
+        return changes
+    try:
+        run = trials.solve(finer, 1, coarser=trial.run)
+    except (EquilibriumError, StepError):
+        return None
+    quantities = [goal.quantity.in_scene(finer) for goal in trials.goals]
+    columns = zip(trials.goals, trial.histories, quantities, strict=True)
+    return [goal_difference(goal, history, each.history(run)) for goal, history, each in columns]
+
+
+def _is_uneven(scene: Scene, trial: TrialRun) -> bool:
+    """Return True if elements of a beam differ in length, as with nodes at given positions.
+
+    Parts of such meshes may be the same on a mesh with 1.5 times the elements, whose difference is
+    then no measure of the error.
+    """
+    beams = (scene.body(name) for name in trial.model.counts)
+    return any(isinstance(beam, Beam) and beam.nodes is not None for beam in beams)
+
+
+def _changes_by_corrections(trials: TrialRuns, trial: TrialRun, finer: Scene) -> list[float] | None:
+    """Return the changes by two corrections; None if these are too large, or fail."""
+    runs = _correct(trial.run, finer)
     if runs is None:
         return None
     trials.charge(runs[-1], 1)

@@ -131,8 +131,15 @@ def _find_sufficient(trials: TrialRuns, error_model: ErrorModel) -> tuple[float,
         for n in steps
         if (run := trials.find(each.model, n)) is not None
         and error_model.excess(longest_count(each), n) <= fraction(run)
+        and _differs_little(trials, error_model, run)
     ]
     return min(sufficient)[1] if sufficient else None
+
+
+def _differs_little(trials: TrialRuns, error_model: ErrorModel, run: TrialRun) -> bool:
+    """Return True if a run differs from the reference run by less than the tolerances."""
+    differences = goal_differences(trials.goals, run, error_model.reference_run)
+    return all(d <= x for d, x in zip(differences, error_model.tolerances, strict=True))
 
 
 def longest_count(run: TrialRun) -> float:
