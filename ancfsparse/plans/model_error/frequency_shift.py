@@ -16,8 +16,8 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.section_energies import (
-    directions,
     folds,
+    loaded_nodes,
     rotary_energy,
     torsion_energy,
 )
@@ -81,9 +81,10 @@ def _shifts(scene: Scene, run: Trajectory, lowest: Modes, k: int) -> dict[str, f
     energy = 0.5 * mass * (2.0 * np.pi * frequency) ** 2
     states = _states(run, (run.q[-1], one, other), 0.5 * (one - other))
     ratios: defaultdict[str, float] = defaultdict(float)
+    loaded = loaded_nodes(scene)
     for body in _elastic_bodies(scene):
         if body.kind.is_string:
-            ratios["bending"] += _bending(states, body) / energy
+            ratios["bending"] += _bending(states, body, loaded[body.name]) / energy
         elif body.kind.is_cable:
             ratios["shear"] += _shear(states, body) / energy
             ratios["rotary inertia"] += float(rotary_energy(states, body)[0]) / (0.5 * mass)
@@ -108,10 +109,11 @@ def _shear(states: Trajectory, body: ElasticBody) -> float:
     return float(0.5 * body.lengths @ energies)
 
 
-def _bending(states: Trajectory, body: ElasticBody) -> float:
+def _bending(states: Trajectory, body: ElasticBody, loaded: set[int]) -> float:
     """Return the bending energy of the polygon of a string in a mode [J]."""
-    changes, stiffness = folds(directions(states, body), body)
-    return float(0.125 * stiffness @ np.square(changes[1] - changes[2]).sum(axis=1))
+    corners = folds(states, body, loaded, states.section_force(body).N)
+    changes = np.square(corners.changes[1] - corners.changes[2]).sum(axis=1)
+    return float(0.125 * (corners.stiffness / corners.lengths[0]) @ changes)
 
 
 def _lowest_twist(body: ElasticBody) -> float:

@@ -6,7 +6,7 @@ the model retains is, to first order, the relative change of the compliance or o
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, cast
@@ -16,12 +16,18 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.plans.model_error.frequency_shift import frequency_effects
 from ancfsparse.plans.model_error.section_energies import (
+    loaded_nodes,
     rotary_energy,
     section_energies,
     string_energies,
     torsion_energy,
 )
-from ancfsparse.plans.quantities.quantity import Frequency, Position, Quantity
+from ancfsparse.plans.quantities.quantity import (
+    Frequency,
+    Position,
+    Quantity,
+    StaticDeflection,
+)
 from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
@@ -35,6 +41,7 @@ Change = Callable[[ElasticBody], dict[str, Any]]
 PROBE = 0.01  # relative change of stiffness or density, to measure the response of a quantity
 MAX_RESPONSE = 10.0  # of a quantity to such a change, over its size
 STRETCH_WEIGHT = 0.5  # an effect of all elements only matters above the tolerance, twice `enough`
+DISPLACED = Position, StaticDeflection
 MAX_STATES = 64  # in which energies of sections are evaluated
 
 
@@ -85,8 +92,9 @@ def neglected_effects(
     shear ``Q^2/kGA : M^2/EI``; torsion ``T^2/GJ : M^2/EI``; rotary inertia ``rho I w^2 : rho A
     v^2`` with the angular velocity w of the axis; stretch ``2 eps M^2/EI : M^2/EI`` or, if larger,
     ``3/2 eps N^2/EA : N^2/EA + M^2/EI``; bending of strings ``EI kappa^2 : N phi^2`` with the
-    curvature of the polygon and its angle phi to the chord.  Compared with richer models they are
-    right within a factor of 2 where the effect is below 10 %
+    curvature of the polygon and its angle phi to the chord; at nodes with forces the curvature is
+    that of a kink rounded by sqrt(EI / N), which displaces them also by itself. Compared with
+    richer models they are right within a factor of 2 where the effect is below 10 %
     (tests/plans/model_error/test_neglected_energies.py).
     Frequencies have their own estimates, `frequency_effects`.
     """
@@ -99,6 +107,7 @@ def neglected_effects(
     ratios: dict[str, float] = {}
     energies = {b.name: section_energies(run, b) for b in (beams if cables or strings else ())}
     bending: Any = 0.0
+    cut = 0.0
     if cables:
         bending = sum(energies[b.name].bending for b in beams if not b.kind.is_string)
         ratios["shear"] = _ratio(sum(energies[b.name].shear for b in cables), bending)
@@ -106,8 +115,9 @@ def neglected_effects(
             ratios["torsion"] = _ratio(sum(torsion_energy(scene, run, b) for b in cables), bending)
         ratios["stretch"] = _ratio(sum(energies[b.name].bending_spread for b in cables), bending)
     if strings:
-        pairs = (string_energies(run, b, energies[b.name].tension) for b in strings)
-        ratios["bending"] = _ratio(*(sum(each) for each in zip(*pairs, strict=True)))
+        loaded = loaded_nodes(scene)
+        tensions = {b.name: energies[b.name].tension for b in strings}
+        ratios["bending"], cut = _bending(run, strings, loaded, tensions)
     is_static = "integrator" not in run.settings and not np.asarray(run.v).any()
     rotary = 0.0
     if cables and not is_static:
@@ -135,22 +145,41 @@ def neglected_effects(
             stretch_response = _response(*base, solve, _soften)
         effects["stretch"] = max(effects.get("stretch", 0.0), stretch_response * spread)
     if strings:  # the resistance is that of tension, which material does not change
-        effects["bending"] = ratios["bending"] * size
+        effects["bending"] = _bending_effect(quantity, ratios["bending"] * size, cut)
     if cables and not is_static:
         effects["rotary inertia"] = response * rotary
     return effects
 
 
-def bending_effect(run: Trajectory, bodies: list[ElasticBody], quantity: Quantity) -> float:
+def bending_effect(
+    run: Trajectory, bodies: list[ElasticBody], quantity: Quantity, loaded: Mapping[str, set[int]]
+) -> float:
     """Estimate the change of a quantity without the bending stiffness of some cables or beams.
 
     Its size times the bending energy of the polygons of nodes over the energy of their tension,
-    both largest over time [unit of the quantity].
+    both largest over time, or what rounded kinks at the `loaded_nodes` are displaced by [unit of
+    the quantity].
     """
-    states = _thin_out(run)
-    pairs = zip(*(string_energies(states, body) for body in bodies), strict=True)
-    bending, tension = (sum(each) for each in pairs)
-    return _ratio(bending, tension) * _size(quantity, quantity.history(run))
+    ratio, cut = _bending(_thin_out(run), bodies, loaded)
+    return _bending_effect(quantity, ratio * _size(quantity, quantity.history(run)), cut)
+
+
+def _bending(
+    run: Trajectory,
+    bodies: list[ElasticBody],
+    loaded: Mapping[str, set[int]],
+    tensions: Mapping[str, Vector] | None = None,
+) -> tuple[float, float]:
+    """Return the ratio of energies of bending and tension, and the displacement of kinks [m]."""
+    known = tensions or {}
+    energies = [string_energies(run, b, loaded[b.name], known.get(b.name)) for b in bodies]
+    bending, stretching, cuts = zip(*energies, strict=True)
+    return _ratio(sum(bending), sum(stretching)), float(np.max(cuts))
+
+
+def _bending_effect(quantity: Quantity, by_energy: float, cut: float) -> float:
+    """Return the effect of bending on a quantity; on positions at least that of rounded kinks."""
+    return max(by_energy, cut) if isinstance(quantity, DISPLACED) else by_energy
 
 
 def _thin_out(run: Trajectory) -> Trajectory:

@@ -6,12 +6,14 @@ import itertools
 from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, ElasticBody, Scene
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.loads.loads import PointMoment
+from ancfsparse.scene.records.record import BodyRef, PointRef
 
 
 class SectionEnergies(NamedTuple):
@@ -104,18 +106,63 @@ def rotary_energy(run: Trajectory, body: ElasticBody) -> Vector:
     return np.asarray((0.5 * body.lengths * body.stiffnesses()["inertia_y"] * rates).sum(axis=1))
 
 
-def folds(tangents: Vector, body: ElasticBody) -> tuple[Vector, Vector]:
-    """Return the changes of direction of a string at its nodes, and the bending stiffness there.
+def loaded_nodes(scene: Scene) -> dict[str, set[int]]:
+    """Return the nodes of every body at which forces, joints and force elements act."""
+    nodes: dict[str, set[int]] = {body.name: set() for body in scene.bodies}
 
-    From its `directions`, shape (k, e, dim): changes between successive elements, (k, m, dim), and
-    bending stiffness over the distance of their midpoints, (m,) [N m].
+    def note(reference: BodyRef) -> BodyRef:
+        if isinstance(reference, PointRef) and reference.xi == 0.0:
+            nodes[reference.body].add(reference.index)
+        return reference
+
+    for record in scene.records:
+        record.moved(note)
+    return nodes
+
+
+class Folds(NamedTuple):
+    """Changes of direction of a string at its nodes.
+
+    Attributes
+    ----------
+    changes : ndarray, shape (k, m, dim)
+        Differences of the unit vectors along successive elements.
+    stiffness : ndarray, shape (m,)
+        Bending stiffness [N m2].
+    lengths : ndarray, shape (k, m)
+        Lengths over which the string would bend [m]: the distance of the midpoints of the
+        elements, or at nodes with forces, where bending stiffness B rounds the kink by
+        exp(-s / a) with a = sqrt(B / N), 2 a if that is less.
+    is_kink : ndarray of bool, shape (m,)
+        Nodes with forces.
+    """
+
+    changes: Vector
+    stiffness: Vector
+    lengths: Vector
+    is_kink: NDArray[np.bool_]
+
+
+def folds(run: Trajectory, body: ElasticBody, loaded: set[int], tension: Vector) -> Folds:
+    """Return the changes of direction of a string, with forces at some nodes.
+
+    The `tension` is that of `SectionEnergies`.
     """
     after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
     pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]
     one, other = np.array(pairs, dtype=int).reshape(-1, 2).T
-    stiffness = np.broadcast_to(body.stiffnesses()["bending_stiffness_z"], body.n_elements)
+    stiffness = np.broadcast_to(body.stiffnesses()["bending_stiffness_z"], body.n_elements)[one]
     lengths = 0.5 * (body.lengths[one] + body.lengths[other])
-    return tangents[:, other] - tangents[:, one], stiffness[one] / lengths
+    is_kink = np.isin(body.row_nodes[body.ends[one, 1]], sorted(loaded))
+    force = np.maximum(0.5 * (tension[:, one] + tension[:, other]), 0.0)
+    rounded = lengths / np.maximum(1.0, 0.5 * lengths * np.sqrt(force / stiffness))
+    tangents = directions(run, body)
+    return Folds(
+        tangents[:, other] - tangents[:, one],
+        stiffness,
+        np.where(is_kink, rounded, lengths),
+        is_kink,
+    )
 
 
 def directions(run: Trajectory, body: ElasticBody) -> Vector:
@@ -133,16 +180,19 @@ def _end_differences(run: Trajectory, body: ElasticBody, x: Vector) -> Vector:
 
 
 def string_energies(
-    run: Trajectory, body: ElasticBody, tension: Vector | None = None
-) -> tuple[Vector, Vector]:
-    """Return the energies of bending and of tension of the polygons of a string, each (k,) [J].
+    run: Trajectory, body: ElasticBody, loaded: set[int], tension: Vector | None = None
+) -> tuple[Vector, Vector, Vector]:
+    """Return the energies of bending and tension of the polygons of a string, each (k,) [J].
 
-    The `tension` is that of `SectionEnergies`, if available.
+    And the largest displacement, (k,) [m], by the rounding of its kinks at the `loaded` nodes.  The
+    `tension` is that of `SectionEnergies`, if available.
     """
+    force = run.section_force(body).N if tension is None else tension
+    corners = folds(run, body, loaded, force)
+    angles = 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(corners.changes, axis=2)))
+    bending = (0.5 * corners.stiffness / corners.lengths * angles**2).sum(axis=1)
+    cut = 0.25 * (angles * corners.lengths)[:, corners.is_kink].max(axis=1, initial=0.0)
     tangents = directions(run, body)
-    changes, stiffness = folds(tangents, body)
-    angles = 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(changes, axis=2)))
-    bending = (0.5 * stiffness * angles**2).sum(axis=1)
     lines = body.parts[body.ends[:, 0]]
     chords = np.zeros_like(tangents)
     for line in np.unique(lines):
@@ -150,5 +200,5 @@ def string_energies(
         mean = np.einsum("ked,e->kd", tangents[:, rows], body.lengths[rows])
         chords[:, rows] = (mean / np.linalg.norm(mean, axis=1)[:, None])[:, None]
     square = 2.0 - 2.0 * np.einsum("ked,ked->ke", tangents, chords)  # of small angles
-    force = np.maximum(run.section_force(body).N if tension is None else tension, 0.0)
-    return bending, (0.5 * force * square * body.lengths).sum(axis=1)
+    stretching = (0.5 * np.maximum(force, 0.0) * square * body.lengths).sum(axis=1)
+    return bending, stretching, cut

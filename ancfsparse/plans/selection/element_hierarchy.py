@@ -7,6 +7,7 @@ from functools import partial
 
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.neglected_energies import bending_effect, neglected_effects
+from ancfsparse.plans.model_error.section_energies import loaded_nodes
 from ancfsparse.plans.models.model import (
     MIN_LONGEST_COUNT,
     ElementChoice,
@@ -148,7 +149,8 @@ def estimate_bending(trials: TrialRuns, trial: TrialRun) -> list[dict[str, float
     scene, elements = trial.run.system.scene, trial.model.elements
     bodies = [b for b in scene.beams if b.name in elements and isinstance(b, ElasticBody)]
     quantities = (each.quantity.in_scene(scene) for each in trials.goals)
-    return [{"bending": bending_effect(trial.run, bodies, each)} for each in quantities]
+    loaded = loaded_nodes(scene)
+    return [{"bending": bending_effect(trial.run, bodies, each, loaded)} for each in quantities]
 
 
 def cheapest_sufficient(

@@ -10,6 +10,7 @@ import numpy as np
 from ancfsparse.errors import InputError, LoadError
 from ancfsparse.plans.model_error.neglected_energies import bending_effect
 from ancfsparse.plans.model_error.section_energies import (
+    loaded_nodes,
     rotary_energy,
     section_energies,
     torsion_energy,
@@ -130,9 +131,11 @@ def beams_without_bending(
     """
     scene = trial.run.system.scene
     quantities = [each.quantity.in_scene(scene) for each in trials.goals]
-    effects = {}
+    effects, loaded = {}, loaded_nodes(scene)
     for name in names:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
-        effects[name] = [{"bending": bending_effect(trial.run, [body], q)} for q in quantities]
+        effects[name] = [
+            {"bending": bending_effect(trial.run, [body], q, loaded)} for q in quantities
+        ]
     return largest_negligible_set(effects, tolerances, fraction)[0]

@@ -95,6 +95,33 @@ def test_bending_of_strings(pull):
     close(neglected_effects(scene, run, ancf.position(middle))["bending"], truth)
 
 
+@pytest.mark.parametrize("place", [0.2, 0.34, 0.5])
+@pytest.mark.parametrize("weight", [0.0, 9.81])
+def test_bending_of_strings_at_kinks(place, weight):
+    """A force inside a taut line, also a small one that is added to its weight."""
+
+    def line(element, nodes):
+        scene = ancf.Scene(gravity=(0.0, -weight))
+        made = ancf.Circle(0.002), ancf.Material(5e10, 3000.0)
+        cord = scene.add_beam(element, (0, 0), (2, 0), len(nodes) - 1, *made, tension=800.0,
+                              nodes=tuple(nodes))  # fmt: skip
+        scene.pin(cord.start)
+        scene.pin(cord.end)
+        point = cord.at(place * cord.length)
+        scene.point_force(point, (0.0, -16.0 if weight == 0.0 else -0.02))
+        return scene, point
+
+    sides = [np.linspace(0.0, place, 5)[:-1], np.linspace(place, 1.0, 7)]
+    scene, point = line("string", np.concatenate(sides))
+    run = as_trajectory(ancf.solve_static(scene))
+    sides = [place * np.linspace(0.0, 1.0, 200)[:-1], np.linspace(place, 1.0, 200)]
+    rich, other = line("thin", np.concatenate(sides))
+    truth = abs(run.position(point)[-1, 1] - ancf.solve_static(rich).position(other)[1])
+    if weight != 0.0:  # both have the same sag by weight to 1e-7 m
+        truth = 0.5 * 0.02 / 800.0 * np.sqrt(5e10 * np.pi * 0.002**4 / 64.0 / 800.0)
+    close(neglected_effects(scene, run, ancf.static_deflection(point))["bending"], truth)
+
+
 def test_bending_of_strings_in_a_net():
     """Every line of a net counts, and a net under more tension bends relatively less."""
     error_model = []
