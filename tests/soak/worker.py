@@ -16,6 +16,7 @@ from tests.soak.trials import (
     accuracy,
     bodies,
     files,
+    interior_points,
     interruptions,
     motions,
     nets,
@@ -33,6 +34,7 @@ KINDS = {
     "statics": statics.run,
     "meshes": nets.run,
     "files": files.run,
+    "interior-points": interior_points.run,
     "interruptions": interruptions.run,
 }
 LIMIT = 60.0  # processor time of a trial, of which a run takes seconds [s]

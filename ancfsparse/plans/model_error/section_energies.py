@@ -146,7 +146,7 @@ class Folds(NamedTuple):
 def folds(run: Trajectory, body: ElasticBody, loaded: set[int], tension: Vector) -> Folds:
     """Return the changes of direction of a string, with forces at some nodes.
 
-    The `tension` is that of `SectionEnergies`.
+    The `tension` is as in `SectionEnergies`.
     """
     after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
     pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]

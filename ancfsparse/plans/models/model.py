@@ -103,7 +103,7 @@ def build_model(scene: Scene, model: Model) -> Scene:
     if not beams:
         return scene
     inner = inner_node_positions(scene, beams)
-    return _rebuilt(
+    return _rebuild(
         scene, {name: _record(scene, beam, model, inner[name]) for name, beam in beams.items()}
     )
 
@@ -119,7 +119,7 @@ def _record(scene: Scene, body: ElasticBody, model: Model, inner: list[float]) -
     return replace(record, **_changes(body, model, inner))
 
 
-def _rebuilt(scene: Scene, others: Mapping[str, Record]) -> Scene:
+def _rebuild(scene: Scene, others: Mapping[str, Record]) -> Scene:
     """Return a scene with other records of some bodies; points on them keep their positions."""
     new = type(scene)(scene.gravity)
 
@@ -157,10 +157,10 @@ def refine_given_meshes(scene: Scene) -> Scene | None:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
         scene = scene.replaced(body, **body.finer(2))
-    return _with_nodes(scene, given) if given else None
+    return _insert_nodes(scene, given) if given else None
 
 
-def _with_nodes(scene: Scene, names: Sequence[str]) -> Scene:
+def _insert_nodes(scene: Scene, names: Sequence[str]) -> Scene:
     """Return the scene with additional nodes at the points of beams that records refer to.
 
     Beams with an eigenstrain of every element keep their elements.
@@ -171,11 +171,11 @@ def _with_nodes(scene: Scene, names: Sequence[str]) -> Scene:
         beam = beams[name]
         if isinstance(beam, Beam) and beam.eigen is None:
             present = (beam.arcs / beam.length).tolist()
-            nodes = sorted([*present, *_spaced(inner, present)])
+            nodes = sorted([*present, *_select_distant(inner, present)])
             if len(nodes) > len(present):
                 changes = {"nodes": tuple(nodes), "n_elements": len(nodes) - 1}
                 others[name] = replace(scene.record_of(beam), **changes)
-    return _rebuilt(scene, others) if others else scene
+    return _rebuild(scene, others) if others else scene
 
 
 def element_counts(scene: Scene, n_longest: float) -> dict[str, int]:
@@ -230,10 +230,12 @@ def inner_node_positions(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict
 
     for record in scene.records:
         record.moved(note)
-    return {name: _spaced(sorted(positions)) for name, positions in referred.items()}
+    return {name: _select_distant(sorted(positions)) for name, positions in referred.items()}
 
 
-def _spaced(positions: Sequence[float], others: Sequence[float] = (0.0, 1.0)) -> list[float]:
+def _select_distant(
+    positions: Sequence[float], others: Sequence[float] = (0.0, 1.0)
+) -> list[float]:
     """Return the positions, in order, that have a distance from each other and from others."""
     out: list[float] = []
     for each in positions:
