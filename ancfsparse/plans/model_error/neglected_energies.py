@@ -92,8 +92,8 @@ def neglected_effects(
     shear ``Q^2/kGA : M^2/EI``; torsion ``T^2/GJ : M^2/EI``; rotary inertia ``rho I w^2 : rho A
     v^2`` with the angular velocity w of the axis; stretch ``2 eps M^2/EI : M^2/EI`` or, if larger,
     ``3/2 eps N^2/EA : N^2/EA + M^2/EI``; bending of strings ``EI kappa^2 : N phi^2`` with the
-    curvature of the polygon and its angle phi to the chord; at nodes with forces the curvature is
-    that of a kink rounded by sqrt(EI / N), which displaces them also by itself. Compared with
+    curvature of the polygon and its angle phi to the chord; at nodes with forces a
+    kink that is rounded by sqrt(EI / N), which displaces them also by itself. Compared with
     richer models they are right within a factor of 2 where the effect is below 10 %
     (tests/plans/model_error/test_neglected_energies.py).
     Frequencies have their own estimates, `frequency_effects`.
