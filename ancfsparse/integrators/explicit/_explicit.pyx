@@ -260,9 +260,11 @@ cdef class Explicit:
                     k += 1
                     break
                 if (k + 1) % look == 0 or k + 1 == n_steps:
+                    if self.watch.exchanged > self.watch.noise:
+                        self.watch.steps += k % look + 1
                     ancf_watch_measure(&self.watch, self.system, &self.dead_load[0], &self.load[0],
                                        &self.q[next, 0], &self.v[next, 0], &self.r[0])
-                    if ancf_watch_gains(&self.watch, False):
+                    if ancf_watch_stops(&self.watch):
                         outcome = GAINED_ENERGY
                         k += 1
                         break

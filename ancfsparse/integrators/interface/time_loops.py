@@ -73,6 +73,9 @@ class ImplicitLoop(Loop, Protocol):
     ) -> None:
         """Continue with another step size."""
 
+    def move(self, start: object, before: Vector, lead: Vector, force: Vector) -> None:
+        """Continue from another state."""
+
     def drive(self, n: int, n_equations: int, start: Vector, force: Vector) -> None:
         """Prescribe the last coordinates and equations as functions of time."""
 

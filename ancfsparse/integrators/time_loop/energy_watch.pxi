@@ -22,6 +22,7 @@ cdef extern from "energy_watch.h":
     void ancf_watch_measure(ancf_watch *, const ancf_system *, const double *, const double *,
                             const double *, const double *, double *) noexcept nogil
     bint ancf_watch_gains(const ancf_watch *, bint) noexcept nogil
+    bint ancf_watch_stops(const ancf_watch *) noexcept nogil
     bint ancf_watch_rises(const ancf_watch *, const ancf_watch *) noexcept nogil
     bint ancf_watch_gains_much(const ancf_watch *) noexcept nogil
     double ancf_watch_motion(const ancf_watch *) noexcept nogil

@@ -112,6 +112,28 @@ cdef class TimeLoop:
             self.arrays["b0"] += change_b
         self.arrays["v0"] += change_v
 
+    def move(self, start, before, lead, force):
+        """Continue from another state, reached by other means.
+
+        Parameters
+        ----------
+        start : Start
+            The state, and the loads at its time.
+        before : (n_all,) float
+            Coordinates one step before.
+        lead, force : (n_equations,) float, (n,) float
+            Right-hand sides of driven equations, and forces of prescribed coordinates.
+        """
+        own = self.arrays
+        values = {"q0": start.q, "q": start.q, "v0": start.v, "a0": start.a, "a": start.a,
+                  "b0": start.b, "before": before, "lam0": start.lam, "lam": start.lam,
+                  "amplitudes0": start.amplitudes, "lead0": lead, "force0": force}
+        for name, value in values.items():
+            if name in own:
+                own[name][:len(value)] = value
+        self.motion.phase[0] = UNKNOWN
+        forget(&self.motion)
+
     def drive(self, ptrdiff_t n, ptrdiff_t n_equations, start, force):
         """Declare the last coordinates and the last equations functions of time.
 

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING
 
-from ancfsparse.errors import AncfError
+from ancfsparse.errors import AncfError, RedundantConstraintsWarning
 from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
-from ancfsparse.seeds.dense.block_inverse import BlockInverse
+from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
+from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 from ancfsparse.solve.stepping.explicit_setup import (
     check_no_equations_options,
     count_forces,
     instability_error,
     prepare_explicit,
+    restart_explicit,
 )
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
+    from ancfsparse.seeds.dense.block_inverse import BlockInverse
 
 
 class ExplicitRun(FixedStepRun):
@@ -42,13 +46,49 @@ class ExplicitRun(FixedStepRun):
         )
         super().__init__(system, request, time_loop, None, time_loop.state[2], why)
         self._integrator = integrator
+        self._ahead: SingularCrossing | None = None
+        has_bodies = any(body.masses is not None for body in system.scene.bodies)
+        if has_bodies and isinstance(self._mass, SparseSeed) and self._mass.n > system.n_free:
+            self._ahead = SingularCrossing(system, request.clock, n_steps, self._mass)
+            self._steps_to_pause = 1
 
     @property
     def _seeds(self) -> list[Seed | BlockInverse]:
         return [self._mass]
 
+    def _recover(self, outcome: Outcome) -> Outcome:
+        if self._ahead is not None and outcome == Outcome.CONVERGED:
+            self._steps_to_pause = self._look_ahead(self._ahead)
+        return outcome
+
+    def _continue(self, crossing: Crossing) -> None:
+        q, v, _, _ = crossing.states
+        self._time_loop = restart_explicit(
+            self._system,
+            self._clock.at(crossing.step),
+            self._dt,
+            self._integrator,
+            self._mass,
+            self._request.max_energy_gain,
+            (q[-1], v[-1]),
+            self._time_loop,
+            crossing.work,
+        )
+
+    def _check_end(self) -> Outcome:
+        if self._ahead is not None and self._ahead.failed is not None:
+            warnings.warn(
+                f"constraints became dependent near t = {self._ahead.failed:.6g} s, where explicit "
+                "methods amplify rounding, and no long step across it resolves the loads and "
+                "vibrations: compare with GeneralizedAlpha(0.9)",
+                RedundantConstraintsWarning,
+                stacklevel=5,
+            )
+        return super()._check_end()
+
     def _count_costs(self) -> None:
         count_forces(self._stats, self._integrator)
+        self._stats.events = self._crossings
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error of a run that ended with an outcome."""

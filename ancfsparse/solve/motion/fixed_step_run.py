@@ -12,7 +12,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import AncfError, LoadError, OutputError
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.solve.initial_conditions.restart import save_state
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.preparation.memory_estimate import release_free_memory
@@ -23,6 +23,7 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
+    from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 
 
 MAX_CHUNK = 2000  # steps taken together, whose loads are tabulated at once
@@ -76,7 +77,8 @@ class FixedStepRun(ABC):
         self._stages, self._dt = request.integrator.stages, request.clock.dt
         self._n_steps, self._save_every = request.n_steps, request.save_every
         self._chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
-        self._steps_to_projection = 0  # steps until velocities are projected next, 0 for none
+        self._steps_to_pause = 0  # steps until `_recover` is needed, 0 for as many as fit
+        self._crossings: list[Event] = []  # of singular configurations
         seconds = {"set-up": time.perf_counter() - request.begun}
         self._stats = RunStats(solver=why, seconds=seconds, threads=threads)
         # Steps of the run, and of the time loop, before those whose states are in the buffer; None
@@ -99,6 +101,27 @@ class FixedStepRun(ABC):
     def _recover(self, outcome: Outcome) -> Outcome:
         """Try to recover a failed step, or change the solution of the next ones."""
         return outcome
+
+    def _continue(self, crossing: Crossing) -> None:
+        """Set the time loop to the end of a crossing."""
+        raise NotImplementedError
+
+    def _look_ahead(self, ahead: SingularCrossing) -> int:
+        """Look for a singular configuration and cross it; return the steps to the next look."""
+        stats, every = self._stats, self._save_every
+        begin, (q, v, _, _) = stats.steps, self._time_loop.state
+        pause, found = ahead.look(begin, q, v)
+        if found is not None:
+            self._before = None
+            self._continue(found)
+            self._crossings.append(found.event)
+            stats.steps = found.step
+            rows = np.arange(begin // every + 1, found.step // every + 1, dtype=np.float64)
+            if len(rows):
+                times = self._clock.at(every * rows)
+                self._recorder.append(times, *found.at(times))
+            self._before = found.step, self._time_loop.steps
+        return pause
 
     def _check_end(self) -> Outcome:
         """Check a run that has taken all its steps."""
@@ -173,7 +196,7 @@ class FixedStepRun(ABC):
         begin, p = self._stats.steps, len(self._stages)
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
-        longest = min(self._steps_to_projection or self._chunk, self._chunk)
+        longest = min(self._steps_to_pause or self._chunk, self._chunk)
         n = min(longest, self._n_steps - begin, room)
         steps = np.arange(n, dtype=np.float64)[:, None] + begin
         times = self._clock.at(steps, self._stages)

@@ -6,15 +6,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.errors import AncfError
-from ancfsparse.integrators import Implicit
+from ancfsparse.errors import AncfError, InputError
+from ancfsparse.integrators import DormandPrince, Implicit
+from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
 from ancfsparse.solve import initial_conditions, preparation, stepping
+from ancfsparse.solve.initial_conditions.consistent_state import regularize
+from ancfsparse.solve.linearization.matrices import saddle_seed
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
+from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
 from ancfsparse.solve.preparation.threads import usable_threads
+from ancfsparse.solve.stepping.explicit_setup import check_explicit_scene
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.solve.stepping.outcome_reporting import (
     CAUSE_NAMES,
@@ -62,6 +67,9 @@ class ImplicitRun(FixedStepRun):
             self._compliant = stepping.CompliantConstraints(
                 system, ready.time_loop, ready.iteration, ready.seed, integrator, request.clock
             )
+        self._projection_step = 0  # after which velocities are projected next, 0 for none
+        self._ahead = self._prepare_crossings()
+        self._steps_to_pause = 1 if self._ahead else 0
         self._halving: stepping.StepHalving | None = None
         if request.max_halvings:
             self._halving = stepping.StepHalving(
@@ -81,14 +89,54 @@ class ImplicitRun(FixedStepRun):
     def _recover(self, outcome: Outcome) -> Outcome:
         if self._back is not None:
             outcome = self._consider(self._back, outcome)
-        if self._compliant and self._steps_to_projection and outcome == Outcome.CONVERGED:
-            self._steps_to_projection = self._compliant.project_velocities(
-                self._clock.at(self._stats.steps)
-            )
+        steps = self._stats.steps
+        is_due = 0 < self._projection_step <= steps
+        if self._compliant and is_due and outcome == Outcome.CONVERGED:
+            pause = self._compliant.project_velocities(self._clock.at(steps))
+            self._projection_step = steps + pause if pause else 0
+        pause = 0
+        if self._ahead and outcome == Outcome.CONVERGED:
+            pause = self._look_ahead(self._ahead)
         for recovery in (self._compliant, self._halving):
             if recovery and outcome in RECOVERABLE_OUTCOMES:
                 outcome = self._recover_step(recovery, outcome)
+        wait = max(0, self._projection_step - self._stats.steps)
+        self._steps_to_pause = min(wait or pause, pause or wait)
         return outcome
+
+    def _prepare_crossings(self) -> SingularCrossing | None:
+        """Return the search for singular configurations, if all bodies are rigid."""
+        system, clock = self._system, self._clock
+        if not system.n_multipliers or any(body.masses is None for body in system.scene.bodies):
+            return None
+        try:
+            check_explicit_scene(system, DormandPrince())
+        except InputError:
+            return None
+        saddle, scale = saddle_seed(system), self._integrator.scale * self._dt**2
+        regularization = regularize(system, scale)
+        return SingularCrossing(system, clock, self._n_steps, saddle, regularization)
+
+    def _continue(self, crossing: Crossing) -> None:
+        assert self._ahead is not None
+        system, dt, t = self._system, self._dt, self._clock.at(crossing.step)
+        q, v, a, lam = (table[-1] for table in crossing.states)
+        # As at the start of a run (`starting_state`).
+        jerk, prescribed = crossing.path.derivative(3)(t), system.prescribed
+        rate = self._integrator.velocity_constant * dt**2 * (system.constraints.jacobian(q) @ jerk)
+        change = self._ahead.impulse(q, rate)
+        amplitudes = system.loads.amplitudes(np.array([t]))[0]
+        force = system.assembly.residual(q, v, a, lam, system.dead_load, amplitudes)[0]
+        b = a + self._integrator.shift * dt * jerk
+        start = Start(q, v + change, a, b, lam, amplitudes)
+        lead = prescribed.at(t).s if prescribed else np.zeros(0)
+        self._loop.move(start, q - dt * v, lead, force[system.n_all - prescribed.n :])
+        if len(amplitudes) or prescribed:
+            memory = self._loop.memory
+            memory["watch"]["work"] += crossing.work
+            self._loop.recall(memory)
+        self._iteration.step = crossing.step
+        self._iteration.mark_stale()
 
     def _consider(self, back: preparation.SwitchToDirect, outcome: Outcome) -> Outcome:
         """Switch to the complete seed, if it fits, where the incomplete one fails or costs more."""
@@ -123,8 +171,9 @@ class ImplicitRun(FixedStepRun):
         # A step can be taken, and the check of its energy stop the run.
         is_taken = self._time_loop.steps > begin and not recovery.is_inside_step
         if outcome == Outcome.CONVERGED or is_taken:
-            self._steps_to_projection = recovery.steps_to_projection
             stats.steps += 1
+            pause = recovery.steps_to_projection
+            self._projection_step = stats.steps + pause if pause else 0
             if stats.steps % self._save_every == 0:
                 self._append_state()
         if not recovery.is_inside_step:
@@ -154,7 +203,7 @@ class ImplicitRun(FixedStepRun):
         recovered = [event for recovery in recoveries if recovery for event in recovery.events]
         count_costs(stats, self._iteration, *self._solved_with)
         solved = recovery_events(self._iteration.events, self._clock.begin, self._dt)
-        listed = solved + self._switches + recovered
+        listed = solved + self._switches + recovered + self._crossings
         stats.events = [event for event in listed if event.step <= stats.steps + 1]
         stats.short_steps = self._halving.short_steps if self._halving else 0
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, InstabilityError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.integrators.interface.time_grid import divides, plain
@@ -165,6 +166,45 @@ def prepare_explicit(
         f"{_describe_mass(system, seed, mass)}"
     )
     return time_loop, mass, why
+
+
+def restart_explicit(
+    system: System,
+    t: float,
+    dt: float,
+    integrator: Explicit,
+    mass: SparseSeed | BlockInverse,
+    max_energy_gain: float,
+    state: tuple[Vector, Vector],
+    before: Loop,
+    work: float,
+) -> ExplicitLoop:
+    """Return a loop that continues another one after a part of the motion between them.
+
+    Parameters
+    ----------
+    t : float
+        Time of the state [s].
+    state : tuple of (n_all,) float
+        Its coordinates and velocities.
+    before : Loop
+        The loop before that part.
+    work : float
+        Change of the energy in that part [J].
+    """
+    inputs, memory = inputs_at(system, np.array([t]), rates=True)[0], before.memory
+    contributions = system.assembly.memory  # which a new loop resets
+    noise, sizes = 100.0 * EPSILON * system.energy_scale(system.q0), constraint_magnitudes(system)
+    loop = make_explicit(
+        system, dt, integrator, *state, inputs, mass, max_energy_gain, noise, sizes
+    )
+    if len(contributions):
+        system.assembly.memory = contributions
+        loop.refresh()
+    if len(inputs):  # loads and drives have done work, which is not known in any other way
+        memory["watch"]["work"] += work
+    loop.recall(memory | {"amplitudes0": np.append(inputs, 0.0)})
+    return loop
 
 
 def _describe_mass(system: System, seed: SparseSeed, mass: SparseSeed | BlockInverse) -> str:
