@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     from ancfsparse.solve.motion.error_controlled_run import ErrorControlledRun
     from ancfsparse.solve.motion.explicit_run import ExplicitRun
     from ancfsparse.solve.motion.implicit_run import ImplicitRun
+    from ancfsparse.solve.motion.singular_crossing import prepare_crossings
 
-__all__ = ["ErrorControlledRun", "ExplicitRun", "ImplicitRun"]
+__all__ = ["ErrorControlledRun", "ExplicitRun", "ImplicitRun", "prepare_crossings"]
 
 __getattr__ = on_demand(
     __name__,
@@ -17,5 +18,6 @@ __getattr__ = on_demand(
         "error_controlled_run": "ErrorControlledRun",
         "explicit_run": "ExplicitRun",
         "implicit_run": "ImplicitRun",
+        "singular_crossing": "prepare_crossings",
     },
 )

@@ -6,20 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.errors import AncfError, InputError
-from ancfsparse.integrators import DormandPrince, Implicit
+from ancfsparse.errors import AncfError
+from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
-from ancfsparse.solve import initial_conditions, preparation, stepping
-from ancfsparse.solve.initial_conditions.consistent_state import regularize
-from ancfsparse.solve.linearization.matrices import saddle_seed
+from ancfsparse.solve import initial_conditions, motion, preparation, stepping
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
-from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
 from ancfsparse.solve.preparation.threads import usable_threads
-from ancfsparse.solve.stepping.explicit_setup import check_explicit_scene
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.solve.stepping.outcome_reporting import (
     CAUSE_NAMES,
@@ -32,6 +28,7 @@ from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
+    from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 
 
 class ImplicitRun(FixedStepRun):
@@ -68,7 +65,10 @@ class ImplicitRun(FixedStepRun):
                 system, ready.time_loop, ready.iteration, ready.seed, integrator, request.clock
             )
         self._projection_step = 0  # after which velocities are projected next, 0 for none
-        self._ahead = self._prepare_crossings()
+        self._ahead: SingularCrossing | None = None
+        if system.n_multipliers and all(body.masses is not None for body in system.scene.bodies):
+            scale = integrator.scale * self._dt**2
+            self._ahead = motion.prepare_crossings(system, self._clock, self._n_steps, scale)
         self._steps_to_pause = 1 if self._ahead else 0
         self._halving: stepping.StepHalving | None = None
         if request.max_halvings:
@@ -104,25 +104,12 @@ class ImplicitRun(FixedStepRun):
         self._steps_to_pause = min(wait or pause, pause or wait)
         return outcome
 
-    def _prepare_crossings(self) -> SingularCrossing | None:
-        """Return the search for singular configurations, if all bodies are rigid."""
-        system, clock = self._system, self._clock
-        if not system.n_multipliers or any(body.masses is None for body in system.scene.bodies):
-            return None
-        try:
-            check_explicit_scene(system, DormandPrince())
-        except InputError:
-            return None
-        saddle, scale = saddle_seed(system), self._integrator.scale * self._dt**2
-        regularization = regularize(system, scale)
-        return SingularCrossing(system, clock, self._n_steps, saddle, regularization)
-
     def _continue(self, crossing: Crossing) -> None:
         assert self._ahead is not None
         system, dt, t = self._system, self._dt, self._clock.at(crossing.step)
         q, v, a, lam = (table[-1] for table in crossing.states)
         # As at the start of a run (`starting_state`).
-        jerk, prescribed = crossing.path.derivative(3)(t), system.prescribed
+        jerk, prescribed = crossing.jerk, system.prescribed
         rate = self._integrator.velocity_constant * dt**2 * (system.constraints.jacobian(q) @ jerk)
         change = self._ahead.impulse(q, rate)
         amplitudes = system.loads.amplitudes(np.array([t]))[0]

@@ -14,16 +14,22 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import BPoly
 
 from ancfsparse.array_types import Vector
+from ancfsparse.errors import InputError
 from ancfsparse.integrators import DormandPrince
 from ancfsparse.integrators.explicit.explicit_methods import make_explicit
 from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.results import Event
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import regularize
-from ancfsparse.solve.linearization.matrices import SADDLE_REGULARIZATION, constraint_magnitudes
+from ancfsparse.solve.linearization.matrices import (
+    SADDLE_REGULARIZATION,
+    constraint_magnitudes,
+    saddle_seed,
+)
+from ancfsparse.solve.stepping.explicit_setup import check_explicit_scene
+from ancfsparse.solve.stepping.interpolation import differentiate_quintics
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -83,21 +89,19 @@ class Crossing:
     states: tuple[Vector, ...]
     work: float
 
-    @property
-    def path(self) -> BPoly:
-        """Coordinates over time: polynomials of degree five."""
-        q, v, a, _ = self.states
-        return BPoly.from_derivatives(self.times, list(np.stack([q, v, a], axis=1)))
-
     def at(self, t: Vector) -> list[Vector]:
-        """Return ``(q, v, a, lam)`` at times.
+        """Return ``(q, v, a, lam)`` at times; multipliers lie on straight lines.
 
-        Multipliers lie on straight lines, since close to the configuration those of a state are
-        lost in rounding.
+        Close to the configuration the multipliers of a state are lost in rounding.
         """
-        path = self.path
-        multipliers = BPoly.from_derivatives(self.times, self.states[3][:, None])
-        return [path(t), path.derivative()(t), path.derivative(2)(t), multipliers(t)]
+        motion = [differentiate_quintics(t, self.times, self.states, k) for k in range(3)]
+        columns = [np.interp(t, self.times, column) for column in self.states[3].T]
+        return [*motion, np.stack(columns, axis=1)]
+
+    @property
+    def jerk(self) -> Vector:
+        """Rate of the accelerations at the end."""
+        return differentiate_quintics(self.times[-1:], self.times, self.states, 3)[0]
 
 
 class SingularCrossing:
@@ -173,7 +177,9 @@ class SingularCrossing:
                 if found is not None:
                     self._last = None
                     return 1, found
-            pause = min(pause, 0.5 * (ahead - lead))
+                pause = MIN_LOOK_ROTATION / rate
+            else:
+                pause = min(pause, 0.5 * (ahead - lead))
         return max(1, int(pause / dt)), None
 
     def factor(self, q: Vector) -> None:
@@ -262,7 +268,7 @@ class SingularCrossing:
         return Crossing(last, event, np.array(times), inner, work)
 
     def _times(self, t: float, place: float, length: float, t_end: float) -> list[float]:
-        """Return the ends of the steps to a time, of which one has a length around a place."""
+        """Return the ends of the steps to a time: one has a length and lies around a place."""
         out, least = [t], MIN_STEP_RATIO * length
         begin = place - GAP * length
         out += [x for x in (begin, begin + length) if t + least < x < t_end - least]
@@ -333,3 +339,23 @@ class SingularCrossing:
         is_sound = self._largest > MIN_PIVOT_RATIO * self._own
         ratios = pivots[is_sound] / self._largest[is_sound]
         return math.sqrt(max(float(np.min(ratios, initial=1.0)), 0.0))
+
+
+def prepare_crossings(
+    system: System, clock: TimeGrid, n_steps: int, scale: float
+) -> SingularCrossing | None:
+    """Return the search for an implicit run; None if explicit steps cannot follow the scene.
+
+    Parameters
+    ----------
+    system, clock, n_steps
+        As for `SingularCrossing`.
+    scale : float
+        Factor of the stiffness in the matrices of the run [s2].
+    """
+    try:
+        check_explicit_scene(system, METHOD)
+    except InputError:
+        return None
+    saddle, regularization = saddle_seed(system), regularize(system, scale)
+    return SingularCrossing(system, clock, n_steps, saddle, regularization)

@@ -59,6 +59,35 @@ def interpolate_smooth(
     return position, velocity / h
 
 
+def differentiate_quintics(
+    t: Vector, ends: Vector, states: tuple[Vector, ...], order: int = 0
+) -> Vector:
+    """Return a derivative of polynomials of degree five, each between two states.
+
+    Parameters
+    ----------
+    t : (j,) float
+        Times [s].
+    ends : (n_ends,) float
+        Times of the states [s].
+    states : tuple of (n_ends, n) float
+        Positions, velocities and accelerations; others are not used.
+    order : int, optional
+        Order of the derivative.
+    """
+    q, v, a = states[:3]
+    k = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, len(ends) - 2)
+    h = (ends[k + 1] - ends[k])[:, None]
+    x = (t - ends[k])[:, None] / h - 0.5
+    given = (0.0 * q[k], q[k + 1] - q[k], h * v[k], h * v[k + 1], h**2 * a[k], h**2 * a[k + 1])
+    coefficients = np.einsum("pi,ijn->pjn", _hermite_coefficients(2), np.array(given))
+    out = q[k] if order == 0 else 0.0 * q[k]
+    for power in range(order, 6):
+        factor = prod(range(power - order + 1, power + 1))
+        out += factor * x ** (power - order) * coefficients[power] / h**order
+    return out
+
+
 @lru_cache(maxsize=4)
 def _hermite_coefficients(points: int) -> Vector:
     """Return coefficients, lowest power first, from values and two rates at equal distances."""
