@@ -58,7 +58,7 @@ class ExplicitRun(FixedStepRun):
 
     def _recover(self, outcome: Outcome) -> Outcome:
         if self._ahead is not None and outcome == Outcome.CONVERGED:
-            self._steps_to_pause = self._look_ahead(self._ahead)
+            self._steps_to_pause = self._cross_ahead(self._ahead)
         return outcome
 
     def _continue(self, crossing: Crossing) -> None:

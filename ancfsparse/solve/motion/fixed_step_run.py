@@ -106,21 +106,21 @@ class FixedStepRun(ABC):
         """Set the time loop to the end of a crossing."""
         raise NotImplementedError
 
-    def _look_ahead(self, ahead: SingularCrossing) -> int:
+    def _cross_ahead(self, ahead: SingularCrossing) -> int:
         """Look for a singular configuration and cross it; return the steps to the next look."""
         stats, every = self._stats, self._save_every
         begin, (q, v, _, _) = stats.steps, self._time_loop.state
-        pause, found = ahead.look(begin, q, v)
-        if found is not None:
+        pause, crossing = ahead.anticipate(begin, q, v)
+        if crossing is not None:
             self._before = None
-            self._continue(found)
-            self._crossings.append(found.event)
-            stats.steps = found.step
-            rows = np.arange(begin // every + 1, found.step // every + 1, dtype=np.float64)
+            self._continue(crossing)
+            self._crossings.append(crossing.event)
+            stats.steps = crossing.step
+            rows = np.arange(begin // every + 1, crossing.step // every + 1, dtype=np.float64)
             if len(rows):
                 times = self._clock.at(every * rows)
-                self._recorder.append(times, *found.at(times))
-            self._before = found.step, self._time_loop.steps
+                self._recorder.append(times, *crossing.interpolate(times))
+            self._before = crossing.step, self._time_loop.steps
         return pause
 
     def _check_end(self) -> Outcome:

@@ -96,7 +96,7 @@ class ImplicitRun(FixedStepRun):
             self._projection_step = steps + pause if pause else 0
         pause = 0
         if self._ahead and outcome == Outcome.CONVERGED:
-            pause = self._look_ahead(self._ahead)
+            pause = self._cross_ahead(self._ahead)
         for recovery in (self._compliant, self._halving):
             if recovery and outcome in RECOVERABLE_OUTCOMES:
                 outcome = self._recover_step(recovery, outcome)

@@ -44,15 +44,17 @@ NEAR_INDEPENDENCE = 0.5
 # gives errors of 5e-10 m, 0.15 of 5e-10 and 0.3 of 5e-8; with 31 ms, 2e-8, 1e-7 and 4e-8 m.
 CROSSING_ROTATION = 0.15
 # Rotation of a body between two looks at the pivots, over their independence [rad], and the least.
-LOOK_ROTATION, MIN_LOOK_ROTATION = 0.1, 0.03
+TEST_ROTATION = 0.1
+MIN_TEST_ROTATION = 0.03
 MAX_OFFSET_RATIO = 0.02  # of the configuration from the middle of the gap, over the long step
 N_CENTRINGS = 3  # attempts to place the gap
-N_LENGTHS = 6  # long steps that are tried, each half as long as the one before
+N_LENGTHS = 6  # long steps that to try, each half of the one before
 MIN_STEP_RATIO = 0.05  # shortest step before and after the long one, over it
 # Difference of the crossing by a step of half the length, over the displacement: in rows of
 # linkages 1e-10; larger where a load changes within the step.  The first length with a good one is
 # taken, or that with the least.
-GOOD_DIFFERENCE_RATIO, MAX_DIFFERENCE_RATIO = 1e-9, 1e-5
+GOOD_DIFFERENCE_RATIO = 1e-9
+MAX_DIFFERENCE_RATIO = 1e-5
 
 
 def _middle_of_widest_gap() -> float:
@@ -89,7 +91,7 @@ class Crossing:
     states: tuple[Vector, ...]
     work: float
 
-    def at(self, t: Vector) -> list[Vector]:
+    def interpolate(self, t: Vector) -> list[Vector]:
         """Return ``(q, v, a, lam)`` at times; multipliers lie on straight lines.
 
         Close to the configuration the multipliers of a state are lost in rounding.
@@ -101,7 +103,7 @@ class Crossing:
     @property
     def jerk(self) -> Vector:
         """Rate of the accelerations at the end."""
-        return differentiate_quintics(self.times[-1:], self.times, self.states, 3)[0]
+        return np.ravel(differentiate_quintics(self.times[-1:], self.times, self.states, 3))
 
 
 class SingularCrossing:
@@ -149,7 +151,7 @@ class SingularCrossing:
         self.failed: float | None = None
         self._restore_regularization()
 
-    def look(self, step: int, q: Vector, v: Vector) -> tuple[int, Crossing | None]:
+    def anticipate(self, step: int, q: Vector, v: Vector) -> tuple[int, Crossing | None]:
         """Look ahead from the state after a step.
 
         Returns
@@ -165,19 +167,19 @@ class SingularCrossing:
             self.factor(q)
         independence = self._independence()
         self._last = t, independence
-        pause = max(LOOK_ROTATION * independence, MIN_LOOK_ROTATION) / rate
+        pause = max(TEST_ROTATION * independence, MIN_TEST_ROTATION) / rate
         if last is not None and independence < min(last[1], NEAR_INDEPENDENCE):
             ahead = independence * (t - last[0]) / (last[1] - independence)
             lead = GAP * CROSSING_ROTATION / rate
             if ahead < lead + dt and t + ahead < self._clock.at(self._n_steps):
                 if self._regularization is not None:
                     q, v = self._project(t, q, v)
-                found = self._cross(step, t + ahead, CROSSING_ROTATION / rate, q, v)
+                crossing = self._cross(step, t + ahead, CROSSING_ROTATION / rate, q, v)
                 self._restore_regularization()
-                if found is not None:
+                if crossing is not None:
                     self._last = None
-                    return 1, found
-                pause = MIN_LOOK_ROTATION / rate
+                    return 1, crossing
+                pause = MIN_TEST_ROTATION / rate
             else:
                 pause = min(pause, 0.5 * (ahead - lead))
         return max(1, int(pause / dt)), None
@@ -225,14 +227,14 @@ class SingularCrossing:
         t, t_end, dt = self._clock.at(step), self._clock.at(self._n_steps), self._clock.dt
         self._system.assembly.set_regularization(self._own)
         memory = self._system.assembly.memory
-        best, least = None, MAX_DIFFERENCE_RATIO
+        best, smallest = None, MAX_DIFFERENCE_RATIO
         for _ in range(N_LENGTHS):
             for _ in range(N_CENTRINGS):
                 length = min(length, (place - t) / GAP, (t_end - place) / (1.0 - GAP))
                 after = place + (1.0 - GAP) * length - t
                 last = min(step + math.ceil(after / dt), self._n_steps)
                 times = self._times(t, place, length, self._clock.at(last))
-                wide, middle = self._march(q, v, times)
+                wide, middle = self._integrate(q, v, times)
                 self._remember(memory)
                 if wide is None or not t < middle < t_end:
                     break
@@ -240,14 +242,14 @@ class SingularCrossing:
                 if offset <= MAX_OFFSET_RATIO * length:
                     break
             times = self._times(t, place, 0.5 * length, self._clock.at(last))
-            narrow, _ = self._march(q, v, times)
+            narrow, _ = self._integrate(q, v, times)
             self._remember(memory)
             if wide is not None and narrow is not None:
                 difference = float(
                     np.max(np.abs(wide[0][-1] - narrow[0][-1])) / np.max(np.abs(wide[0][-1] - q))
                 )
-                if difference < least:
-                    best, least = (last, place, length), difference
+                if difference < smallest:
+                    best, smallest = (last, place, length), difference
                     if difference < GOOD_DIFFERENCE_RATIO:
                         break
             length *= 0.5
@@ -256,9 +258,9 @@ class SingularCrossing:
             return None
         last, place, length = best
         times = self._times(t, place, 0.5 * length, self._clock.at(last))
-        inner, _ = self._march(q, v, times)  # its states lie closer together
+        inner, _ = self._integrate(q, v, times)  # its states lie closer together
         self._remember(memory)
-        outer, _ = self._march(q, v, self._times(t, place, length, self._clock.at(last)))
+        outer, _ = self._integrate(q, v, self._times(t, place, length, self._clock.at(last)))
         assert inner is not None
         assert outer is not None
         for table, end in zip(inner, outer, strict=True):
@@ -269,12 +271,12 @@ class SingularCrossing:
 
     def _times(self, t: float, place: float, length: float, t_end: float) -> list[float]:
         """Return the ends of the steps to a time: one has a length and lies around a place."""
-        out, least = [t], MIN_STEP_RATIO * length
+        out, shortest = [t], MIN_STEP_RATIO * length
         begin = place - GAP * length
-        out += [x for x in (begin, begin + length) if t + least < x < t_end - least]
+        out += [x for x in (begin, begin + length) if t + shortest < x < t_end - shortest]
         return [*out, t_end]
 
-    def _march(
+    def _integrate(
         self, q: Vector, v: Vector, times: list[float]
     ) -> tuple[tuple[Vector, ...] | None, float]:
         """March from one time to the next; return the states, and the time of least independence.
@@ -300,8 +302,8 @@ class SingularCrossing:
             q, v = loop.state[:2]
         # Before and after a configuration, the independence is proportional to the distance.
         k = int(np.argmax(np.diff(times)))
-        share = independent[k] / (independent[k] + independent[k + 1])
-        middle = times[k] + share * (times[k + 1] - times[k])
+        fraction = independent[k] / (independent[k] + independent[k + 1])
+        middle = times[k] + fraction * (times[k + 1] - times[k])
         return tuple(np.array(table) for table in zip(*states, strict=True)), middle
 
     def _loop(self, dt: float, q: Vector, v: Vector, inputs: Vector) -> ExplicitLoop:
@@ -332,7 +334,7 @@ class SingularCrossing:
     def _independence(self) -> float:
         """Return the least independence of a constraint, by the pivots of the last factor.
 
-        The square root of a pivot over its largest value so far.
+        The square root of a pivot over its largest value until then.
         """
         pivots = -self._saddle.pivots[self._system.n_free :]
         self._largest = np.maximum(self._largest, pivots)

@@ -79,8 +79,8 @@ def differentiate_quintics(
     k = np.clip(np.searchsorted(ends, t, side="right") - 1, 0, len(ends) - 2)
     h = (ends[k + 1] - ends[k])[:, None]
     x = (t - ends[k])[:, None] / h - 0.5
-    given = (0.0 * q[k], q[k + 1] - q[k], h * v[k], h * v[k + 1], h**2 * a[k], h**2 * a[k + 1])
-    coefficients = np.einsum("pi,ijn->pjn", _hermite_coefficients(2), np.array(given))
+    values = (0.0 * q[k], q[k + 1] - q[k], h * v[k], h * v[k + 1], h**2 * a[k], h**2 * a[k + 1])
+    coefficients = np.einsum("pi,ijn->pjn", _hermite_coefficients(2), np.array(values))
     out = q[k] if order == 0 else 0.0 * q[k]
     for power in range(order, 6):
         factor = prod(range(power - order + 1, power + 1))
