@@ -100,9 +100,13 @@ def number_coordinates(
         _fix_positions(scene, places, q, q_ref, slice(n_free, first_driven))
         _fix_velocities(scene, places, v, slice(n_free, first_driven))
     elif any(beam.velocity is not None for beam in scene.bodies):
+        given = [initial_velocities(beam) for beam in scene.bodies]
+        for where, values in zip(places, given, strict=True):
+            v[where] = values
+        scales = velocity_scales(scene, places, v)
         v[:] = np.nan  # not yet set
-        for beam, where in zip(scene.bodies, places, strict=True):
-            _set_velocities(beam, where, v)
+        for beam, where, values in zip(scene.bodies, places, given, strict=True):
+            _set_velocities(beam, where, values, v, scales)
         _fix_velocities(scene, places, v, slice(n_free, first_driven))
     prescribed = PrescribedMotions(lowered.courses, lowered.rheonomic)
     return Numbering(n_free, n_all, places, constraints, prescribed, q_ref, q, v)
@@ -146,9 +150,14 @@ def _assign_indices(
     return final if owner is None else final[owner], n_free, n_still + len(driven)
 
 
-def _set_velocities(beam: Body, where: Integers, v: NDArray[np.float64]) -> None:
+def _set_velocities(
+    beam: Body,
+    where: Integers,
+    values: NDArray[np.float64],
+    v: NDArray[np.float64],
+    scales: NDArray[np.float64],
+) -> None:
     """Set the velocities of a beam, and refuse those that contradict a connected beam."""
-    values = initial_velocities(beam)
     undefined = np.count_nonzero(~np.isfinite(values))
     if undefined:
         raise InputError(
@@ -158,7 +167,7 @@ def _set_velocities(beam: Body, where: Integers, v: NDArray[np.float64]) -> None
         )
     r = beam.kind.columns("r")  # only positions are shared; NaN: not yet set
     before, now = v[where][:, r], values[:, r]
-    conflicts = np.argwhere(np.abs(before - now) > ROUNDING * max(_largest(before), _largest(now)))
+    conflicts = np.argwhere(np.abs(before - now) > ROUNDING * scales[where][:, r])
     if len(conflicts):
         row, column = conflicts[0]
         n = len(conflicts)

@@ -254,6 +254,21 @@ def test_connected_beams_must_agree_on_how_they_move(first, second, words):
     assert System(crossing((0, 1), (0, 1))).v0[1] == 1.0
 
 
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("speed", [1e-6, 1.0, 1e6])
+def test_velocities_that_agree_up_to_rounding_are_taken(order, speed):
+    scene = ancf.Scene()
+    noise = 2e-16 * speed  # at the end of a rod whose other end moves fast
+    beams = [
+        lambda: cable(scene, (0, 0), (1, 0), velocity=lambda x: speed * np.c_[
+            0 * x[:, 0], 1 - x[:, 0]] + (0.0, noise)),
+        lambda: cable(scene, (1, 0), (2, 0)),
+    ][::order]  # fmt: skip
+    one, two = (beam() for beam in beams)
+    scene.connect(one.end, two.start) if order == 1 else scene.connect(two.end, one.start)
+    assert np.max(np.abs(System(scene).v0)) == pytest.approx(speed)
+
+
 def test_a_velocity_that_is_no_number_beside_the_beam_is_refused():
     scene = ancf.Scene()
     scene.add_beam("thin", (0, 0), (1, 0), 2, SECTION, MATERIAL, velocity=lambda x: np.where(
