@@ -45,7 +45,8 @@ def start_prescribed_motions(
     Raises
     ------
     InputError
-        If a prescribed motion differs from the start in position or velocity, or is not smooth.
+        If a prescribed motion differs from the start in position or velocity, is not smooth, or has
+        rates that are not its derivatives.
     LoadError
         If its function fails.
     """
@@ -54,6 +55,7 @@ def start_prescribed_motions(
         return
     prescribed.resolve(step, system.t0, t_end)
     initial_conditions.check_smoothness(system, t_end)
+    initial_conditions.check_rates(system, t_end)
     if not n:
         return
     now, first = prescribed.at(system.t0), system.n_all - n
