@@ -133,7 +133,11 @@ def read_run(path: str | Path, system: System) -> Trajectory:
     with open_file(path) as file:
         absolute = path.absolute()
         ending = StoredState(absolute, read_text(file, "run")) if LAST_STATE in file else None
-        return Trajectory(system, *_read_states(absolute, file), ending)
+        stored = _read_states(absolute, file)
+        if system.prescribed.differences and "dt" in stored.settings:  # as in the run
+            end = stored.settings.get("t_end", stored.t[-1])
+            system.prescribed.resolve(stored.settings["dt"], stored.t[0], end)
+        return Trajectory(system, *stored, ending)
 
 
 class StoredRun(NamedTuple):

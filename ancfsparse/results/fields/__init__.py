@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from ancfsparse.results.fields.consistent_forces import recover_forces
     from ancfsparse.results.fields.energy_balance import evaluate_energy
     from ancfsparse.results.fields.joint_forces import joint_force, tension
     from ancfsparse.results.fields.rigid_body_motion import evaluate_motion
@@ -19,6 +20,7 @@ __all__ = [
     "evaluate_energy",
     "evaluate_motion",
     "joint_force",
+    "recover_forces",
     "section_force",
     "strain",
     "tension",
@@ -27,6 +29,7 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
+        "consistent_forces": "recover_forces",
         "energy_balance": "evaluate_energy",
         "joint_forces": "joint_force tension",
         "rigid_body_motion": "evaluate_motion",

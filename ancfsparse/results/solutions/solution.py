@@ -95,6 +95,11 @@ class Solution(Configurations):
     def _states(self) -> StateHistory:
         """All states; tables may be in a file."""
 
+    @property
+    def _states_of_forces(self) -> StateHistory:
+        """All states, with the multipliers that forces of joints follow from."""
+        return self._states
+
     @abstractmethod
     def _select(self, values: Values) -> Values:
         """Return values (k, ...) in the shape of this solution."""
@@ -112,7 +117,7 @@ class Solution(Configurations):
         ndarray, shape (dim,) or (k, dim)
             Force [N].
         """
-        return self._select(recovery.reaction(self.system, node, self._states))
+        return self._select(recovery.reaction(self.system, node, self._states_of_forces))
 
     def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
         """Return the force and the moment of a joint.
@@ -144,10 +149,11 @@ class Solution(Configurations):
         -----
         The forces of a joint made by equations follow from its multipliers, those of a joint made
         by numbering from the residual of its sides without it.  If equations are redundant, see
-        `RedundantConstraintsWarning`, their forces are distributed arbitrarily.  `EnergyMomentum`
-        saves means over the step before.
+        `RedundantConstraintsWarning`, their forces are distributed arbitrarily.  With prescribed
+        motions, multipliers follow from the exact accelerations of these at the saved times;
+        otherwise `EnergyMomentum` saves means over the step before.
         """
-        states = StateHistory(*map(np.asarray, self._states))
+        states = StateHistory(*map(np.asarray, self._states_of_forces))
         return self._select(fields.joint_force(self.system, joint, states, frame))
 
     def tension(self, rope: Rope | Winch) -> Vector:
@@ -158,7 +164,7 @@ class Solution(Configurations):
         rope : Rope or Winch
             A rope or winch of the scene, as ``scene.rope`` or ``scene.winch`` returned it.
         """
-        states = StateHistory(*map(np.asarray, self._states))
+        states = StateHistory(*map(np.asarray, self._states_of_forces))
         return self._select(fields.tension(self.system, rope, states))
 
     def strain(self, body: ElasticBody, s: SectionPoints = None) -> Vector:

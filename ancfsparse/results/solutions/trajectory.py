@@ -103,6 +103,17 @@ class Trajectory(TrajectoryOutput):
     def _states(self) -> StateHistory:
         return StateHistory(self.q, self.v, self.a, self.lam, self.t)
 
+    @cached_property
+    def _states_of_forces(self) -> StateHistory:
+        if self.system.is_driven and (self.system.n_multipliers or self._saves_means):
+            return fields.recover_forces(self.system, self._states, self._saves_means)
+        return self._states
+
+    @property
+    def _saves_means(self) -> bool:
+        """Whether accelerations and multipliers are means over the step before."""
+        return self.settings.get("integrator") == repr(EnergyMomentum())
+
     def _select(self, values: Values) -> Values:
         return values
 
@@ -133,8 +144,7 @@ class Trajectory(TrajectoryOutput):
     @cached_property
     def energy(self) -> Energy:
         """The energy balance, evaluated on first use."""
-        saves_means = self.settings.get("integrator") == repr(EnergyMomentum())
-        lag = 0.5 * self.settings["dt"] if saves_means else 0.0
+        lag = 0.5 * self.settings["dt"] if self._saves_means else 0.0
         return fields.evaluate_energy(self.system, self._states, lag)
 
     def velocity(self, node: Point) -> Vector:

@@ -90,8 +90,9 @@ class Couplings(SceneBase):
 
         `Trajectory.joint_force` is the required moment or force; its work is part of the energy
         balance.  The angle of a planar body relative to the ground is prescribed by coordinates if
-        other joints permit: angle, angular velocity and acceleration are exact then.  All others
-        are equations, whose velocities and multipliers have the error of the integrator.
+        other joints permit and another coordinate of the scene remains free, unlike with one `Rod`
+        on a pin: angle, angular velocity and acceleration are exact then.  All others are
+        equations, whose velocities and accelerations have the error of the integrator.
 
         Parameters
         ----------
