@@ -11,12 +11,11 @@ from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 N_REFINEMENTS = 3  # solutions with one factor; each gains the digits that regularization costs
-MAX_REFINEMENTS = 100  # with friction by joint forces, of which each solution changes the friction
+MAX_REFINEMENTS = 100  # with friction by joint forces, which each solution changes
 REFINEMENT_TOLERANCE = 1e-12  # change of the multipliers by the last solution, over the largest
 REGULARIZATION = 1e-10  # of the constraint block, over phi_q M^-1 phi_q^T
-# Smallest independent part of a gradient, squared: equations that repeat others to less than that
-# keep their multipliers.  Those of a driven four-bar in space would get 1e5 times its forces from
-# positions that are off by 1e-9.
+# Smallest independent part of a gradient, squared: its multiplier would be the error of the saved
+# accelerations over that.  No tested scene depends on it: a four-bar in space has the same forces.
 MIN_PIVOT = 1e-8
 
 
@@ -35,8 +34,8 @@ def recover_forces(system: System, states: StateHistory, saves_means: bool) -> S
     states : StateHistory
         Its states.
     saves_means : bool
-        True if accelerations and multipliers are means over the step before.  Then they are solved
-        for anew, from all forces at the saved times.
+        True if accelerations and multipliers are means over the step before.  Then they are
+        replaced by the solution for all forces at the saved times.
     """
     a, lam = np.array(states.a), np.array(states.lam)
     first, first_equation = (
@@ -61,7 +60,7 @@ class _ConstrainedSolver:
         self._system = system
         self._seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
         self._diagonal = np.asarray(system.pattern.indptr[:-1])
-        self._factored, self._held = np.empty(0), np.empty(0, dtype=bool)
+        self._factored, self._repeated = np.empty(0), np.empty(0, dtype=bool)
 
     def correct(
         self,
@@ -76,14 +75,14 @@ class _ConstrainedSolver:
         """Correct accelerations and multipliers of a state in place."""
         system, n = self._system, self._system.n_free
         phi_q = system.constraints.jacobian(q)
-        held = self._factor(q, lam, amplitudes)
+        repeated = self._factor(q, lam, amplitudes)
         state = q, v, a, lam, system.dead_load, amplitudes
-        kept = system.assembly.residual(*state)[0][:n] if keeps_residual else np.zeros(n)
+        retained = system.assembly.residual(*state)[0][:n] if keeps_residual else np.zeros(n)
         n_refinements = MAX_REFINEMENTS if system.depends_on_reactions else N_REFINEMENTS
         for _ in range(n_refinements):
-            force = kept - system.assembly.residual(*state)[0][:n]
+            force = retained - system.assembly.residual(*state)[0][:n]
             change = self._seed.solve(
-                np.concatenate([force, np.where(held, 0.0, rate - phi_q @ a)])
+                np.concatenate([force, np.where(repeated, 0.0, rate - phi_q @ a)])
             )
             a[:n] += change[:n]
             lam += change[n:]
@@ -99,12 +98,12 @@ class _ConstrainedSolver:
         sizes = phi_q.power(2) @ (1.0 / values[diagonal[:n]])
         values[diagonal[n:]] = -REGULARIZATION * sizes
         if np.array_equal(values, self._factored):
-            return self._held
+            return self._repeated
         self._seed.factor(values)
-        self._held = np.abs(self._seed.pivots[n:]) < MIN_PIVOT * sizes
-        if self._held.any():
+        self._repeated = np.abs(self._seed.pivots[n:]) < MIN_PIVOT * sizes
+        if self._repeated.any():
             changed = values.copy()
-            changed[diagonal[n:][self._held]] = -sizes[self._held] / MIN_PIVOT
+            changed[diagonal[n:][self._repeated]] = -sizes[self._repeated] / MIN_PIVOT
             self._seed.factor(changed)
         self._factored = values
-        return self._held
+        return self._repeated

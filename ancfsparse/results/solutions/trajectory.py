@@ -111,7 +111,7 @@ class Trajectory(TrajectoryOutput):
 
     @property
     def _saves_means(self) -> bool:
-        """Whether accelerations and multipliers are means over the step before."""
+        """True if accelerations and multipliers are means over the step before."""
         return self.settings.get("integrator") == repr(EnergyMomentum())
 
     def _select(self, values: Values) -> Values:

@@ -100,12 +100,12 @@ def number_coordinates(
         _fix_positions(scene, places, q, q_ref, slice(n_free, first_driven))
         _fix_velocities(scene, places, v, slice(n_free, first_driven))
     elif any(beam.velocity is not None for beam in scene.bodies):
-        given = [initial_velocities(beam) for beam in scene.bodies]
-        for where, values in zip(places, given, strict=True):
+        velocities = [initial_velocities(beam) for beam in scene.bodies]
+        for where, values in zip(places, velocities, strict=True):
             v[where] = values
         scales = velocity_scales(scene, places, v)
         v[:] = np.nan  # not yet set
-        for beam, where, values in zip(scene.bodies, places, given, strict=True):
+        for beam, where, values in zip(scene.bodies, places, velocities, strict=True):
             _set_velocities(beam, where, values, v, scales)
         _fix_velocities(scene, places, v, slice(n_free, first_driven))
     prescribed = PrescribedMotions(lowered.courses, lowered.rheonomic)
