@@ -47,6 +47,7 @@ from ancfsparse.plans.execution.plan_reasons import reasons
 from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.plans.execution.replanning import execute
 from ancfsparse.plans.execution.saved_states import save_run, split_options
+from ancfsparse.plans.execution.unmet_errors import warn_of_unmet_errors
 from ancfsparse.plans.execution.validity_range import validity_range
 from ancfsparse.plans.execution.verification import measure_errors
 from ancfsparse.plans.models.model import open_bodies, refine_given_meshes
@@ -85,7 +86,9 @@ class Plan(PlanData):
         -------
         PlannedRun
             A `Trajectory` with the plan and the measured difference.  Handles of the planned scene
-            may be used with it.
+            may be used with it.  ``finished`` is true only if all errors, predicted and measured,
+            are within the requested ones; ``stats.error`` is the error of the first
+            quantity [its unit].
 
         Raises
         ------
@@ -96,6 +99,8 @@ class Plan(PlanData):
 
         Warns
         -----
+        ErrorNotMetWarning
+            If a predicted or measured error exceeds the requested one.
         PlanChangedWarning
             If the run leaves the range of the plan: a step fails; strains, rotations in a step or
             loads exceed those of the trial runs; a stop, a rope or a user force acts that did not
@@ -107,7 +112,9 @@ class Plan(PlanData):
         now, later = split_options(self, options)
         last, run = execute(self, now, plan)
         measured = measure_errors(last, run) if verify else ()
-        saved = save_run(run, later)
+        warn_of_unmet_errors(last, measured, stacklevel=2)
+        error = max(last.predictions[0].bound, *measured[:1], 0.0)
+        saved = save_run(replace(run, stats=replace(run.stats, error=error)), later)
         return PlannedRun(
             **{name: getattr(saved, name) for name in Trajectory.__dataclass_fields__},
             plan=last,

@@ -23,6 +23,7 @@ WEIGHTS = {
     "units": 3,
     "bodies": 3,
     "statics": 1,
+    "plans": 3,
     "meshes": 1,
     "files": 1,
     "interruptions": 1,

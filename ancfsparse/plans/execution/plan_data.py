@@ -48,9 +48,14 @@ class Prediction:
         return sum(self.sources.values())
 
     @property
+    def bound(self) -> float:
+        """The larger of error and floor [unit of the quantity]."""
+        return max(self.error, self.floor)
+
+    @property
     def is_met(self) -> bool:
         """True if error and floor are within the tolerance."""
-        return max(self.error, self.floor) <= self.tolerance
+        return self.bound <= self.tolerance
 
     def __str__(self) -> str:
         """Write the prediction in one line."""

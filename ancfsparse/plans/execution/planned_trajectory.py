@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ancfsparse.array_types import Vector
 from ancfsparse.plans.execution.plan_data import PlanData
+from ancfsparse.plans.execution.unmet_errors import UnmetError, unmet_errors
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Point
 
@@ -27,6 +28,21 @@ class PlannedRun(Trajectory):
 
     plan: PlanData | None = None
     measured: tuple[float, ...] = ()
+
+    @property
+    def _is_accurate(self) -> bool:
+        return not self._unmet_errors
+
+    @property
+    def _unmet_errors(self) -> list[UnmetError]:
+        return unmet_errors(self.plan, self.measured) if self.plan else []
+
+    @property
+    def _aim(self) -> str:
+        """Return the unfulfilled aim of an unfinished run."""
+        if not self._ended:
+            return super()._aim
+        return "; ".join(str(each) for each in self._unmet_errors)
 
     def _in_space(self, values: Vector, node: Point, is_position: bool = False) -> Vector:
         """Return vectors of a planar run in the space of the scene."""

@@ -190,11 +190,6 @@ def _refine(plan: P, run: Trajectory, options: Mapping[str, Any]) -> tuple[P, Tr
         pairs = zip(changes, plan.predictions, strict=True)
         if all(change <= each.tolerance for change, each in pairs):
             break
-    else:
-        pairs = zip(changes, plan.predictions, strict=True)
-        change, worst = max(pairs, key=lambda pair: pair[0] / pair[1].tolerance)
-        _warn(
-            f"after {MAX_CHANGES} refinements the {worst.goal.quantity.name} still changes by "
-            f"{change:.2g}, and the tolerance is {worst.tolerance:.2g}"
-        )
-    return plan, run
+    pairs = zip(changes, plan.predictions, strict=True)
+    errors = tuple(replace(each, sources={"mesh and steps": change}) for change, each in pairs)
+    return replace(plan, predictions=errors), run

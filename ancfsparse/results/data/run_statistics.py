@@ -103,8 +103,9 @@ class RunStats:
         counts are sums over them.
     error : float
         Estimated maximum time discretization error of the position of a node at the saved times
-        [m]; NaN without a requested accuracy.  In statics the last correction of a body, or the
-        displacement by rounding errors of forces if that is larger.
+        [m]; NaN without a requested accuracy.  Of a planned run the larger of the predicted and the
+        measured error of the first quantity [its unit].  In statics the last correction of a body,
+        or the displacement by rounding errors of forces if that is larger.
     seconds : dict of str to float
         Time by part [s]: ``"set-up"`` always, and from a thousand unknowns on the time loop of an
         implicit run divided into ``"force"``, ``"tangent"``, ``"factor"``, ``"solve"`` (pairs

@@ -83,8 +83,12 @@ class Trajectory(TrajectoryOutput):
     @property
     def finished(self) -> bool:
         """True if the run reached its final time and the requested accuracy."""
+        return self._ended and self._is_accurate
+
+    @property
+    def _is_accurate(self) -> bool:
         accuracy = self.settings.get("accuracy")
-        return self._ended and (accuracy is None or self.stats.error <= accuracy)
+        return accuracy is None or self.stats.error <= accuracy
 
     @property
     def _ended(self) -> bool:

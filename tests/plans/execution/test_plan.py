@@ -54,7 +54,9 @@ def test_a_plan_is_readable_and_states_what_is_kept():
     # docs/accuracy.md measures 1.1e-2 m at four times; over the whole run up to three times that.
     sources = plan.predictions[0].sources
     assert 5e-3 < sources["mesh"] < 4e-2
-    assert plan.run(verify=True).measured[0] == pytest.approx(plan.error, rel=0.5)
+    with pytest.warns(ancf.ErrorNotMetWarning, match="leave n_elements out"):
+        run = plan.run(verify=True)
+    assert run.measured[0] == pytest.approx(plan.error, rel=0.5)
     # Steps that are exact to a micrometre on a mesh with an error of a centimetre are not needed.
     exact = ancf.plan(scene, T_END, ancf.position(rod.end), 1e-6).predictions[0].sources
     assert 0.05 * sources["mesh"] < exact["time"] <= 0.101 * sources["mesh"]

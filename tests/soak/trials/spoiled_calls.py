@@ -24,6 +24,7 @@ ON_PURPOSE = (
     ancf.UnstableEquilibriumWarning,
     ancf.RedundantConstraintsWarning,
     ancf.ApproximateModesWarning,
+    ancf.ErrorNotMetWarning,
 )
 # Classes that users get and do not make.
 RESULTS = (ancf.Trajectory, ancf.Equilibrium, ancf.Plan, ancf.State, Exception)
