@@ -46,7 +46,7 @@ COUNT_POWER = 1.0 / 8.0  # power of a smaller tolerance with which the first mes
 STEP_FACTOR = 2  # by which its steps are shorter
 # Two histories may cross at the end: velocities agreed there to .4 of the tolerance, .2 s before to
 # 5 times, and the error was 2.3 times.
-END_FRACTION = 0.1  # of a run, in which differences count for a quantity at the end
+END_FRACTION = 0.1  # of a run: differences there count for a quantity at the end
 STEP_UNITS = 8  # minimum number of units of a power of two in a selected number of steps
 
 
