@@ -1,16 +1,22 @@
-"""Ropes, springs and distances are drawn between their points, and kept in files of runs."""
+"""Ropes, springs, distances, masses and loads in pictures and files of runs, and their labels."""
+
+from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.quiver import Quiver
 from PIL import Image
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_outline
+from ancfsparse.results.plotting.traced_scene import clip_lines
+from tests.beams import build_beam
 from tests.results.conftest import damage_outline
 
 pytestmark = pytest.mark.usefixtures("close_figures")
+SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e9, 1000.0)
 
 
 def tied(dim, path=None):
@@ -112,3 +118,96 @@ def test_all_labels_of_pictures_in_perspective_are_inside(size):
         box = part.get_tightbbox(ax.figure.canvas.get_renderer())
         assert (box.min >= 0.0).all(), part
         assert (box.max <= ax.figure.bbox.max).all(), part
+
+
+def test_masses_and_loads_are_drawn_where_they_act(tmp_path):
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL, "clamp")
+    scene.add_mass(rod.end, 0.2)
+    scene.point_force(rod.at(0.3), (0.0, -2.0))
+    scene.point_force(rod.node(1), (0.0, 1.0), follow=True)
+    scene.point_moment(rod.node(3), -0.1)
+    scene.distributed_force(rod, (0.5, 0.0), shape=lambda s: s - 0.5)
+    scene.force(rod.node(2), lambda q, v, t: -0.1 * v)
+    run = ancf.simulate(scene, 0.01, 1e-3, output=tmp_path / "run.h5")
+    scene.point_force(rod.end, (0.0, -9.0))  # after the run
+    _, *marks = make_outline(run.system).supports
+    kinds = ["mass", "force", "force", "force", "moment", *["force"] * 5]
+    assert [each.kind for each in marks] == kinds
+    directions = [each.other.tolist() for each in marks[1:]]
+    line = [[-1.0, 0.0], [-1.0, 0.0], [0.0, 0.0], [1.0, 0.0], [1.0, 0.0]]
+    assert directions == [[0, 0], [0, -1], [0, 0], [-1, 0], *line]
+    again, *_ = read_outline(tmp_path / "run.h5")
+    assert [each.kind for each in again.supports] == ["clamp", *kinds]
+    ax = run.plot(times=[0.01])
+    (arrows,) = (each for each in ax.collections if isinstance(each, Quiver))
+    np.testing.assert_allclose(arrows.XY[0], run.position(rod.at(0.3))[-1], atol=1e-12)
+    drawn = [tuple(np.column_stack(each.get_data())[0]) for each in ax.lines]
+    for point in (rod.end, rod.node(3), rod.node(2)):
+        assert tuple(run.position(point)[-1]) in drawn
+    assert run.animate(tmp_path / "run.gif", seconds=0.2, fps=10, dpi=30).exists()
+
+
+@pytest.mark.parametrize("hold", ["rod", "spring"])
+@pytest.mark.parametrize(("distance", "is_cut"), [(5.0, False), (300.0, True)])
+def test_a_far_anchor_does_not_shrink_the_picture(hold, distance, is_cut):
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 4, SECTION, MATERIAL, "clamp")
+    anchor = (1.0, distance)
+    if hold == "rod":
+        scene.rod(rod.end, anchor)
+    else:
+        scene.spring(rod.end, anchor, stiffness=1.0)
+    ax = ancf.simulate(scene, 0.01, 1e-3).plot()
+    assert (ax.get_ylim()[1] > distance) == (not is_cut)
+    assert ax.get_ylim()[1] < 12.0
+
+
+def test_lines_are_cut_at_a_box():
+    low, high = np.zeros(2), np.ones(2)
+    lines = np.array(
+        [
+            [(0.1, 0.3), (0.7, 0.2)],  # inside
+            [(0.5, 0.5), (0.5, 3.0)],  # along an axis
+            [(-1.0, -1.0), (2.0, 2.0)],  # through
+            [(2.0, 0.0), (2.0, 1.0)],  # outside
+            [(0.5, 0.5), (0.5, 0.5)],  # a point
+        ]
+    )
+    cut = clip_lines(lines, low, high)
+    np.testing.assert_array_equal(cut[0], lines[0])
+    np.testing.assert_allclose(cut[1], [(0.5, 0.5), (0.5, 1.0)])
+    np.testing.assert_allclose(cut[2], [(0.0, 0.0), (1.0, 1.0)])
+    assert np.isnan(cut[3]).all()
+    np.testing.assert_array_equal(cut[4], lines[4])
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "diameter"),
+    [
+        ((0, 0, 0), (2, 0, 0), 0.02),
+        ((1234.5, 0, 0), (1236.5, 0.1, 0), 0.02),
+        ((0, 0, 0), (0.02, 0, 2e-5), 2e-3),
+        ((0, 0, 0), (1, 1, 1), 0.02),
+        ((0, 0, 0), (300, 200, 3), 1.0),
+        ((0, 0, 0), (1e-5, 4, 3), 0.02),
+    ],
+)
+def test_labels_in_perspective_do_not_overlap(start, end, diameter):
+    made = ancf.Circle(diameter), ancf.Material(1e8, 1000.0)
+    scene, _ = build_beam("thick", start, end, 6, *made, "pin", gravity=(0, 0, -9.81))
+    ax = ancf.simulate(scene, 0.02, 1e-4).plot(view=(22.0, -60.0))
+    figure = ax.figure
+    figure.canvas.draw()
+    axes = (ax.xaxis, ax.yaxis, ax.zaxis)
+    boxes = [axis.label.get_window_extent() for axis in axes]
+    for axis in axes:
+        low, high = axis.get_view_interval()
+        ticks = [each.label1 for each in axis.get_major_ticks() if low <= each.get_loc() <= high]
+        boxes += [each.get_window_extent() for each in ticks if each.get_text()]
+    legend = ax.get_legend().get_window_extent()
+    width, height = figure.canvas.get_width_height()
+    for box in boxes:
+        assert 0 <= box.x0 <= box.x1 <= width
+        assert 0 <= box.y0 <= box.y1 <= height
+        assert not legend.overlaps(box)
+    for one, other in combinations(boxes, 2):
+        assert not one.padded(-2).overlaps(other)

@@ -123,7 +123,7 @@ def test_components_in_space_are_named():
 def test_equilibrium_beside_its_reference():
     scene, rod = elastica(2.0, n_elements=4)
     rest = ancf.solve_static(scene)
-    before, after = rest.plot().collections
+    before, after, _ = rest.plot().collections  # and the force
     np.testing.assert_allclose(before.get_segments()[-1][-1], rod.end.position, atol=1e-12)
     np.testing.assert_allclose(after.get_segments()[-1][-1], rest.position(rod.end), atol=1e-12)
     moments = rest.plot("M", rod).lines[0].get_ydata()

@@ -25,6 +25,7 @@ from ancfsparse.results.geometry.connection_lines import (
     no_connections,
     read_connections,
 )
+from ancfsparse.results.geometry.load_marks import make_load_marks
 from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.joint import Mark
@@ -33,8 +34,8 @@ from ancfsparse.system.system import System
 if TYPE_CHECKING:
     import h5py
 
-SUPPORT_KINDS = ("pin", "clamp", "rod", "joint")
-"""Kinds of supports; files contain their indices."""
+SUPPORT_KINDS = ("pin", "clamp", "rod", "joint", "mass", "force", "moment")
+"""Kinds of supports, and of masses and loads; files contain their indices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ class BodyAxis:
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """A joint to the ground, or the common point of a rigid and another body.
+    """A joint to the ground, the common point of a rigid and another body, a mass or a load.
 
     Attributes
     ----------
@@ -72,7 +73,7 @@ class Support:
     weights : ndarray, shape (p,)
         Their weights.
     other : ndarray, shape (dim,)
-        Direction out of the wall for a clamp [-], anchor for a rod [m].
+        Direction out of the wall for a clamp [-], anchor for a rod [m], direction of a load [-].
     """
 
     kind: str
@@ -94,7 +95,7 @@ class Outline:
     solids : list of Solid
         The rigid bodies, in the order of the scene.
     supports : list of Support
-        Pins, clamps, rods and joints.
+        Pins, clamps, rods and joints, masses and loads.
     links : Links
         Ropes, springs and distances.
     """
@@ -212,8 +213,12 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
         if mark is None or of not in (None, node.beam):
             continue
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other
-        places, weights = system.point(node)
-        supports.append(Support(mark.kind, places.astype(np.int32), weights, other))
+        supports.append(_support(system, mark.kind, node, other))
+    supports += [
+        _support(system, kind, node, direction)
+        for kind, node, direction in make_load_marks(system)
+        if of in (None, node.beam)
+    ]
     ends = [end for element in system.attachments for pair in element.links for end in pair]
     for end in ends:
         if isinstance(end, Point):
@@ -226,3 +231,9 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
     ]
     links = make_connections(system) if of is None else no_connections(system.scene.dim)
     return Outline(system.scene.gravity, parts, solids, supports, links)
+
+
+def _support(system: System, kind: str, point: Point, other: Vector) -> Support:
+    """Return the support at a point."""
+    places, weights = system.point(point)
+    return Support(kind, places.astype(np.int32), weights, other)

@@ -22,7 +22,8 @@ from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline
-from ancfsparse.results.plotting.canvas import Canvas, trace_scene
+from ancfsparse.results.plotting.canvas import Canvas
+from ancfsparse.results.plotting.traced_scene import trace_scene
 
 MIN_DURATION = 2.0  # s, by default
 MAX_DURATION = 10.0  # s, by default

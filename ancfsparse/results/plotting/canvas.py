@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -20,10 +19,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
-from ancfsparse.results.data.interpolation import interpolate
-from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements
-from ancfsparse.results.geometry.scene_outline import Outline
-from ancfsparse.results.geometry.wireframe import trace_edges
+from ancfsparse.results.plotting.traced_scene import TracedScene, clip_lines
 
 FLATNESS = 1e-6  # extent of a planar motion across its plane, over the largest extent
 MARGIN = 0.06  # margin around the scene, over its largest extent
@@ -35,13 +31,25 @@ BOTTOM = 0.55  # inch
 TOP = 0.35  # inch
 RIGHT = 0.2  # inch
 LEGEND_WIDTH = 1.15  # inch
-MAX_THICK_LINES = 200  # elements and rigid bodies, above which lines become thinner
 VIEWPOINT = 22.0, -60.0  # degrees, elevation and azimuth
-LABEL_MARGINS = {"left": 0.65, "bottom": 0.65, "right": 0.85, "top": 0.4}
+LABEL_MARGINS = {"left": 0.65, "bottom": 1.1, "right": 0.85, "top": 0.4}
 """Margins for ticks and labels of a figure in perspective [inch]."""
-LABEL_PAD = 10.0  # pt, between ticks and labels
+LABEL_PAD = 10.0  # pt, between ticks and label of the vertical axis in perspective
+TICK_PAD = 2.5  # pt for each letter of the widest tick, of the others, above half of that
+MAX_TICK_LETTERS = 5  # letters of ticks in perspective; five wider ones overlap
+MAX_WIDE_TICKS = 3  # intervals between ticks that are wider
 ZOOM_ITERATIONS = 3  # the size of a box in perspective is not exactly linear in its zoom
 SUPPORT_COLOUR = "0.25"
+ARROW_LENGTH = 0.35  # inch, of forces in the plane
+ARROW_WIDTH = 0.02  # inch
+ARROW_RATIO = 0.15  # length of the arrows of forces in perspective, over the largest extent
+MIN_SINE = 0.05  # of the angle of a force to the line of sight, below which it is a cross
+MOMENT_SYMBOLS = {
+    1.0: r"$\circlearrowleft$",
+    -1.0: r"$\circlearrowright$",
+    0.0: r"$\circlearrowleft$",
+}
+"""Symbols of moments counterclockwise, clockwise and of another axis."""
 CONNECTION_WIDTH = 0.5  # line width of ropes and springs, over that of beams
 
 _TRIANGLE = Path(
@@ -52,58 +60,6 @@ _WALL = Path(
     [(0, -1.2), (0, 1.2), *(p for y in (-1.2, -0.4, 0.4, 1.2) for p in ((0, y), (-0.6, y - 0.5)))],
     [Path.MOVETO, Path.LINETO] * 5,
 )
-
-
-@dataclass(frozen=True)
-class TracedScene:
-    """Shapes of bodies and positions of supports in j states.
-
-    Attributes
-    ----------
-    outline : Outline
-        The outline of the scene.
-    lines : list of ndarray, each of shape (j, n, pieces + 1, dim)
-        Points on the elements of every beam and mesh, then the ends of the edges of every rigid
-        body [m].
-    supported : list of ndarray, each of shape (j, dim)
-        The point of every support [m].
-    links : ndarray, shape (j, n, 2, dim)
-        The ends of ropes, springs and distances [m].
-    """
-
-    outline: Outline
-    lines: list[Vector]
-    supported: list[Vector]
-    links: Vector
-
-    @property
-    def supports(self) -> list[tuple[str, Vector, Vector]]:
-        """Kind, point and other vector of every support."""
-        pairs = zip(self.outline.supports, self.supported, strict=True)
-        return [(support.kind, places, support.other) for support, places in pairs]
-
-    @property
-    def box(self) -> Vector:
-        """Smallest and largest coordinates of all lines, shape (2, dim) [m]."""
-        points = [each.reshape(-1, self.outline.dim) for each in (*self.lines, self.links)]
-        points += [other[None, :] for kind, _, other in self.supports if kind == "rod"]
-        every = np.concatenate(points)
-        return np.stack([every.min(axis=0), every.max(axis=0)])
-
-    @property
-    def width(self) -> float:
-        """Width of lines [pt]."""
-        n = sum(len(part.lengths) for part in self.outline.parts) + len(self.outline.solids)
-        return float(np.clip(1.8 * np.sqrt(MAX_THICK_LINES / max(n, MAX_THICK_LINES)), 0.5, 1.8))
-
-
-def trace_scene(outline: Outline, q: Vector) -> TracedScene:
-    """Return the shapes of bodies for coordinates q of shape (j, n)."""
-    pieces = count_pieces(outline.parts)
-    lines = [trace_elements(q, part, pieces) for part in outline.parts]
-    lines += [trace_edges(q, solid) for solid in outline.solids]
-    supported = [interpolate((each.places, each.weights), q) for each in outline.supports]
-    return TracedScene(outline, lines, supported, outline.links.ends(q))
 
 
 class Canvas:
@@ -148,8 +104,10 @@ class Canvas:
         if isinstance(self.ax, Axes3D):
             elevation, azimuth = view if isinstance(view, tuple) else VIEWPOINT
             self.ax.view_init(elev=elevation, azim=azimuth)
+            _set_label_pads(self.ax)
             if self._new:
-                _fill_figure(self.ax, self.figure, limits)
+                left = LEGEND_WIDTH if legend else 0.0
+                _fill_figure(self.ax, self.figure, limits, LABEL_MARGINS["left"] + left)
 
     def draw(self, state: int, colour: Any, *, alpha: float = 1.0, label: str = "") -> list[Any]:
         """Draw all bodies in one state, each as one artist, and ropes and springs as others."""
@@ -181,13 +139,18 @@ class Canvas:
                 title=title, fontsize="small", frameon=False, loc="upper left",
                 bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
             )  # fmt: skip
+        elif self._new:
+            self.ax.legend(
+                title=title, fontsize="small", frameon=False, loc="upper left",
+                bbox_to_anchor=(0.0, 1.0), bbox_transform=self.figure.transFigure,
+            )  # fmt: skip
         elif len(self.axes) == 3:  # the vertical axis is on the right
             self.ax.legend(title=title, fontsize="small", loc="upper left")
         else:
             self.ax.legend(title=title, fontsize="small")
 
     def draw_supports(self, state: int) -> list[Any]:
-        """Draw symbols of pins, clamps, rods and joints in one state."""
+        """Draw symbols of pins, clamps, rods, joints, masses and loads in one state."""
         artists: list[Any] = []
         style: dict[str, Any] = {
             "color": SUPPORT_COLOUR,
@@ -196,17 +159,22 @@ class Canvas:
             "linestyle": "none",
         }
 
-        def mark(places: Vector, marker: Any, size: float) -> None:
+        def mark(places: Vector, marker: Any, size: float, **more: Any) -> None:
             columns = np.atleast_2d(places)[:, self.axes].T
-            artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style))
+            artists.extend(self.ax.plot(*columns, marker=marker, markersize=size, **style | more))
 
         supports = self.film.supports
         joints = [places[state] for kind, places, _ in supports if kind == "joint"]
         pins = [places[state] for kind, places, _ in supports if kind == "pin"]
-        pins += [anchor for kind, _, anchor in supports if kind == "rod"]
+        inside = self.film.reach
+        pins += [
+            anchor
+            for kind, _, anchor in supports
+            if kind == "rod" and ((inside[0] <= anchor) & (anchor <= inside[1])).all()
+        ]
         for kind, places, other in supports:
             if kind == "rod":
-                ends = np.stack([places[state], other])[:, self.axes].T
+                ends = clip_lines(np.stack([places[state], other]), *inside)[:, self.axes].T
                 artists += self.ax.plot(*ends, "-", color=SUPPORT_COLOUR, linewidth=1.0, zorder=3)
                 mark(places[state], "o", 3.5)
             elif kind == "clamp" and len(self.axes) == 2:
@@ -215,11 +183,49 @@ class Canvas:
                 mark(places[state], MarkerStyle(_WALL, transform=turn), 22.0)
             elif kind == "clamp":
                 mark(places[state], "s", 7.0)
+        masses = [places[state] for kind, places, _ in supports if kind == "mass"]
+        if masses:
+            mark(np.array(masses), "o", 8.0, mfc=SUPPORT_COLOUR)
+        for sign, symbol in MOMENT_SYMBOLS.items():
+            moments = [
+                places[state]
+                for kind, places, other in supports
+                if kind == "moment" and other[0] == sign
+            ]
+            if moments:
+                mark(np.array(moments), symbol, 16.0, mfc=SUPPORT_COLOUR)
+        artists += self._draw_forces(state)
         if joints:
             mark(np.array(joints), "o", 2.0 * self.film.width)
         if pins:
             flat = len(self.axes) == 2
             mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)
+        return artists
+
+    def _draw_forces(self, state: int) -> list[Any]:
+        """Draw forces as arrows that end at their points, those without a direction as crosses."""
+        forces = [
+            (each[state], other) for kind, each, other in self.film.supports if kind == "force"
+        ]
+        if not forces:
+            return []
+        points, directions = (np.array(each)[:, self.axes] for each in zip(*forces, strict=True))
+        is_across = np.linalg.norm(directions, axis=1) > MIN_SINE
+        columns = [*points[is_across].T, *directions[is_across].T]
+        artists: list[Any] = []
+        style: dict[str, Any] = {"color": SUPPORT_COLOUR, "pivot": "tip", "zorder": 3}
+        if isinstance(self.ax, Axes3D):
+            limits = np.array([self.ax.get_xlim(), self.ax.get_ylim(), self.ax.get_zlim()])
+            style |= {"length": ARROW_RATIO * float(np.ptp(limits, axis=1).max()), "linewidth": 1.2}
+        else:
+            style |= {"angles": "xy", "units": "inches", "scale_units": "inches"}
+            style |= {"scale": 1.0 / ARROW_LENGTH, "width": ARROW_WIDTH}
+        if is_across.any():
+            artists.append(self.ax.quiver(*columns, **style))
+        if not is_across.all():
+            artists += self.ax.plot(
+                *points[~is_across].T, "x", color=SUPPORT_COLOUR, markersize=6.0, zorder=3
+            )
         return artists
 
     def draw_path(self, points: Vector) -> list[Any]:
@@ -234,7 +240,6 @@ class Canvas:
             ax.set_box_aspect(size, zoom=0.95)
             for axis, share in zip((ax.xaxis, ax.yaxis, ax.zaxis), size / size.max(), strict=True):
                 axis.set_major_locator(MaxNLocator(int(np.clip(1 + 4 * share, 2, 5))))
-            ax.zaxis.labelpad = LABEL_PAD
         else:
             ax.set_aspect("equal")
             ax.grid(alpha=0.3)
@@ -294,7 +299,8 @@ def _make_axes(limits: Vector, right: float) -> Axes:
     """Return axes that fill a new figure, with a right margin [inch]."""
     size = limits[1] - limits[0]
     if len(size) == 3:
-        figure = plt.figure(figsize=(6.4, 3.4 + 2.2 * float(size[2] / size.max())))
+        across = 6.4 - RIGHT + right
+        figure = plt.figure(figsize=(across, 3.4 + 2.2 * float(size[2] / size.max())))
         axes: Axes = figure.add_axes((0.02, 0.01, 0.92, 0.92), projection="3d")
         return axes
     width, height = size * min(MAX_WIDTH / size[0], MAX_HEIGHT / size[1])
@@ -303,11 +309,24 @@ def _make_axes(limits: Vector, right: float) -> Axes:
     return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
 
 
-def _fill_figure(ax: Any, figure: Any, limits: Vector) -> None:
-    """Scale a box in perspective such that it fills the figure with its labels and a title."""
+def _set_label_pads(ax: Any) -> None:
+    """Move the labels of axes in perspective away from their ticks, by the width of these."""
+    for axis in (ax.xaxis, ax.yaxis):
+        ticks = axis.get_major_formatter().format_ticks(axis.get_major_locator()())
+        if len(ticks) > MAX_WIDE_TICKS + 2 and max(map(len, ticks)) > MAX_TICK_LETTERS:
+            axis.set_major_locator(MaxNLocator(MAX_WIDE_TICKS))
+        axis.labelpad = 0.5 * LABEL_PAD + TICK_PAD * max(map(len, ticks), default=0)
+    ax.zaxis.labelpad = LABEL_PAD
+
+
+def _fill_figure(ax: Any, figure: Any, limits: Vector, left: float) -> None:
+    """Scale a box in perspective such that it fills the figure with its labels and a title.
+
+    The margin at the left [inch] has room for a legend, if there is one.
+    """
     size = limits[1] - limits[0]
     figure_size = figure.get_size_inches()
-    low = np.array([LABEL_MARGINS["left"], LABEL_MARGINS["bottom"]])
+    low = np.array([left, LABEL_MARGINS["bottom"]])
     room = figure_size - (LABEL_MARGINS["right"], LABEL_MARGINS["top"]) - low
     ax.set_position((*(low / figure_size), *(room / figure_size)))
     zoom, corners = 1.0, np.array(list(product(*limits.T)))

@@ -25,7 +25,8 @@ from ancfsparse.results.fields.section_forces import (
 )
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline, make_outline
-from ancfsparse.results.plotting.canvas import Canvas, trace_scene
+from ancfsparse.results.plotting.canvas import Canvas
+from ancfsparse.results.plotting.traced_scene import trace_scene
 from ancfsparse.scene import Beam, Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.system import System

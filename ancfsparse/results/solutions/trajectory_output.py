@@ -75,7 +75,10 @@ class TrajectoryOutput(Solution):
         -----
         A rigid body is represented by the edges of its shape.  A body without shape is represented
         by lines from its centre of mass to its joints, and along its axes, with the lengths of the
-        box of equal mass and inertia.
+        box of equal mass and inertia.  Point masses are dots.  Forces are arrows with their
+        direction at t = 0, of one length; those that are zero then, follow the body or are
+        functions of the motion are crosses.  Lines to anchors that are farther away than ten times
+        the extent of the bodies are cut.
         """
         return plotting.plot_motion(self, what, of, times=times, ax=ax, view=view)
 

@@ -64,6 +64,7 @@ class Discretization(Coordinates):
         self.dim = scene.dim
         self.bodies, self.joints = tuple(scene.bodies), tuple(scene.joints)
         self.attachments = tuple(scene.attachments)
+        self.external_loads = tuple(scene.loads)
         self.kinds = [body.kind for body in self.bodies]
         if start is not None:
             check_state(scene, start)
