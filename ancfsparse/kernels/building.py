@@ -27,7 +27,7 @@ ARCHITECTURE_FLAGS = {
 OPENING = '''\
 """Element {name}, built by `ancfsparse element` from {source}."""
 
-from ancfsparse.kernels.catalog import external_element
+from ancfsparse.kernels.element_kind import external_element
 
 ELEMENT = external_element(__name__)
 '''

@@ -117,7 +117,7 @@ def hanging(element, n):
     """A cable that hangs at its pins and is plucked slowly, eight times as fast as shown."""
     made = ancf.Circle(0.01), ancf.Material(1e8, 1000)
     scene, cable = build_beam(element, (0, 0), (1, 0), n, *made, "pin", "pin", length=1.2)
-    point = cable.at(0.4)
+    point = cable.at(0.6)
     scene.point_force(point, lambda t: (0.0, 2e-3 * np.sin(4.0 * t) ** 2))
     return scene, point
 
