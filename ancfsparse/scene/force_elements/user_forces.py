@@ -131,9 +131,11 @@ class Forces(SceneBase):
             returns 0, or another number if it fails.
         coupled : bool, optional
             Whether the force on a point depends on the motion of the other points.  The residual
-            is right in any case; if it is False, what points do to each other is left out of the
-            matrix, which then costs more iterations, and `modes` and similar functions refuse it.
-            If it is True, the matrix has a dense block for all k points, made by 4 k dim calls: for
+            has all of the force in any case, so equilibria and motions are right; if it is False,
+            what points do to each other is left out of the matrix, which costs more iterations,
+            and what depends on the matrix alone is wrong: ``stats.negative_pivots`` of an
+            equilibrium; `modes`, `load_path`, `stable_step` and similar functions refuse it.  If it
+            is True, the matrix has a dense block for all k points, made by 4 k dim calls: for
             a few points only.
 
         Raises

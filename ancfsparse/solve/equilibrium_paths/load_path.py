@@ -13,6 +13,7 @@ from ancfsparse.results import RunStats
 from ancfsparse.results.solutions.load_path import LoadPath
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.solve.equilibrium_paths.arc_length import follow_path
+from ancfsparse.solve.linearization.matrices import check_coupling
 from ancfsparse.solve.linearization.rigid_body_modes import check_restrained
 from ancfsparse.solve.preparation.memory_estimate import (
     check_factor_fits,
@@ -68,7 +69,8 @@ def load_path(
     Raises
     ------
     InputError
-        If an argument is invalid, there are no loads, or the factor cannot fit in memory.
+        If an argument is invalid, there are no loads, a force that couples points is not `coupled`,
+        or the factor cannot fit in memory.
     SingularSceneError
         If the joints leave a rigid motion free.
     EquilibriumError
@@ -101,6 +103,7 @@ def load_path(
         check_restrained(system)
         equations = EquilibriumEquations(system, stats, t=t)
         check_factor_fits(needed, equations.seed)
+        check_coupling(system, system.q_ref, system.loads.amplitudes(np.array([t]))[0])
         if not equations.loads:
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin

@@ -21,9 +21,9 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
 )
 from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.matrices import (
+    check_coupling,
     free_submatrix,
     mass_matrix,
-    omitted_coupling,
     symmetric_from_lower,
 )
 from ancfsparse.solve.linearization.nonconservative_tangent import NonconservativeTangent
@@ -77,9 +77,7 @@ class LinearizedSystem:
 
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
         self.system, self.state, self._amplitudes = system, state, amplitudes
-        omitted = omitted_coupling(system, state.q, amplitudes)
-        if omitted:
-            raise InputError(omitted)
+        check_coupling(system, state.q, amplitudes)
         n, pattern = system.n_free, system.pattern
         self.mass = symmetric_from_lower(mass_matrix(system))
         self.stiffness = symmetric_from_lower(free_submatrix(system, self._matrix(0.0, 1.0)))

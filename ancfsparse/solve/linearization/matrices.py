@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
@@ -194,3 +195,10 @@ def omitted_coupling(system: System, q: Vector, amplitudes: Vector) -> str:
     """Return a sentence if a matrix leaves out how points affect each other, else an empty one."""
     sentences = (term.omitted_coupling(q, amplitudes) for term in system.contributions)
     return next(filter(None, sentences), "")
+
+
+def check_coupling(system: System, q: Vector, amplitudes: Vector) -> None:
+    """Refuse a system whose matrix leaves out how points affect each other."""
+    omitted = omitted_coupling(system, q, amplitudes)
+    if omitted:
+        raise InputError(omitted)

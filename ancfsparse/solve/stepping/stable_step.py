@@ -7,7 +7,12 @@ from ancfsparse.integrators import Explicit
 from ancfsparse.integrators.names import EXPLICIT_EXAMPLES
 from ancfsparse.messages import format_value
 from ancfsparse.scene import Scene, check_scene
-from ancfsparse.solve.linearization.matrices import highest_initial_frequency, mass_seed
+from ancfsparse.solve.initial_conditions.consistent_accelerations import load_amplitudes_at_start
+from ancfsparse.solve.linearization.matrices import (
+    check_coupling,
+    highest_initial_frequency,
+    mass_seed,
+)
 from ancfsparse.solve.preparation.memory_estimate import estimate_memory, within_memory
 from ancfsparse.solve.stepping.explicit_setup import check_explicit_scene
 from ancfsparse.system import System
@@ -32,14 +37,15 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     Raises
     ------
     InputError
-        If the integrator is not explicit or cannot handle the scene, or the factor of its mass
-        matrix cannot fit in memory.
+        If the integrator is not explicit or cannot handle the scene, a force that couples points is
+        not `coupled`, or the factor of its mass matrix cannot fit in memory.
     """
     check_explicit(integrator)
     check_scene(scene)
     with within_memory(estimate_memory(scene, 1, matrices=N_MATRICES)):
         system = System(scene)
         check_explicit_scene(system, integrator)
+        check_coupling(system, system.q0, load_amplitudes_at_start(system))
         omega = highest_initial_frequency(system, mass_seed(system), integrator)
     return integrator.tableau.interval / omega
 

@@ -36,7 +36,31 @@ def angle(shape):
     return build
 
 
-SCENES = {"support": support, "rod": angle(ancf.Rod(1.0)), "body": angle(None)}
+def length(connect):
+    def build(motion, rate, second_rate):
+        scene = ancf.Scene(gravity=(0, 0))
+        body = scene.add_body(position=(1, 0), mass=2.0, inertia=0.2)
+        rates = {"rate": rate, "second_rate": second_rate}
+        connect(scene, body.origin, length=lambda t: 1.0 + motion(t), **rates)
+        return scene
+
+    return build
+
+
+def tie(scene, point, **motion):
+    wall = scene.add_body(position=(0, 0), mass=1.0, inertia=1.0)
+    scene.clamp(wall.origin)
+    scene.distance(wall.origin, point, **motion)
+
+
+SCENES = {
+    "support": support,
+    "rod": angle(ancf.Rod(1.0)),
+    "body": angle(None),
+    "length of a rod": length(lambda scene, point, **motion: scene.rod(point, (0, 0), **motion)),
+    "winch": length(lambda scene, point, **motion: scene.winch([(0, 0), point], **motion)),
+    "distance": length(tie),
+}
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -44,7 +68,7 @@ SCENES = {"support": support, "rod": angle(ancf.Rod(1.0)), "body": angle(None)}
 @pytest.mark.parametrize(
     ("factors", "words"),
     [
-        ((1.01, 1.0), "the rate of the (position|angle) .* at t = .* differences of the "),
+        ((1.01, 1.0), r"the rate of the \w+ .* at t = .* differences of the "),
         ((-1.0, 1.0), "the rate of the"),
         ((180 / np.pi, 1.0), "the rate of the"),
         ((1.0, 0.5), "the second rate of the .* differences of the rate of"),

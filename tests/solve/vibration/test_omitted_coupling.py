@@ -12,7 +12,7 @@ from ancfsparse.errors import ApproximateModesWarning, EquilibriumError, InputEr
 SOFT = ancf.Material(1e7, 1000.0)
 
 
-def two_sliders(function, coupled):
+def two_sliders(function, coupled, load=0.0):
     """Two bodies of 1 kg on springs of 100 N/m along x, and a force on both."""
     scene = ancf.Scene(gravity=(0, 0))
     bodies = [scene.add_body(position=(x, 0), mass=1.0, inertia=1.0) for x in (0.0, 1.0)]
@@ -20,6 +20,7 @@ def two_sliders(function, coupled):
         scene.prismatic(body.origin, axis=(1, 0))
         scene.spring(body.origin, (wall, 0.0), stiffness=100.0)
     scene.force([body.origin for body in bodies], function, coupled=coupled)
+    scene.point_force(bodies[0].origin, (load, 0.0))
     return scene
 
 
@@ -96,7 +97,17 @@ def test_modes_warn_of_unsymmetric_matrices_alone(function, warns):
 
 
 def test_statics_that_fail_for_omitted_coupling_say_so():
-    scene = two_sliders(pull, coupled=False)
-    scene.point_force(scene.bodies[0].origin, (50.0, 0.0))
     with pytest.raises(EquilibriumError, match=r"is not coupled, but at .* give coupled=True"):
-        ancf.solve_static(scene)
+        ancf.solve_static(two_sliders(pull, coupled=False, load=50.0))
+
+
+def explicit_step(scene):
+    return ancf.stable_step(scene, ancf.DormandPrince())
+
+
+@pytest.mark.parametrize("find", [ancf.buckling, ancf.load_path, explicit_step])
+@pytest.mark.filterwarnings("ignore::ancfsparse.errors.ApproximateModesWarning")
+def test_what_only_the_stiffness_determines_is_refused(find):
+    with pytest.raises(InputError, match=r"alone move, by up to .* give coupled=True"):
+        find(two_sliders(pull, coupled=False, load=50.0))
+    find(two_sliders(pull, coupled=True, load=50.0))
