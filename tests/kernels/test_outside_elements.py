@@ -87,6 +87,7 @@ def own(**changes):
     [
         (own(dim=2), {}, "element mine is planar, but the scene of beam 0 is spatial: give the"),
         (own(), {}, r"needs a value of its own parameter limit: give ELEMENT.with_values\(limit="),
+        (own(own={}), {"curvature": "axis"}, "mine of beam 0 has no options: leave"),
         (own(own={}), {"strain": "biot"}, "mine of beam 0 has no options: leave strain='biot' out"),
     ],
 )

@@ -18,6 +18,7 @@ from ancfsparse.messages import format_numbers
 from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.body import Point, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.bodies.element_choice import left_out
 from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.taper import AnySection, Taper
@@ -40,9 +41,9 @@ class BeamSpec(Record):
     n_elements: int | str | None
     section: AnySection
     material: Material
-    strain: str = "green"
-    curvature: str = "axis"
-    section_strain: str = "consistent"
+    strain: str | None = None
+    curvature: str | None = None
+    section_strain: str | None = None
     curve: AnyCurve | None = None
     rest: str = "curved"
     nodes: ArrayLike | None = None
@@ -86,6 +87,7 @@ class BeamSpec(Record):
             n_elements="auto" if "n_elements" in beam.automatic else beam.n_elements,
             nodes=beam.nodes,
             **ends,
+            **left_out(self),
             **{name: as_data(getattr(self, name)) for name in arguments},
         )
 

@@ -2,12 +2,13 @@
 
 In all functions `label` is the name of the beam in messages, `dim` the dimension of the scene,
 `element` the argument of `Scene.add_beam`, and `given` has a value for every option of every
-element.  An `InputError` for an invalid argument suggests a valid one.
+element, None for its default.  An `InputError` for an invalid argument suggests a valid one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from ancfsparse.checks import check_choice, check_positive
 from ancfsparse.errors import InputError
@@ -28,17 +29,23 @@ from ancfsparse.scene.sections.taper import AnySection, Taper
 
 MAX_INERTIA_DIFFERENCE = 1e-9  # of the second moments of a round section, over the larger
 MIN_SLACK_STRAIN = 1e-9  # of strings, large compared with the rounding error of a strain, 1e-16
-# Defaults of all options of all elements.
-DEFAULTS = {key: values[0] for own in OPTIONS.values() for key, values in own.items()}
+# Values of all options of all elements, their defaults first.
+VALUES = {key: values for own in OPTIONS.values() for key, values in own.items()}
 
 
-def given_options(record: Record) -> dict[str, str]:
+def given_options(record: Record) -> dict[str, str | None]:
     """Return the value that a record has for every option of every element."""
-    return {name: getattr(record, name) for name in DEFAULTS}
+    return {name: getattr(record, name) for name in VALUES}
+
+
+def left_out(record: Record) -> dict[str, Any]:
+    """Return None for every option that a record has at its default, so that records compare."""
+    given = given_options(record)
+    return {name: None for name, values in VALUES.items() if given[name] == values[0]}
 
 
 def chosen_element(
-    label: str, element: str | ElementKind, dim: int, given: Mapping[str, str]
+    label: str, element: str | ElementKind, dim: int, given: Mapping[str, str | None]
 ) -> tuple[str, dict[str, str], ElementKind]:
     """Return the name of an element in messages, its options, and its type."""
     if not isinstance(element, ElementKind):
@@ -51,7 +58,7 @@ def chosen_element(
             f"{has[dim]}: give the scene a gravity with {element.dim} components"
         )
     for key, value in given.items():
-        if not isinstance(value, str) or value != DEFAULTS[key]:
+        if value is not None:
             raise InputError(
                 f"element {element.name} of {label} has no options: leave "
                 f"{key}={format_value(value)} out"
@@ -82,11 +89,10 @@ def slack_string(label: str, element: str | ElementKind, dim: int, slack: float)
     return slack_form(dim, strain)
 
 
-def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> dict[str, str]:
-    """Return the options of an element out of the values for all elements.
-
-    Options of other elements must have their defaults.
-    """
+def options_of(
+    label: str, element: str, dim: int, given: Mapping[str, str | None]
+) -> dict[str, str]:
+    """Return the options of an element out of the values for all elements."""
     check_choice("element", element, OPTIONS)
     own = OPTIONS[element]
     if element in PLANAR and dim != 2:
@@ -94,17 +100,18 @@ def options_of(label: str, element: str, dim: int, given: Mapping[str, str]) -> 
             f"{element!r} is a planar element, but the scene of {label} is spatial: take 'thin', "
             "or make the scene planar with a gravity of 2 components"
         )
-    every = {key: values for other in OPTIONS.values() for key, values in other.items()}
     for key, value in given.items():
-        check_choice(key, value, every[key])
-        if key not in own and value != every[key][0]:
+        if value is None:
+            continue
+        check_choice(key, value, VALUES[key])
+        if key not in own:
             owner = next(name for name, other in OPTIONS.items() if key in other)
             has = " and ".join(own) or "none"
             raise InputError(
                 f"{label} is made of {element!r}, which has no option {key} (its options: {has}): "
                 f"leave {key}={value!r} out or take {owner!r}"
             )
-    return {key: given[key] for key in own}
+    return {key: given[key] or values[0] for key, values in own.items()}
 
 
 def check_make(label: str, kind: ElementKind, section: AnySection, material: Material) -> None:

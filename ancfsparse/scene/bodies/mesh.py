@@ -16,6 +16,7 @@ from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene.bodies.beam import NODE_TOLERANCE, relocate
 from ancfsparse.scene.bodies.body import Point, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.bodies.element_choice import left_out
 from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.material import Material
@@ -36,9 +37,9 @@ class MeshSpec(Record):
     n_elements: int | str = 1
     smooth: float = 5.0
     slack: float | None = None
-    strain: str = "green"
-    curvature: str = "axis"
-    section_strain: str = "consistent"
+    strain: str | None = None
+    curvature: str | None = None
+    section_strain: str | None = None
     velocity: ArrayLike | VelocityField | None = None
     name: Any = None
     method = "add_mesh"
@@ -56,6 +57,7 @@ class MeshSpec(Record):
             edges=edges,
             n_elements="auto" if "n_elements" in mesh.automatic else mesh.n_each,
             **{name: as_data(getattr(self, name)) for name in ("smooth", "slack", "velocity")},
+            **left_out(self),
         )
 
 

@@ -41,9 +41,9 @@ class Bodies(SceneBase):
         length: float | None = None,
         tension: float | None = None,
         slack: float | None = None,
-        strain: str = "green",
-        curvature: str = "axis",
-        section_strain: str = "consistent",
+        strain: str | None = None,
+        curvature: str | None = None,
+        section_strain: str | None = None,
         up: Direction = None,
         twist: Angle = None,
         offset: ArrayLike | None = None,
@@ -97,15 +97,15 @@ class Bodies(SceneBase):
             strain under the smallest force of interest is a good choice; smaller values make steps
             harder.
         strain : str, optional
-            For ``"thin"``: ``"green"`` or ``"biot"``.  Strings have the strain ``|r'| - 1`` and
-            ignore the default.
+            For ``"thin"``: ``"green"``, the default, or ``"biot"``.  Strings have the strain
+            ``|r'| - 1``.
         curvature : str, optional
-            For ``"thick"``: ``"axis"``, as in the paper, without shear in the limit of fine meshes;
-            elements should be longer than about ``b**2 / R`` where a beam of height ``b`` bends
-            to the radius ``R``.  ``"section"``, flexible in shear: Timoshenko's beam, with
-            ``r_x`` free at clamps.  Formulas are in docs/theory.md.
+            For ``"thick"``: ``"axis"``, the default, as in the paper, without shear in the limit of
+            fine meshes; elements should be longer than about ``b**2 / R`` where a beam of height
+            ``b`` bends to the radius ``R``.  ``"section"``, flexible in shear: Timoshenko's beam,
+            with ``r_x`` free at clamps.  Formulas are in docs/theory.md.
         section_strain : str, optional
-            For ``"thick"``: ``"consistent"`` or ``"nodal"``.
+            For ``"thick"``: ``"consistent"``, the default, or ``"nodal"``.
         up : array_like of shape (3,) or callable, optional
             Approximate direction of e_y, the height of the section, in a spatial scene: one for the
             whole beam, or a function that maps arc lengths (k,) [m] to directions (k, 3).  By
@@ -180,9 +180,9 @@ class Bodies(SceneBase):
         n_elements: int | str = 1,
         smooth: float = 5.0,
         slack: float | None = None,
-        strain: str = "green",
-        curvature: str = "axis",
-        section_strain: str = "consistent",
+        strain: str | None = None,
+        curvature: str | None = None,
+        section_strain: str | None = None,
         velocity: ArrayLike | VelocityField | None = None,
         name: str | None = None,
     ) -> Mesh:

@@ -11,7 +11,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies, meshing
-from ancfsparse.scene.bodies.element_choice import DEFAULTS, chosen_element, refuse_in_plane
+from ancfsparse.scene.bodies.element_choice import chosen_element, refuse_in_plane
 from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_mechanisms import Mechanisms
 from ancfsparse.scene.sections.material import Material
@@ -33,9 +33,9 @@ class Frames(Bodies, Mechanisms):
         material: Material,
         *,
         up: ArrayLike | None = None,
-        strain: str = "green",
-        curvature: str = "axis",
-        section_strain: str = "consistent",
+        strain: str | None = None,
+        curvature: str | None = None,
+        section_strain: str | None = None,
         name: str | None = None,
     ) -> bodies.Frame:
         """Add straight, stress-free beams between nodes, welded where they meet.
@@ -84,7 +84,7 @@ class Frames(Bodies, Mechanisms):
             count = len(np.atleast_1d(check_reals(f"nodes of {label}", nodes, needed)))
             edges = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
         positions, pairs, _ = meshing.check_graph(label, self.dim, nodes, edges)
-        element_name, _, kind = chosen_element(label, element, self.dim, DEFAULTS | options)
+        element_name, _, kind = chosen_element(label, element, self.dim, options)
         if kind.is_string or (kind.is_cable and self.dim == 3):
             raise InputError(
                 f"{label} cannot be made of {element_name!r}: the coordinates of "

@@ -39,6 +39,9 @@ def test_beams_are_equal_only_to_themselves():
 def test_options_are_those_of_the_element():
     assert add(element="l2t2").options == {}
     assert add(strain="biot").options == {"strain": "biot"}
+    plain, given = Scene(), Scene()
+    add(plain), add(given, strain="green")
+    assert plain == given
     thick = add(element="thick", curvature="section", section_strain="nodal")
     assert thick.options == {"curvature": "section", "section_strain": "nodal"}
 
@@ -176,6 +179,8 @@ def test_points_that_are_not_on_it(point, message):
         ({"element": "l2t2", "strain": "biot"},
          "'l2t2', which has no option strain .its options: none.: leave strain='biot' out or take "
          "'thin'"),
+        ({"element": "string", "strain": "green"}, "'string', which has no option strain"),
+        ({"curvature": "axis"}, "'thin', which has no option curvature"),
         ({"curvature": "section"}, "'thin', which has no option curvature .its options: strain.:"),
         ({"element": "thick", "strain": "biot"},
          "has no option strain .its options: curvature and section_strain."),

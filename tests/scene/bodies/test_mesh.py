@@ -145,6 +145,7 @@ BAD = [
     ({"nodes": [*LINE, (0, 0), (1, 1e-12)], "edges": [(0, 1), (1, 2), (3, 4)]},
      r"2 nodes where another is already, first node 3, at the place of node 0, \(0, 0\) m"),
     ({"element": "thing"}, "unknown element 'thing': did you mean 'thin'"),
+    ({"element": "string", "strain": "green"}, "'string', which has no option strain"),
     ({"smooth": 120}, "smooth of mesh 0 must lie between 0 and 90 degrees, got 120"),
     ({"velocity": (1, 2, 3)}, "velocity of mesh 0 has 3 components"),
     ({"name": " "}, "name of a mesh must be a non-empty string"),
