@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.initial_conditions.prescribed_rates import check_rates
-    from ancfsparse.solve.initial_conditions.prescribed_smoothness import check_smoothness
+    from ancfsparse.solve.initial_conditions.prescribed_motion_checks import (
+        check_prescribed_motions,
+    )
     from ancfsparse.solve.initial_conditions.prescribed_start import (
         prescribe_motions_of_loop,
         start_prescribed_motions,
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "check_rates",
-    "check_smoothness",
+    "check_prescribed_motions",
     "describe_contradiction",
     "find_redundant_constraints",
     "prescribe_motions_of_loop",
@@ -30,8 +30,7 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "prescribed_rates": "check_rates",
-        "prescribed_smoothness": "check_smoothness",
+        "prescribed_motion_checks": "check_prescribed_motions",
         "prescribed_start": "prescribe_motions_of_loop start_prescribed_motions",
         "redundant_constraints": "describe_contradiction find_redundant_constraints "
         "warn_of_redundant_constraints",

@@ -54,8 +54,7 @@ def start_prescribed_motions(
     if not prescribed:
         return
     prescribed.resolve(step, system.t0, t_end)
-    initial_conditions.check_smoothness(system, t_end)
-    initial_conditions.check_rates(system, t_end)
+    initial_conditions.check_prescribed_motions(system, t_end)
     if not n:
         return
     now, first = prescribed.at(system.t0), system.n_all - n

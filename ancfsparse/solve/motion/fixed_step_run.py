@@ -98,13 +98,13 @@ class FixedStepRun(ABC):
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error of a run that ended with an outcome."""
 
+    @abstractmethod
+    def _continue(self, crossing: Crossing) -> None:
+        """Set the time loop to the end of a crossing."""
+
     def _recover(self, outcome: Outcome) -> Outcome:
         """Try to recover a failed step, or change the solution of the next ones."""
         return outcome
-
-    def _continue(self, crossing: Crossing) -> None:
-        """Set the time loop to the end of a crossing."""
-        raise NotImplementedError
 
     def _cross_ahead(self, ahead: SingularCrossing) -> int:
         """Look for a singular configuration and cross it; return the steps to the next look."""
