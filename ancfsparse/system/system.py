@@ -39,7 +39,11 @@ class System(Discretization):
         Whether any force depends on velocities.
     gravity_load : (n_all,) float
         Generalized gravity [N, N m].
+    is_redundant : bool
+        Whether constraints repeat others at the start, as found by `warn_of_redundant_constraints`.
     """
+
+    is_redundant = False
 
     def __init__(self, scene: Scene, start: State | None = None) -> None:
         super().__init__(scene, start)

@@ -29,7 +29,7 @@ MAX_EXAMINED = 12  # constraints whose combinations are determined
 
 
 def warn_of_redundant_constraints(system: System) -> None:
-    """Warn of redundant constraints.
+    """Warn of redundant constraints, and note them in the system.
 
     Their forces are not unique; a small regularization distributes them.
 
@@ -41,6 +41,7 @@ def warn_of_redundant_constraints(system: System) -> None:
     if not len(system.constraints.offset):
         return
     number, dependent = find_redundant_constraints(system, system.q0)
+    system.is_redundant = number > 0
     if not number:
         return
     labels = system.constraints.labels
