@@ -33,7 +33,8 @@ class EquilibriumError(AncfError, RuntimeError):
     residual: float
     where: str
     unit: str = ""
-    advice: str = "Try more load steps or a finer mesh, and check the joints."
+    # More load steps have no use: failed ones are halved, and plans and motions take none.
+    advice: str = "Check joints and loads, try smaller loads, or take a finer mesh."
 
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""

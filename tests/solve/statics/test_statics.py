@@ -298,6 +298,8 @@ def test_no_equilibrium_is_named_with_its_place(monkeypatch):
     scene, rod = cantilever("thin", 2)
     with pytest.raises(ancf.EquilibriumError) as caught:
         ancf.solve_static(scene)
+    with pytest.raises(ancf.EquilibriumError, match="try smaller loads, or take a finer mesh"):
+        ancf.plan(scene, quantity=ancf.static_deflection(rod.end), error="1 %")
     failure = caught.value
     assert failure.load_fraction == 1.0
     assert failure.where.startswith(rod.name)
