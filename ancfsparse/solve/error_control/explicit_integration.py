@@ -49,7 +49,10 @@ MIN_STEPS = 12  # steps of a run: refinement and interpolation need several
 MIN_SPAN_STEPS = 12
 MIN_GROWTH = 1.1  # growth of the highest frequency that is assumed after an unstable run
 MAX_UNSTABLE_RUNS = 5  # unstable runs
-MIN_CONSTRAINED_GROWTH = 2.0  # the same with bodies, whose steps only constraints limit
+# The same where that frequency is not the reason: with bodies, whose steps only constraints limit,
+# and where steps resolve loads or waves too little for a balance of energy.  With 1.1, 12 of 30
+# runs of cantilevers under a sine of 999 Hz or a force of 60 us stopped, with 1.5 one, with 2 none.
+MIN_UNRESOLVED_GROWTH = 2.0
 MAX_ROTATION = 1.0  # rotation of a body in the first steps [rad]
 # An unstable run may end at coordinates far from all of the motion, with any frequency.
 MAX_GROWTH = 2.0  # largest such growth, to the power of the number of unstable runs
@@ -199,11 +202,8 @@ class ExplicitIntegration:
                 omega = 0.0
                 if outcome != Outcome.NOT_FINITE and failed is None:
                     omega = highest_frequency(system, self._seed, q, load, lam)
-                growth = (
-                    MIN_GROWTH
-                    if self._saddle is None and failed is None
-                    else MIN_CONSTRAINED_GROWTH
-                )
+                is_too_fast = self._saddle is None and STABILITY_RATIO * omega > self.omega
+                growth = MIN_GROWTH if is_too_fast else MIN_UNRESOLVED_GROWTH
                 limit = MAX_GROWTH**self._unstable
                 self.omega *= min(max(omega / self.omega, growth), limit)
                 return None
