@@ -16,9 +16,10 @@ if TYPE_CHECKING:
         Explicit,
         RungeKuttaNystrom,
     )
-    from ancfsparse.integrators.names import EXAMPLES as EXAMPLES
+    from ancfsparse.integrators.names import EXAMPLES
 
 __all__ = [
+    "EXAMPLES",
     "HHT",
     "CentralDifference",
     "DormandPrince",

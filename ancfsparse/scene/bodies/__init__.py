@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.frame import Frame as Frame
-    from ancfsparse.scene.bodies.rigid_body import RigidBody as RigidBody
-    from ancfsparse.scene.bodies.rigid_shapes import RigidShape as RigidShape
-    from ancfsparse.scene.bodies.section_offsets import (
-        checked_offsets as checked_offsets,
-        offsets_of as offsets_of,
-    )
-    from ancfsparse.scene.bodies.strained_reference import strained_ends as strained_ends
+    from ancfsparse.scene.bodies.frame import Frame
+    from ancfsparse.scene.bodies.rigid_body import RigidBody
+    from ancfsparse.scene.bodies.rigid_shapes import RigidShape
+    from ancfsparse.scene.bodies.section_offsets import checked_offsets, offsets_of
+    from ancfsparse.scene.bodies.strained_reference import strained_ends
+
+__all__ = ["Frame", "RigidBody", "RigidShape", "checked_offsets", "offsets_of", "strained_ends"]
 
 __getattr__ = on_demand(
     __name__,
