@@ -97,7 +97,7 @@ class ExplicitIntegration:
     ) -> None:
         self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
         self._watch = watch
-        self._discontinuities, self._spans = discontinuities, discontinuities.spans
+        self._discontinuities, self._spans = discontinuities, discontinuities.analytic_spans
         self._length = float(t[-1] - t[0])
         mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
@@ -176,9 +176,8 @@ class ExplicitIntegration:
         self.rank_deficiency.begin()
         system.reset_memory()
         q, v, now = system.q0, system.v0, system.t0
-        for (begin, end), last in zip(
-            self._spans, [*self._discontinuities.after, self._t[-1]], strict=True
-        ):
+        ends = [*(begin for begin, _ in self._spans[1:]), float(self._t[-1])]
+        for (begin, end), last in zip(self._spans, ends, strict=True):
             load = system.loads.amplitudes(np.array([begin]))[0]
             n = math.ceil(max((last - now) / h, MIN_SPAN_STEPS * ratio))
             dt = (last - now) / n
@@ -188,7 +187,7 @@ class ExplicitIntegration:
             time_loop = make_explicit(system, dt, integrator, *state, self._sizes)
             if not states.rows:
                 states.begin(*time_loop.state)
-            span = (now, float(last), n)
+            span = (now, last, n)
             outcome = self._integrate(time_loop, integrator, span, begin, end, states, stats)
             q, v, _, lam = time_loop.state
             if outcome != Outcome.CONVERGED:

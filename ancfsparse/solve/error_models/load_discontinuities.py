@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from ancfsparse.array_types import Vector
@@ -53,9 +55,12 @@ class LoadDiscontinuities:
         self.amplitudes = np.zeros((N_INTERVALS + 1, 0))
         self.longest_step = t_end - t_start
         corners: list[float] = []
+        self._ends: set[float] = set()
         for used in signals_of(system):
             times, longest = _limits(used, t_start, t_end)
             corners += times
+            if len(used.signal.time_scale.times) <= MAX_DISCONTINUITIES:
+                self._ends.update(used.signal.time_scale.times)
             self.longest_step = min(self.longest_step, longest)
         pairs: list[tuple[float, float]] = [
             (time - 2.0 * TIME_ROUNDING * abs(time), float(np.nextafter(time, np.inf)))
@@ -78,6 +83,18 @@ class LoadDiscontinuities:
         """Begin and end of the intervals in which all loads are smooth [s]."""
         begins, ends = np.append(self.times[0], self.after), np.append(self.before, self.times[-1])
         return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
+
+    @property
+    def analytic_spans(self) -> list[tuple[float, float]]:
+        """The same intervals, divided where smooth signals have no higher derivatives.
+
+        There the error of a step of high order is not what differences of two motions show.
+        """
+        least, out = 1e-9 * (self.times[-1] - self.times[0]), []
+        for begin, end in self.spans:
+            inside = sorted(time for time in self._ends if begin + least < time < end - least)
+            out += list(pairwise([begin, *inside, end]))
+        return out
 
 
 def _limits(used: UsedSignal, t_start: float, t_end: float) -> tuple[list[float], float]:

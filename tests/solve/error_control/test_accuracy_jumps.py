@@ -55,3 +55,31 @@ def test_loads_that_jump_cost_no_accuracy(damped):
         run = ancf.simulate(jumping(damped), 0.2, 0.005, accuracy=accuracy)
         assert distance(positions(run), exact) <= 1.5 * accuracy
         assert run.stats.steps < 15_000
+
+
+SMOOTH = {
+    "ramp": ancf.Ramp((1.0, 0.0), 0.5, smooth=True),
+    "two ramps": ancf.Ramp((1.0, 0.0), 0.7, smooth=True)
+    - ancf.Ramp((2.0, 0.0), 1.7, 0.6, smooth=True),
+    "table": ancf.Table([0, 0.3, 0.9, 1.4], [(0, 0), (2, 0), (-1, 0), (1, 0)], "hold", smooth=True),
+}
+
+
+@pytest.mark.parametrize("signal", SMOOTH)
+@pytest.mark.parametrize("slides", [False, True])
+def test_higher_derivatives_that_jump_cost_no_accuracy(signal, slides):
+    """Errors of a free body were up to 21 times the accuracy, by two motions that agreed."""
+    force = SMOOTH[signal]
+    scene = ancf.Scene((0.0, 0.0))
+    body = scene.add_body(position=(0, 0), mass=1.0, inertia=0.1)
+    if slides:
+        scene.prismatic(body.origin, axis=(1, 0))
+    scene.point_force(body.origin, force)
+    ends = np.array(sorted({0.0, *force.time_scale.times, 2.0}))
+    x, weights = np.polynomial.legendre.leggauss(8)
+    half = 0.5 * np.diff(ends)[:, None]
+    times = 0.5 * (ends[1:] + ends[:-1])[:, None] + half * x
+    exact = np.sum(half * weights * (2.0 - times) * force(times.ravel())[:, 0].reshape(times.shape))
+    for accuracy in (1e-5, 1e-7, 1e-8, 1e-9):
+        run = ancf.simulate(scene, 2.0, accuracy=accuracy)
+        assert abs(run.position(body.origin)[-1, 0] - exact) < accuracy
