@@ -77,6 +77,18 @@ def test_any_two_points_that_a_force_couples_are_found(k, n_elements):
             ancf.complex_modes(held(one, other), 1)
 
 
+@pytest.mark.parametrize("place", [0.0, 100.0, 1000.0])
+@pytest.mark.filterwarnings("ignore::ancfsparse.errors.ApproximateModesWarning")
+def test_rounding_far_from_the_origin_is_no_coupling(place):
+    scene = ancf.Scene(gravity=(0, 0))
+    rod = scene.add_beam("thin", (place, 0), (place + 0.1, 0), 20, ancf.Circle(0.01), SOFT)
+    scene.clamp(rod.start)
+    points = [rod.at(0.02 * (j + 1)) for j in range(5)]
+    places = np.array([point.position for point in points])
+    scene.force(points, lambda q, v, t: -30.0 * ((q - q.sum(axis=0)) + q.sum(axis=0) - places))
+    ancf.complex_modes(scene, 1)
+
+
 def whirl(q, v, t):
     """Forces across the velocities, as gyroscopes exert."""
     return 3.0 * np.stack([v[::-1, 0] * [1.0, -1.0], 0.0 * v[:, 0]], axis=1)
