@@ -77,10 +77,19 @@ def test_given_meshes_are_compared_with_ones_that_have_nodes_there(place):
     assert not any(reference.xi for reference in points(finer))
 
 
-@pytest.mark.parametrize("inside", INSIDE)
-@pytest.mark.parametrize("kind", KINDS)
-def test_equilibria_are_found_to_the_error(kind, inside):
-    rng = np.random.default_rng([2, KINDS.index(kind), INSIDE.index(inside)])
+@pytest.mark.parametrize(
+    ("seed", "kind", "inside"),
+    [
+        (8, "taut", "force"),
+        (3, "taut", "spring"),
+        (3, "slack", "mass"),
+        (3, "slack", "spring"),
+        (4, "slack", "follower"),
+    ],
+)
+def test_equilibria_are_found_to_the_error(seed, kind, inside):
+    """Without nodes there the errors were 1.6 to 7.3 times the tolerance."""
+    rng = np.random.default_rng([seed, KINDS.index(kind), INSIDE.index(inside)])
     drawn = draw(rng, kind, inside, moving=False)
     plan = plan_of(drawn, 0.01)
     ratio, uncertain = missed(drawn, plan)
