@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.seeds import SparseSeed
@@ -13,10 +12,9 @@ from ancfsparse.system.system import System
 N_REFINEMENTS = 3  # solutions with one factor; each gains the digits that regularization costs
 MAX_REFINEMENTS = 100  # with friction by joint forces, which each solution changes
 REFINEMENT_TOLERANCE = 1e-12  # change of the multipliers by the last solution, over the largest
-REGULARIZATION = 1e-10  # of the constraint block, over phi_q M^-1 phi_q^T
-# Smallest independent part of a gradient, squared: its multiplier would be the error of the saved
-# accelerations over that.  No tested scene depends on it: a four-bar in space has the same forces.
-MIN_PIVOT = 1e-8
+# Of the constraint block, over phi_q M^-1 phi_q^T.  Redundant multipliers change by the error of the
+# saved accelerations over it: with 1e-10 by 7e3 N in a driven Bricard mechanism, with 1e-6 by 1 N.
+REGULARIZATION = 1e-6
 
 
 def recover_forces(system: System, states: StateHistory, saves_means: bool) -> StateHistory:
@@ -60,7 +58,7 @@ class _ConstrainedSolver:
         self._system = system
         self._seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
         self._diagonal = np.asarray(system.pattern.indptr[:-1])
-        self._factored, self._repeated = np.empty(0), np.empty(0, dtype=bool)
+        self._factored = np.empty(0)
 
     def correct(
         self,
@@ -75,35 +73,25 @@ class _ConstrainedSolver:
         """Correct accelerations and multipliers of a state in place."""
         system, n = self._system, self._system.n_free
         phi_q = system.constraints.jacobian(q)
-        repeated = self._factor(q, lam, amplitudes)
+        self._factor(q, lam, amplitudes)
         state = q, v, a, lam, system.dead_load, amplitudes
         retained = system.assembly.residual(*state)[0][:n] if keeps_residual else np.zeros(n)
         n_refinements = MAX_REFINEMENTS if system.depends_on_reactions else N_REFINEMENTS
         for _ in range(n_refinements):
             force = retained - system.assembly.residual(*state)[0][:n]
-            change = self._seed.solve(
-                np.concatenate([force, np.where(repeated, 0.0, rate - phi_q @ a)])
-            )
+            change = self._seed.solve(np.concatenate([force, rate - phi_q @ a]))
             a[:n] += change[:n]
             lam += change[n:]
             largest = np.max(np.abs(lam), initial=0.0)
             if np.max(np.abs(change[n:]), initial=0.0) <= REFINEMENT_TOLERANCE * largest:
                 break
 
-    def _factor(self, q: Vector, lam: Vector, amplitudes: Vector) -> NDArray[np.bool_]:
-        """Factor the matrix of a state; return which equations repeat others, (m,)."""
+    def _factor(self, q: Vector, lam: Vector, amplitudes: Vector) -> None:
+        """Factor the matrix of a state, if it differs from that of the last."""
         system, n, diagonal = self._system, self._system.n_free, self._diagonal
         values = np.array(system.assembly.matrix(1.0, 0.0, q, lam, amplitudes))
         phi_q = system.constraints.jacobian(q)[:, :n]
-        sizes = phi_q.power(2) @ (1.0 / values[diagonal[:n]])
-        values[diagonal[n:]] = -REGULARIZATION * sizes
-        if np.array_equal(values, self._factored):
-            return self._repeated
-        self._seed.factor(values)
-        self._repeated = np.abs(self._seed.pivots[n:]) < MIN_PIVOT * sizes
-        if self._repeated.any():
-            changed = values.copy()
-            changed[diagonal[n:][self._repeated]] = -sizes[self._repeated] / MIN_PIVOT
-            self._seed.factor(changed)
-        self._factored = values
-        return self._repeated
+        values[diagonal[n:]] = -REGULARIZATION * (phi_q.power(2) @ (1.0 / values[diagonal[:n]]))
+        if not np.array_equal(values, self._factored):
+            self._seed.factor(values)
+            self._factored = values
