@@ -12,7 +12,7 @@ from ancfsparse.system.system import System
 N_REFINEMENTS = 3  # solutions with one factor; each gains the digits that regularization costs
 MAX_REFINEMENTS = 100  # with friction by joint forces, which each solution changes
 REFINEMENT_TOLERANCE = 1e-12  # change of the multipliers by the last solution, over the largest
-# Of the constraint block, over phi_q M^-1 phi_q^T.  Redundant multipliers change by the error of the
+# Of the constraint block, over phi_q M^-1 phi_q^T.  Redundant multipliers change by the error of
 # saved accelerations over it: with 1e-10 by 7e3 N in a driven Bricard mechanism, with 1e-6 by 1 N.
 REGULARIZATION = 1e-6
 
