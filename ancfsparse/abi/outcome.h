@@ -1,5 +1,5 @@
 /* Outcomes of an attempt to solve the equations of a step, and the fallback that recovered the step.
- * The only list of either: compiled code includes it (outcome.pxi), nonlinear/outcome.py parses it. */
+ * Compiled code includes them (outcome.pxi); a test compares nonlinear/outcome.py. */
 #ifndef ANCF_OUTCOME_H
 #define ANCF_OUTCOME_H
 

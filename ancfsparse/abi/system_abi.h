@@ -39,7 +39,8 @@ typedef struct {
     /* Add to the values of the matrix; an extra entry at the end takes those of fixed coordinates. */
     void (*matrix)(void *context, int part, const ancf_state *x, double *values);
     void (*inertia)(void *context, const double *a, double *r);              /* r += M a */
-    void (*damping)(void *context, const double *q, const double *v, double *r); /* r += damping force */
+    /* r += damping force; called where `damped` */
+    void (*damping)(void *context, const double *q, const double *v, double *r);
     double (*energy)(void *context, const double *q);                        /* U(q) */
     /* Work between two states of a force that has neither a potential nor damping, by the trapezoidal
      * rule, and an upper bound of it: see ancf_system.  scratch[n_all] */

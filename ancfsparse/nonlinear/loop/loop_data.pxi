@@ -2,14 +2,6 @@
 from libc.math cimport fabs, fmax, sqrt
 
 
-cdef extern from "<time.h>":
-    ctypedef long time_t
-    cdef struct timespec:
-        time_t tv_sec
-        long tv_nsec
-    int clock_gettime(int, timespec *) noexcept nogil
-    int CLOCK_MONOTONIC
-
 cdef extern from "vectors.h":
     double weigh "vec_weigh_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
@@ -20,6 +12,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
+include "../../abi/clock.pxi"
 include "../../abi/solver_abi.pxi"
 include "../../abi/outcome.pxi"
 
@@ -98,11 +91,7 @@ cdef struct Loop:
 
 
 cdef inline double clock(const Loop *self) noexcept nogil:
-    cdef timespec t
-    if not self.timed:
-        return 0.0
-    clock_gettime(CLOCK_MONOTONIC, &t)
-    return t.tv_sec + 1e-9 * t.tv_nsec
+    return now() if self.timed else 0.0
 
 
 cdef inline double extra_so_far(const Loop *self) noexcept nogil:

@@ -3,13 +3,9 @@
 
 Secant pairs are stored in those axes too, so they stay valid when R changes.
 """
-from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.string cimport memcpy
 
-import numpy as np
-
-
-include "../../abi/solver_abi.pxi"
+include "inverse.pxi"
 
 
 cdef struct Turned:
@@ -24,7 +20,7 @@ cdef struct Turned:
     double *r_new
 
 
-cdef class Corotated:
+cdef class Corotated(CompiledInverse):
     """Apply an inverse in a rotating frame.
 
     Parameters
@@ -33,15 +29,12 @@ cdef class Corotated:
     frame : object with a ``capsule`` "ancf_frame"
     """
 
-    cdef ancf_inverse interface
     cdef Turned data
-    cdef object owners, vectors
-    cdef readonly object capsule
+    cdef object vectors
 
     def __cinit__(self, inverse, frame):
         cdef Turned *data = &self.data
         cdef double[:, ::1] vectors
-        self.owners = (inverse, frame)
         data.inverse = <const ancf_inverse *>PyCapsule_GetPointer(inverse.capsule, "ancf_inverse")
         data.frame = <const ancf_frame *>PyCapsule_GetPointer(frame.capsule, "ancf_frame")
         data.n = data.inverse.n
@@ -54,20 +47,6 @@ cdef class Corotated:
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = reseed, forget
         self.interface.apply, self.interface.learn = apply, learn
-        self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
-
-    def apply(self, const double[::1] r):
-        """Return ``R H R^T r``."""
-        z = np.empty(self.data.n)
-        cdef double[::1] view = z
-        apply(&self.data, &r[0], &view[0])
-        return z
-
-    def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
-        """Update with the pair of the last product; return ``(product with r_new, accepted)``."""
-        z = np.empty(self.data.n)
-        cdef double[::1] view = z
-        return z, bool(learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
 
 
 cdef int reseed(void *context) noexcept nogil:

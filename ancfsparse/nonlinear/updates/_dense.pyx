@@ -1,10 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """The quasi-Newton inverse as a dense matrix; each pair adds terms ``a w^T`` (the paper's form)."""
-from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.string cimport memcpy
-
-import numpy as np
-
 
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
@@ -18,7 +14,7 @@ cdef struct DenseData:
     const ancf_seed *seed
     Rule rule
     ptrdiff_t n, padded, pending
-    Guard guard
+    const Guard *guard
     double *columns
     double *a  # two terms of `padded` numbers each, like w
     double *w
@@ -39,7 +35,7 @@ cdef double *aligned(dict own, str name, ptrdiff_t n) except NULL:
     return &room[0]
 
 
-cdef class Dense:
+cdef class Dense(SecantInverse):
     """The inverse as a dense matrix that keeps all pairs of the run (``memory="full"``).
 
     Columns are stored contiguously, padded to whole cache lines.  The terms of the newest pair are
@@ -54,18 +50,12 @@ cdef class Dense:
         Inner product for Broyden's update; default: the Euclidean one.
     """
 
-    cdef ancf_inverse interface
     cdef DenseData data
-    cdef object owner, weights
-    cdef dict own
-    cdef readonly object capsule
 
     def __cinit__(self, seed, str rule, weights=None):
         cdef DenseData *data = &self.data
         cdef double[::1] weights_view
-        self.owner, self.own = seed, {}
-        data.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
-        data.rule = RULES[rule]
+        data.seed, data.guard, data.rule = self.seed, &self.guard, RULES[rule]
         data.n = data.seed.n
         data.padded = (data.n + 7) // 8 * 8
         data.columns = aligned(self.own, "columns", data.n * data.padded)
@@ -74,31 +64,14 @@ cdef class Dense:
         data.product = aligned(self.own, "product", data.padded)
         data.unit = aligned(self.own, "unit", data.padded)
         if weights is not None:
-            self.weights = weights_view = np.array(weights, dtype=float)
+            self.own["weights"] = weights_view = np.array(weights, dtype=float)
             data.weights = &weights_view[0]
-        set_guard(&data.guard, self.own, np.ones(data.n), 0.0, INFINITY)
         self.interface.context, self.interface.n = data, data.n
         self.interface.reseed, self.interface.forget = dense_reseed, dense_forget
         self.interface.apply, self.interface.learn = dense_apply, dense_learn
-        self.capsule = PyCapsule_New(&self.interface, "ancf_inverse", NULL)
 
     def set_threads(self, ptrdiff_t threads):
         """Ignored: matrices this small are processed by one thread."""
-
-    def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
-        """Set the criteria for skipping pairs.
-
-        Parameters
-        ----------
-        weight : (n,) float
-            Weights of the squares in the norm of a step; their inverses are those of a difference
-            of residuals.  Denominators are compared with these norms.
-        smallest_y : float
-            Differences of residuals up to this norm are rounding, and skipped.
-        largest_ratio : float, optional
-            Skip pairs of DFP and BFGS whose ``s.y`` and ``y.H y`` differ in sign or by this factor.
-        """
-        set_guard(&self.data.guard, self.own, weight, smallest_y, largest_ratio)
 
     @property
     def matrix(self):
@@ -114,19 +87,6 @@ cdef class Dense:
         self.data.pending = 0
         columns = np.reshape(self.own["columns"], (self.data.n, self.data.padded))
         columns[:, : self.data.n] = np.asarray(value).T
-
-    def apply(self, const double[::1] r):
-        """Return ``H r``."""
-        z = np.empty(self.data.n)
-        cdef double[::1] view = z
-        dense_apply(&self.data, &r[0], &view[0])
-        return z
-
-    def learn(self, const double[::1] s, const double[::1] y, const double[::1] r_new):
-        """Update with the pair; return ``(H_new r_new, accepted)``.  ``s`` must be ``-H r_old``."""
-        z = np.empty(self.data.n)
-        cdef double[::1] view = z
-        return z, bool(dense_learn(&self.data, &s[0], &y[0], &r_new[0], &view[0]))
 
 
 cdef int dense_reseed(void *context) noexcept nogil:
@@ -228,7 +188,7 @@ cdef int dense_learn(void *context, const double *s, const double *y, const doub
     cdef double delta, factor, other, ss
     cdef const double *weighed = s  # D s
     dense_apply(context, r_new, z)
-    terms = pair_terms(self.rule, 1, n, s, y, z, &self.guard, self.a, self.w, self.padded)
+    terms = pair_terms(self.rule, 1, n, s, y, z, self.guard, self.a, self.w, self.padded)
     if terms == 0:
         return 0
     if self.rule == BROYDEN:  # equation 13: u (H^T D s)^T / (s.D h), in the paper D = 1

@@ -20,7 +20,7 @@ cdef extern from "vectors.h":
         ptrdiff_t, double *, double, const double *, double, const double *,
         ptrdiff_t) noexcept nogil
 
-include "../../abi/solver_abi.pxi"
+include "inverse.pxi"
 
 
 cdef enum Rule:
@@ -50,13 +50,36 @@ cdef struct Guard:
     double largest_ratio
 
 
-cdef void set_guard(Guard *guard, dict own, weight, double smallest_y, double largest_ratio):
-    """Set up a guard; ``own`` keeps its arrays alive."""
-    cdef double[::1] ahead = np.array(weight, dtype=float)
-    cdef double[::1] inverse = 1.0 / np.asarray(ahead)
-    own["weight"], own["inverse"] = ahead, inverse
-    guard.weight, guard.inverse = &ahead[0], &inverse[0]
-    guard.smallest_y, guard.largest_ratio = smallest_y, largest_ratio
+cdef class SecantInverse(CompiledInverse):
+    """An inverse that pairs update, with the criteria for skipping them."""
+
+    cdef const ancf_seed *seed
+    cdef Guard guard
+    cdef dict own  # arrays
+
+    def __cinit__(self, seed, *others):
+        self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
+        self.own = {}
+        self.set_guard(np.ones(self.seed.n), 0.0)
+
+    def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
+        """Set the criteria for skipping pairs.
+
+        Parameters
+        ----------
+        weight : (n,) float
+            Weights of the squares in the norm of a step; their inverses are those of a difference
+            of residuals.  Denominators are compared with these norms.
+        smallest_y : float
+            Differences of residuals up to this norm are rounding, and skipped.
+        largest_ratio : float, optional
+            Skip pairs of DFP and BFGS whose ``s.y`` and ``y.H y`` differ in sign or by this factor.
+        """
+        cdef double[::1] ahead = np.array(weight, dtype=float)
+        cdef double[::1] inverse = 1.0 / np.asarray(ahead)
+        self.own["weight"], self.own["inverse"] = ahead, inverse
+        self.guard.weight, self.guard.inverse = &ahead[0], &inverse[0]
+        self.guard.smallest_y, self.guard.largest_ratio = smallest_y, largest_ratio
 
 
 cdef inline bint vanishes(double product, double one, double other) noexcept nogil:

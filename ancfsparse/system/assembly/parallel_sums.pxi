@@ -33,7 +33,7 @@ cdef void add_damping(const Flat *self, const double *q, const double *v,
     cdef ptrdiff_t k
     for k in range(self.n_contributions):
         each = self.contributions[k]
-        if each.damping != NULL:
+        if each.damped and each.damping != NULL:
             each.damping(each.context, q, v, out)
 
 

@@ -6,7 +6,10 @@ The interface of its compiled part for time loops is in abi/system_abi.h.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sized
 from typing import Any, Protocol
+
+import numpy as np
 
 from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
@@ -97,6 +100,11 @@ class Contribution(ABC):
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Divide its work among threads; return True if it is divided."""
         return False
+
+
+def offsets_of(tables: Iterable[Sized]) -> Integers:
+    """Return the index of the first entry of each table in all of them joined, and the end."""
+    return np.cumsum([0, *(len(each) for each in tables)], dtype=np.int32)
 
 
 def matrix_unknowns(places: Integers, n_free: int) -> Integers:

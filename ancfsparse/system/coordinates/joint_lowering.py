@@ -154,6 +154,13 @@ class Lowering:
         )
         self._source = self._source[0], self._source[1] + 1
 
+    def final_indices(self, tables: Sequence[Integers]) -> Integers:
+        """Return the index in q of each coordinate (n_raw,), from the indices of each body."""
+        final = np.empty(self.n_raw, dtype=np.int32)
+        for raw, each in zip(self.raw, tables, strict=True):
+            final[raw] = each
+        return final
+
     def owner(self) -> Integers | None:
         """Return the lowest coordinate identified with each one; None if none are shared."""
         if not self._one:

@@ -1,4 +1,4 @@
-"""Codes of outcomes and rungs: one list, in the header that compiled code includes."""
+"""Codes of outcomes and rungs are those of the header that compiled code includes."""
 
 import re
 from pathlib import Path
@@ -7,13 +7,14 @@ import pytest
 
 import ancfsparse
 from ancfsparse.nonlinear import Attempt, Outcome
-from ancfsparse.nonlinear.outcome import read_codes
 
 
 @pytest.mark.parametrize(("kind", "name"), [(Outcome, "ancf_outcome"), (Attempt, "ancf_rung")])
 def test_python_has_the_names_and_codes_of_the_header(kind, name):
+    text = (Path(ancfsparse.__file__).parent / "abi" / "outcome.h").read_text(encoding="utf-8")
+    body = text.partition(f"enum {name} {{")[2].partition("};")[0]
     codes = {each.name: each.value for each in kind}
-    assert codes == read_codes(name)
+    assert codes == {key: int(code) for key, code in re.findall(r"ANCF_(\w+) = (\d+)", body)}
     assert list(codes.values()) == list(range(len(codes)))
 
 

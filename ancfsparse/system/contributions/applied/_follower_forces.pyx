@@ -1,12 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Forces along the axes of sections: f = factor * sum of amplitude times unit vector."""
-from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs, sqrt
-from libc.stdint cimport int32_t
 from libc.string cimport memset
 
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 # Largest number of coordinates of a point: vectors of two nodes times their components.
 cdef enum:
@@ -22,7 +19,7 @@ cdef struct Data:
     const int32_t *slot
 
 
-cdef class Followers:
+cdef class Followers(CompiledContribution):
     """The follower forces of a system.
 
     Parameters
@@ -36,14 +33,10 @@ cdef class Followers:
         of the vectors in the values of the matrix.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef object owner
-    cdef readonly object capsule
 
     def __cinit__(self, ptrdiff_t n_all, arrays):
         cdef Data *data = &self.data
-        self.owner = arrays  # the pointers below lead into it
         data.n_all = n_all
         data.n, data.width, data.dim = arrays["place"].shape
         data.n_axes = arrays["weight"].shape[1] - 1
@@ -53,7 +46,6 @@ cdef class Followers:
         self.interface.context = data
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.work, self.interface.reach = work, reach
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef inline double unit_at(const Data *self, ptrdiff_t k, ptrdiff_t axis, const double *q,

@@ -1,13 +1,9 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Moments on nodes: forces that depend on the slopes, and their derivatives for fixed axes."""
-from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs, sqrt
-from libc.stdint cimport int32_t
 from libc.string cimport memset
 
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 
 cdef struct Data:
@@ -18,7 +14,7 @@ cdef struct Data:
     const int32_t *axes  # in space: of the vectors that are the axes of a moment; -1 for those of space
 
 
-cdef class Moments:
+cdef class Moments(CompiledContribution):
     """The moments of a system.
 
     Parameters
@@ -32,14 +28,10 @@ cdef class Moments:
         space follows, or -1.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef object owner
-    cdef readonly object capsule
 
     def __cinit__(self, ptrdiff_t n_all, arrays):
         cdef Data *data = &self.data
-        self.owner = arrays  # the pointers below refer to these
         data.n_all = n_all
         data.n, data.dim = len(arrays["place"]), arrays["place"].shape[1] // 3
         data.place, data.slot = integers(arrays["place"]), integers(arrays["slot"])
@@ -47,7 +39,6 @@ cdef class Moments:
         self.interface.context = data
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.work, self.interface.reach = work, reach
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef inline void moment_at(const Data *self, ptrdiff_t k, const double *q,

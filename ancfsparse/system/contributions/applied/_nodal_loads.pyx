@@ -1,11 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Time-dependent loads: force[place] += weight * amplitude[column]."""
-from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs
-from libc.stdint cimport int32_t
 
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 
 cdef struct Data:
@@ -15,7 +12,7 @@ cdef struct Data:
     const double *weight
 
 
-cdef class Loads:
+cdef class Loads(CompiledContribution):
     """The time-dependent loads of a system.
 
     Parameters
@@ -26,19 +23,14 @@ cdef class Loads:
         Factor of the amplitude.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
-    cdef readonly object capsule
 
     def __cinit__(self, place, column, weight):
-        self.owners = (place, column, weight)  # the pointers below refer to these
         self.data.n = len(place)
         self.data.place, self.data.column = integers(place), integers(column)
         self.data.weight = reals(weight)
         self.interface.context, self.interface.residual = &self.data, residual
         self.interface.work, self.interface.reach = work, reach
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:

@@ -1,14 +1,11 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """A force f(q, v, t) on points, defined by a user function in C or Python."""
-from cpython.pycapsule cimport (
-    PyCapsule_GetContext, PyCapsule_GetName, PyCapsule_GetPointer, PyCapsule_New)
+from cpython.pycapsule cimport PyCapsule_GetContext, PyCapsule_GetName, PyCapsule_GetPointer
 from libc.math cimport NAN, fabs, isfinite
-from libc.stdint cimport int32_t
+from libc.string cimport memset
 
-import numpy as np
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
+include "../points.pxi"
 
 
 ctypedef int (*user_function)(
@@ -18,11 +15,9 @@ cdef double DIFFERENCE_STEP = 6e-6  # relative, the cube root of the unit roundo
 
 
 cdef struct Data:
-    ptrdiff_t n, dim, m, clock
+    Points points
+    ptrdiff_t n, dim, clock  # the first two are those of the points
     bint coupled
-    const int32_t *start
-    const int32_t *place  # (dim, m)
-    const double *weight
     const int32_t *slot
     double way, speed  # scales of displacements and velocities [m], [m/s]
     user_function function  # NULL for a Python function
@@ -40,13 +35,13 @@ cdef struct Data:
     double *jacobian
 
 
-cdef class UserForce:
+cdef class UserForce(CompiledContribution):
     """A force on points.
 
     Parameters
     ----------
     start, place, weight, slot
-        The points as sums of coordinates, see `contributions.attach.Points`.
+        The points as sums of coordinates, see points.pxi.
     clock : int
         Index of the amplitude that is the time.
     coupled : bool
@@ -61,38 +56,29 @@ cdef class UserForce:
         Returns an error, given a time and the status of a C function.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
     cdef object call, failure, raised
-    cdef double[:, ::1] room, jacobian
-    cdef object q, v
-    cdef readonly object capsule
 
     def __cinit__(self, start, place, weight, slot, ptrdiff_t clock, bint coupled, double way,
                   double speed, capsule, function, failure):
         cdef Data *data = &self.data
-        cdef ptrdiff_t n = (len(start) - 1) * place.shape[0]
-        self.owners = (start, place, weight, slot, capsule)
+        cdef ptrdiff_t n
         self.call, self.failure = function, failure
-        data.n, data.dim, data.m = len(start) - 1, place.shape[0], place.shape[1]
-        data.start, data.place = integers(start), integers(place)
-        data.weight, data.slot = reals(weight), integers(slot)
+        take_points(&data.points, start, place, weight)
+        data.n, data.dim, data.slot = data.points.n, data.points.dim, integers(slot)
         data.clock, data.coupled, data.way, data.speed = clock, coupled, way, speed
-        data.owner = <void *>self
+        data.owner, n = <void *>self, data.n * data.dim
         if capsule is not None:
             name = PyCapsule_GetName(capsule)
             data.function = <user_function>PyCapsule_GetPointer(capsule, name)
             data.data = PyCapsule_GetContext(capsule)
-        self.room = np.zeros((5, n))
-        data.q, data.v, data.f = &self.room[0, 0], &self.room[1, 0], &self.room[2, 0]
-        data.q1, data.f1 = &self.room[3, 0], &self.room[4, 0]
-        self.jacobian = np.zeros((n if coupled else data.dim, n))
-        data.jacobian = &self.jacobian[0, 0]
+        data.q = self.copy(np.zeros((5, n)))
+        data.v, data.f, data.q1, data.f1 = (
+            data.q + n, data.q + 2 * n, data.q + 3 * n, data.q + 4 * n)
+        data.jacobian = self.copy(np.zeros((n if coupled else data.dim, n)))
         self.interface.context, self.interface.damped = data, True
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.work = work
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
     @property
     def error(self):
@@ -155,13 +141,12 @@ cdef void apply(Data *self, double t) noexcept nogil:
 
 
 cdef inline void gather(const Data *self, const double *x, double *out) noexcept nogil:
-    cdef ptrdiff_t k, c, i
+    cdef ptrdiff_t k
+    if x == NULL:
+        memset(out, 0, self.n * self.dim * sizeof(double))
+        return
     for k in range(self.n):
-        for c in range(self.dim):
-            out[self.dim * k + c] = 0.0
-            if x != NULL:
-                for i in range(self.start[k], self.start[k + 1]):
-                    out[self.dim * k + c] += self.weight[i] * x[self.place[c * self.m + i]]
+        sum_up(&self.points, k, x, NULL, out + self.dim * k)
 
 
 cdef void evaluate(Data *self, const ancf_state *x) noexcept nogil:
@@ -172,12 +157,10 @@ cdef void evaluate(Data *self, const ancf_state *x) noexcept nogil:
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef ptrdiff_t k, c, i
+    cdef ptrdiff_t k
     evaluate(self, x)
     for k in range(self.n):
-        for c in range(self.dim):
-            for i in range(self.start[k], self.start[k + 1]):
-                r[self.place[c * self.m + i]] -= self.weight[i] * self.f[self.dim * k + c]
+        push_sum(&self.points, k, -1.0, self.f + self.dim * k, r)
 
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
@@ -236,6 +219,7 @@ cdef inline double entry(const Data *self, ptrdiff_t k, ptrdiff_t c, ptrdiff_t o
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
     """Add derivatives by positions and velocities, but none to the definite approximation."""
     cdef Data *self = <Data *>context
+    cdef const Points *points = &self.points
     cdef const int32_t *slot = self.slot
     cdef ptrdiff_t k, o, i, j, c, e
     cdef double value
@@ -243,13 +227,14 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
         return
     differentiate(self, x, part == DAMPING)
     for k in range(self.n):
-        for i in range(self.start[k], self.start[k + 1]):
+        for i in range(points.start[k], points.start[k + 1]):
             for c in range(self.dim):
                 for o in range(0 if self.coupled else k, k + 1):
-                    for j in range(self.start[o], min(self.start[o + 1], i + 1)):
+                    for j in range(points.start[o], min(points.start[o + 1], i + 1)):
                         for e in range(self.dim if j < i else c + 1):
-                            value = self.weight[i] * self.weight[j] * entry(self, k, c, o, e)
-                            if i != j and self.place[c * self.m + i] == self.place[e * self.m + j]:
+                            value = points.weight[i] * points.weight[j] * entry(self, k, c, o, e)
+                            if i != j and (points.place[c * points.m + i]
+                                           == points.place[e * points.m + j]):
                                 value *= 2.0  # a coordinate shared by two of the points
                             values[slot[0]] += value
                             slot += 1

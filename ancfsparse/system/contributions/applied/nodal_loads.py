@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
@@ -12,19 +11,16 @@ from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.coordinates.discretization import Discretization
 
-if TYPE_CHECKING:
-    from ancfsparse.system.loads.applied_loads import AppliedLoads
-
 
 class NodalLoadContribution(Contribution):
-    """The forces of a scene that are functions of time."""
+    """Forces on coordinates that are functions of time, weights times amplitudes."""
 
     is_load = True
 
-    def __init__(self, loads: AppliedLoads) -> None:
-        self._place = np.array(loads.place, dtype=np.int32)
-        self._column = np.array(loads.column, dtype=np.int32)
-        self._weight = np.array(loads.weight, dtype=float)
+    def __init__(self, indices: ArrayLike, columns: ArrayLike, weights: ArrayLike) -> None:
+        self._place = np.array(indices, dtype=np.int32)
+        self._column = np.array(columns, dtype=np.int32)
+        self._weight = np.array(weights, dtype=float)
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled loads."""
@@ -39,4 +35,5 @@ class NodalLoadContribution(Contribution):
 
 def of(system: Discretization) -> list[NodalLoadContribution]:
     """Return the time-dependent loads of a system."""
-    return [NodalLoadContribution(system.loads)]
+    loads = system.loads
+    return [NodalLoadContribution(loads.place, loads.column, loads.weight)]

@@ -1,13 +1,11 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """The elements of a system: kernel calls by groups and threads."""
-from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from cpython.pycapsule cimport PyCapsule_GetPointer
 from libc.math cimport fabs
-from libc.stdint cimport int32_t
 from libc.stdlib cimport calloc, free
 from libc.string cimport memset
 
-import numpy as np
-
+include "../contribution.pxi"
 
 cdef extern from "kernel_abi.h":
     const char *ANCF_KERNEL_SIGNATURE
@@ -24,8 +22,6 @@ cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
 
 include "../../../kernels/kernel_list.pxi"
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
 
 
 # Scatter indices for the energies of a block: all lanes add to one number.
@@ -81,7 +77,7 @@ cdef struct Call:
     double *out
 
 
-cdef class Elements:
+cdef class Elements(CompiledContribution):
     """Evaluate the elements of a system.
 
     Parameters
@@ -93,17 +89,15 @@ cdef class Elements:
         Number of coordinates.
     """
 
-    cdef ancf_contribution interface
     cdef Flat flat
     cdef object runs
     cdef readonly object groups
-    cdef readonly object capsule
 
     def __cinit__(self, groups, ptrdiff_t n_all):
         cdef Flat *flat = &self.flat
         cdef Group *group
         cdef double[::1] tuned
-        self.groups = groups  # the structures below hold pointers to these arrays
+        self.groups = groups
         flat.n_groups, flat.n_all = len(groups), n_all
         flat.groups = <Group *>calloc(max(flat.n_groups, 1), sizeof(Group))
         if flat.groups == NULL:
@@ -144,9 +138,7 @@ cdef class Elements:
         if flat.tunes:
             self.interface.tune, self.interface.work = tune, work
             self.interface.reach = reach
-        if flat.damped:
-            self.interface.damping = add_damping
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
+        self.interface.damping = add_damping
 
     def __dealloc__(self):
         free(self.flat.groups)

@@ -1,10 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Constant entries of the mass matrix, in addition to those of the elements."""
-from cpython.pycapsule cimport PyCapsule_New
-from libc.stdint cimport int32_t
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 
 cdef struct Data:
@@ -15,7 +11,7 @@ cdef struct Data:
     const double *value
 
 
-cdef class Masses:
+cdef class Masses(CompiledContribution):
     """Entries of the lower triangle of a mass matrix.
 
     Parameters
@@ -26,20 +22,15 @@ cdef class Masses:
         The entries [kg, kg m2].
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
-    cdef readonly object capsule
 
     def __cinit__(self, row, column, slot, value):
-        self.owners = (row, column, slot, value)  # the pointers below refer to these
         self.data.n = len(row)
         self.data.row, self.data.column = integers(row), integers(column)
         self.data.slot, self.data.value = integers(slot), reals(value)
         self.interface.context = &self.data
         self.interface.residual, self.interface.inertia = residual, inertia
         self.interface.matrix = matrix
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:

@@ -1,10 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Centrifugal and Coriolis forces: r += M (W^2 (q - c) + 2 W v), with M the same along all axes."""
-from cpython.pycapsule cimport PyCapsule_New
-from libc.stdint cimport int32_t
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 
 cdef struct Data:
@@ -22,7 +18,7 @@ cdef struct Data:
     int32_t amplitude
 
 
-cdef class Rotating:
+cdef class Rotating(CompiledContribution):
     """The inertia forces of a frame with constant angular velocity.
 
     Parameters
@@ -41,28 +37,21 @@ cdef class Rotating:
         Column of the share of the loads by which centrifugal forces grow in statics.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
-    cdef double[::1] scratch
-    cdef readonly object capsule
 
     def __cinit__(self, place, centre, start, column, mass, spin, slot, value, int32_t amplitude):
         cdef Data *data = &self.data
         square = spin @ spin
-        # The pointers below refer to these.
-        self.owners = (place, centre, start, column, mass, spin, square, slot, value)
+        self.owners.append(square)
         data.n, data.dim, data.n_slots = place.shape[0], place.shape[1], len(slot)
         data.place, data.centre = integers(place), reals(centre)
         data.start, data.column, data.mass = integers(start), integers(column), reals(mass)
         data.spin, data.square = reals(spin), reals(square)
         data.slot, data.value, data.amplitude = integers(slot), reals(value), amplitude
-        self.scratch = centre.ravel().copy()
-        data.scratch = &self.scratch[0]
+        data.scratch = self.copy(centre)
         self.interface.context, self.interface.damped = data, True
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.energy = energy
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef inline void accelerate(const Data *self, const double *q, const double *v,

@@ -6,25 +6,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.interface import Compiled, Contribution
+from ancfsparse.system.contributions.applied.nodal_loads import NodalLoadContribution
+from ancfsparse.system.contributions.interface import Compiled
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
 
 
-class GravityContribution(Contribution):
+class GravityContribution(NodalLoadContribution):
     """Uniform accelerations of all masses of the previous contributions."""
 
-    is_load = True
-
     def __init__(self, system: Discretization) -> None:
+        super().__init__([], [], [])
         self._system = system
-        self._place = np.zeros(0, dtype=np.int32)
-        self._column, self._weight = np.zeros(0, dtype=np.int32), np.zeros(0)
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled loads."""
@@ -47,13 +44,7 @@ class GravityContribution(Contribution):
         self._place = np.concatenate(places).astype(np.int32)
         self._column = np.concatenate(columns).astype(np.int32)
         self._weight = np.concatenate(weights)
-        made: Compiled = compiled_module("loads").Loads(self._place, self._column, self._weight)
-        return made
-
-    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
-        """Return the power of the accelerations, shape (k,) [W]."""
-        forces = self._weight * amplitudes[:, self._column]
-        return np.asarray(np.sum(v[:, self._place] * forces, axis=1))
+        return super().compile(pattern)
 
 
 def of(system: Discretization) -> list[GravityContribution]:

@@ -4,12 +4,9 @@
 Between two states an elastic force is its discrete gradient, (U1 - U0) / (h1 - h0).  Friction may
 be proportional to the force of its joint, by the multipliers of the same state.
 """
-from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs
-from libc.stdint cimport int32_t
 
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 include "../joints/coordinate_functions.pxi"
 
 
@@ -38,27 +35,23 @@ cdef struct Data:
     const int32_t *first_slot
 
 
-cdef class JointSprings:
+cdef class JointSprings(CompiledContribution):
     """The springs, stops and friction in the joints of a system.
 
     Parameters
     ----------
     arrays : mapping
         Of the measures ``kind``, ``start``, ``place``, ``weight`` and ``constant`` as in
-        measures.pxi; ``law``, ``low``, ``high``, ``stiffness``, ``damping`` and ``slip`` of each,
+        coordinate_functions.pxi; ``law``, ``low``, ``high``, ``stiffness``, ``damping`` and ``slip`` of each,
         in SI units of forces along angles or lengths; ``slot`` of the pairs of its coordinates,
         from ``first_slot`` on; ``force_start`` ``(n + 1,)`` into ``force_row``, ``force_other``,
         ``force_direction``, ``force_factor`` and ``force_about`` of the terms of the joint's force.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef object arrays
-    cdef readonly object capsule
 
     def __cinit__(self, arrays):
         cdef Data *data = &self.data
-        self.arrays = arrays  # the pointers lead into them
         take(&data.measures, arrays)
         data.law, data.slot = integers(arrays["law"]), integers(arrays["slot"])
         data.first_slot = integers(arrays["first_slot"])
@@ -74,9 +67,7 @@ cdef class JointSprings:
         self.interface.damped = bool(arrays["damping"].any())
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        if self.interface.damped:
-            self.interface.damping = add_damping
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
+        self.interface.damping = add_damping
 
 
 cdef inline double value_of(const Data *self, ptrdiff_t k, const Vectors *a) noexcept nogil:
@@ -128,19 +119,15 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double pull
     cdef ptrdiff_t k
     for k in range(m.n):
         if self.stiffness[k] == 0.0:
             continue
-        vectors_of(m, k, x.q, &a)
-        slopes_of(m.kind[k], a.x, a.y, h)
-        gradient_of(&a, h, g)
+        differentiate(m, k, x.q, &a)
         pull = self.stiffness[k] * beyond(self, k, value_of(self, k, &a))
         if pull != 0.0:
-            push(m, k, pull, g, r)
+            push(m, k, pull, a.g, r)
     if x.v != NULL:
         damp(context, x.q, x.v, x.lam, r)
 
@@ -151,8 +138,6 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef const Measures *m = &self.measures
     cdef Vectors a
     cdef Vectors b
-    cdef double[2] h
-    cdef double[9] g
     cdef double begin, end, change, first, last, share
     cdef ptrdiff_t k
     for k in range(m.n):
@@ -161,15 +146,15 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         vectors_of(m, k, q0, &a)
         vectors_of(m, k, q1, &b)
         begin = value_of(self, k, &a)
-        change = change_of(m.kind[k], &a, &b, h)
+        change = change_of(m.kind[k], &a, &b)
         end = begin + change
         first, last = beyond(self, k, begin), beyond(self, k, end)
         share = (last - first) / change if change != 0.0 else 1.0
         if share == 0.0:
             continue
         vectors_of(m, k, x.q, &a)
-        gradient_of(&a, h, g)
-        push(m, k, 0.5 * self.stiffness[k] * (first + last) * share, g, r)
+        gradient_of(&a)
+        push(m, k, 0.5 * self.stiffness[k] * (first + last) * share, a.g, r)
     if x.v != NULL:
         damp(context, x.q, x.v, x.lam, r)
 
@@ -183,19 +168,15 @@ cdef void damp(void *context, const double *q, const double *v, const double *la
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double slope, pull
     cdef ptrdiff_t k
     for k in range(m.n):
         if self.damping[k] == 0.0:
             continue
-        vectors_of(m, k, q, &a)
-        slopes_of(m.kind[k], a.x, a.y, h)
-        gradient_of(&a, h, g)
+        differentiate(m, k, q, &a)
         pull = damping_of(
-            self, k, value_of(self, k, &a), rate_of(m, k, g, v), q, lam, &slope)
-        push(m, k, pull, g, r)
+            self, k, value_of(self, k, &a), rate_of(m, k, a.g, v), q, lam, &slope)
+        push(m, k, pull, a.g, r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
@@ -215,8 +196,6 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double[9][9] s
     cdef double value, out, bend, square
     cdef ptrdiff_t k
@@ -225,13 +204,11 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     for k in range(m.n):
         if (self.damping[k] if part == DAMPING else self.stiffness[k]) == 0.0:
             continue
-        vectors_of(m, k, x.q, &a)
-        slopes_of(m.kind[k], a.x, a.y, h)
-        gradient_of(&a, h, g)
+        differentiate(m, k, x.q, &a)
         value = value_of(self, k, &a)
         bend = 0.0
         if part == DAMPING:
-            damping_of(self, k, value, rate_of(m, k, g, x.v) if x.v != NULL else 0.0,
+            damping_of(self, k, value, rate_of(m, k, a.g, x.v) if x.v != NULL else 0.0,
                        x.q, x.lam, &square)
         else:
             out = beyond(self, k, value)
@@ -239,5 +216,5 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
             bend = self.stiffness[k] * out if part == STIFFNESS else 0.0
         if square == 0.0 and bend == 0.0:
             continue
-        second_of(m.kind[k], &a, h, s)
-        add_pairs(m, k, s, g, bend, square, self.slot + self.first_slot[k], values)
+        second_of(m.kind[k], &a, s)
+        add_pairs(m, k, s, a.g, bend, square, self.slot + self.first_slot[k], values)

@@ -6,14 +6,9 @@ s = (eps + sqrt(eps^2 + w^2)) / 2 is the positive part of the strain, smooth abo
 that may be zero, so the tension EA s s' is never negative.  Viscosity adds eta s'^2 deps/dt, but
 never a push.  Between two states the tension is (U1 - U0) / (d1 - d0).
 """
-from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport fabs
-from libc.stdint cimport int32_t
 
-import numpy as np
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 include "../joints/coordinate_functions.pxi"
 
 
@@ -38,29 +33,23 @@ cdef struct Data:
     double *slope  # workspace: derivatives of a path by the coordinates of its rope
 
 
-cdef class Ropes:
+cdef class Ropes(CompiledContribution):
     """The elastic ropes of a system.
 
     Parameters
     ----------
     arrays : mapping
         Of the measures ``kind``, ``start``, ``place``, ``weight`` and ``constant`` as in
-        measures.pxi; ``first (n + 1,)`` of those of each rope; ``fixed``, ``natural`` and ``width``
+        coordinate_functions.pxi; ``first (n + 1,)`` of those of each rope; ``fixed``, ``natural`` and ``width``
         [m, m, 1], ``stiffness`` [N], ``viscosity`` [N s]; ``column`` of the change of the length;
         ``begin (n + 1,)`` into ``places``, the coordinates of each rope; ``own`` of each coordinate
         of a measure; ``slot`` from ``first_slot`` on, ``slot_of_part`` from ``first_of_part`` on.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
-    cdef readonly object capsule
 
     def __cinit__(self, arrays):
         cdef Data *data = &self.data
-        cdef double[::1] length = np.array(arrays["natural"])
-        cdef double[::1] slope = np.empty(max(np.diff(arrays["begin"])))
-        self.owners = (arrays, length, slope)  # the pointers lead into them
         take(&data.measures, arrays)
         data.n, data.first = len(arrays["natural"]), integers(arrays["first"])
         data.fixed, data.stiffness = reals(arrays["fixed"]), reals(arrays["stiffness"])
@@ -71,16 +60,15 @@ cdef class Ropes:
         data.first_slot = integers(arrays["first_slot"])
         data.slot_of_part = integers(arrays["slot_of_part"])
         data.first_of_part = integers(arrays["first_of_part"])
-        data.length, data.slope = &length[0], &slope[0]
+        data.length = self.copy(arrays["natural"])
+        data.slope = self.copy(np.empty(max(np.diff(arrays["begin"]))))
         self.interface.context = data
         self.interface.damped = bool(arrays["viscosity"].any())
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
         self.interface.work, self.interface.reach = work, reach
         self.interface.tune = tune
-        if self.interface.damped:
-            self.interface.damping = add_damping
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
+        self.interface.damping = add_damping
 
 
 cdef void tune(void *context, const double *amplitudes) noexcept nogil:
@@ -148,14 +136,10 @@ cdef void pull(const Data *self, ptrdiff_t k, double force, const double *q,
     """Add a tension times the derivatives of the path."""
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef ptrdiff_t i
     for i in range(self.first[k], self.first[k + 1]):
-        vectors_of(m, i, q, &a)
-        slopes_of(LENGTH, a.x, a.y, h)
-        gradient_of(&a, h, g)
-        push(m, i, force, g, r)
+        differentiate(m, i, q, &a)
+        push(m, i, force, a.g, r)
 
 
 cdef double viscous(const Data *self, ptrdiff_t k, double strain, const double *q,
@@ -163,15 +147,11 @@ cdef double viscous(const Data *self, ptrdiff_t k, double strain, const double *
     """The tension by viscosity, and its derivative by the rate of the path."""
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double rate = 0.0, first = share(strain, self.width[k]), elastic, found
     cdef ptrdiff_t i
     for i in range(self.first[k], self.first[k + 1]):
-        vectors_of(m, i, q, &a)
-        slopes_of(LENGTH, a.x, a.y, h)
-        gradient_of(&a, h, g)
-        rate += rate_of(m, i, g, v)
+        differentiate(m, i, q, &a)
+        rate += rate_of(m, i, a.g, v)
     slope[0] = self.viscosity[k] * first * first / self.length[k]
     elastic, found = tension(self, k, strain), slope[0] * rate
     if found < -elastic:
@@ -198,8 +178,6 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef const Measures *m = &self.measures
     cdef Vectors a
     cdef Vectors b
-    cdef double[2] h
-    cdef double[9] g
     cdef double begin, end, force
     cdef ptrdiff_t k, i
     for k in range(self.n):
@@ -211,10 +189,10 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         for i in range(self.first[k], self.first[k + 1]):
             vectors_of(m, i, q0, &a)
             vectors_of(m, i, q1, &b)
-            change_of(LENGTH, &a, &b, h)
+            change_of(LENGTH, &a, &b)
             vectors_of(m, i, x.q, &a)
-            gradient_of(&a, h, g)
-            push(m, i, force, g, r)
+            gradient_of(&a)
+            push(m, i, force, a.g, r)
     if x.v != NULL:
         add_damping(context, x.q, x.v, r)
 
@@ -303,22 +281,18 @@ cdef void add_to_matrix(const Data *self, ptrdiff_t k, double square, double for
     """Add ``square d_q d_q^T + force d_qq``, the lower triangle by rows."""
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double[9][9] s
     cdef ptrdiff_t i, j, c, n = self.begin[k + 1] - self.begin[k]
     cdef const int32_t *slot = self.slot + self.first_slot[k]
     for i in range(n):
         self.slope[i] = 0.0
     for i in range(self.first[k], self.first[k + 1]):
-        vectors_of(m, i, q, &a)
-        slopes_of(LENGTH, a.x, a.y, h)
-        gradient_of(&a, h, g)
+        differentiate(m, i, q, &a)
         for c in range(m.start[i], m.start[i + 1]):
-            self.slope[self.own[c]] += along(m, c, g)
+            self.slope[self.own[c]] += along(m, c, a.g)
         if force != 0.0:
-            second_of(LENGTH, &a, h, s)
-            add_pairs(m, i, s, g, force, 0.0, self.slot_of_part + self.first_of_part[i], values)
+            second_of(LENGTH, &a, s)
+            add_pairs(m, i, s, a.g, force, 0.0, self.slot_of_part + self.first_of_part[i], values)
     for i in range(n):
         for j in range(i + 1):
             values[slot[0]] += square * self.slope[i] * self.slope[j]

@@ -7,14 +7,12 @@ Between two states the force is the discrete gradient of the energy U(l - L),
 
 where d is the vector from end to end.
 """
-from cpython.pycapsule cimport (
-    PyCapsule_GetContext, PyCapsule_GetName, PyCapsule_GetPointer, PyCapsule_New)
+from cpython.pycapsule cimport PyCapsule_GetContext, PyCapsule_GetName, PyCapsule_GetPointer
 from libc.math cimport sqrt
-from libc.stdint cimport int32_t
 from libc.stdlib cimport calloc, free
 
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
+include "../points.pxi"
 
 
 ctypedef double (*plain_law)(double) noexcept nogil
@@ -32,10 +30,7 @@ cdef struct Law:
 
 
 cdef struct Data:
-    ptrdiff_t n, dim, m
-    const int32_t *start
-    const int32_t *place  # (dim, m)
-    const double *weight
+    Points points
     const int32_t *slot
     const double *origin  # (n, dim) constant added to the sum of coordinates
     const double *stiffness
@@ -46,13 +41,13 @@ cdef struct Data:
     Law *laws
 
 
-cdef class Springs:
+cdef class Springs(CompiledContribution):
     """The springs of a system.
 
     Parameters
     ----------
     start, place, weight, slot
-        The vectors from end to end as sums of coordinates, see `contributions.attach.Points`.
+        The vectors from end to end as sums of coordinates, see points.pxi.
     origin : (n, dim) float
         Constants added to them [m].
     stiffness, damping, length : (n,) float
@@ -64,27 +59,22 @@ cdef class Springs:
         a function that returns the error of a failed call.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
     cdef list laws
     cdef object raised  # by a force law
     cdef ptrdiff_t which  # law that raised it
     cdef double where  # at which elongation [m]
-    cdef readonly object capsule
 
     def __cinit__(self, start, place, weight, slot, origin, stiffness, damping, length, scale, laws):
         cdef Data *data = &self.data
         cdef Law *law
-        self.owners = (start, place, weight, slot, origin, stiffness, damping, length, scale)
         self.laws = laws
-        data.n, data.dim, data.m = len(start) - 1, place.shape[0], place.shape[1]
-        data.start, data.place = integers(start), integers(place)
-        data.weight, data.slot, data.origin = reals(weight), integers(slot), reals(origin)
+        take_points(&data.points, start, place, weight)
+        data.slot, data.origin = integers(slot), reals(origin)
         data.stiffness, data.damping = reals(stiffness), reals(damping)
         data.length, data.scale = reals(length), reals(scale)
         data.damped = bool(damping.any())
-        data.laws = <Law *>calloc(max(data.n, 1), sizeof(Law))
+        data.laws = <Law *>calloc(max(data.points.n, 1), sizeof(Law))
         if data.laws == NULL:
             raise MemoryError
         for k, each in enumerate(laws):
@@ -105,9 +95,7 @@ cdef class Springs:
         self.interface.damped = data.damped
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        if self.interface.damped:
-            self.interface.damping = add_damping
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
+        self.interface.damping = add_damping
 
     def __dealloc__(self):
         free(self.data.laws)
@@ -123,7 +111,7 @@ cdef class Springs:
             return self.laws[self.which][2](self.where, self.raised)
         if self.raised is not None:
             return self.raised
-        for k in range(self.data.n):
+        for k in range(self.data.points.n):
             if self.data.laws[k].failed:
                 return self.laws[k][2](self.data.laws[k].elongation)
         return None
@@ -131,36 +119,19 @@ cdef class Springs:
     def forget(self):
         """Call force laws again after an error."""
         self.raised = None
-        for k in range(self.data.n):
+        for k in range(self.data.points.n):
             self.data.laws[k].failed = False
 
 
 include "spring_laws.pxi"
 
 
-cdef inline void sum_up(const Data *self, ptrdiff_t k, const double *q, const double *origin,
-                        double *d) noexcept nogil:
-    cdef ptrdiff_t c, i
-    for c in range(self.dim):
-        d[c] = origin[self.dim * k + c] if origin != NULL else 0.0
-        for i in range(self.start[k], self.start[k + 1]):
-            d[c] += self.weight[i] * q[self.place[c * self.m + i]]
-
-
 cdef inline double dot(const Data *self, const double *x, const double *y) noexcept nogil:
     cdef double sum = 0.0
     cdef ptrdiff_t c
-    for c in range(self.dim):
+    for c in range(self.points.dim):
         sum += x[c] * y[c]
     return sum
-
-
-cdef inline void push(const Data *self, ptrdiff_t k, double factor, const double *d,
-                      double *r) noexcept nogil:
-    cdef ptrdiff_t c, i
-    for i in range(self.start[k], self.start[k + 1]):
-        for c in range(self.dim):
-            r[self.place[c * self.m + i]] += factor * self.weight[i] * d[c]
 
 
 cdef inline double over_length(const Data *self, ptrdiff_t k, double length) noexcept nogil:
@@ -174,9 +145,9 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     cdef const Data *self = <const Data *>context
     cdef double[3] d
     cdef ptrdiff_t k
-    for k in range(self.n):
-        sum_up(self, k, x.q, self.origin, &d[0])
-        push(self, k, over_length(self, k, sqrt(dot(self, &d[0], &d[0]))), &d[0], r)
+    for k in range(self.points.n):
+        sum_up(&self.points, k, x.q, self.origin, &d[0])
+        push_sum(&self.points, k, over_length(self, k, sqrt(dot(self, &d[0], &d[0]))), &d[0], r)
     if self.damped:
         add_damping(context, x.q, x.v, r)
 
@@ -188,9 +159,9 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef double[3] d1
     cdef double l0, l1, begin, end, pull
     cdef ptrdiff_t k, c
-    for k in range(self.n):
-        sum_up(self, k, q0, self.origin, &d0[0])
-        sum_up(self, k, q1, self.origin, &d1[0])
+    for k in range(self.points.n):
+        sum_up(&self.points, k, q0, self.origin, &d0[0])
+        sum_up(&self.points, k, q1, self.origin, &d1[0])
         l0, l1 = sqrt(dot(self, &d0[0], &d0[0])), sqrt(dot(self, &d1[0], &d1[0]))
         begin, end = l0 - self.length[k], l1 - self.length[k]
         if is_linear(self, k):
@@ -199,10 +170,10 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
             pull = force(self, k, end)
         else:
             pull = integral(self, k, begin, end) / (end - begin)
-        for c in range(self.dim):
+        for c in range(self.points.dim):
             d0[c] += d1[c]
         if l0 + l1 > 0.0:
-            push(self, k, pull / (l0 + l1), &d0[0], r)
+            push_sum(&self.points, k, pull / (l0 + l1), &d0[0], r)
     if self.damped:
         add_damping(context, x.q, x.v, r)
 
@@ -214,14 +185,15 @@ cdef void add_damping(void *context, const double *q, const double *v,
     cdef double[3] rate
     cdef double square
     cdef ptrdiff_t k
-    for k in range(self.n):
+    for k in range(self.points.n):
         if self.damping[k] == 0.0:
             continue
-        sum_up(self, k, q, self.origin, &d[0])
-        sum_up(self, k, v, NULL, &rate[0])
+        sum_up(&self.points, k, q, self.origin, &d[0])
+        sum_up(&self.points, k, v, NULL, &rate[0])
         square = dot(self, &d[0], &d[0])
         if square > 0.0:
-            push(self, k, self.damping[k] * dot(self, &d[0], &rate[0]) / square, &d[0], r)
+            push_sum(&self.points, k,
+                     self.damping[k] * dot(self, &d[0], &rate[0]) / square, &d[0], r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
@@ -229,8 +201,8 @@ cdef double energy(void *context, const double *q) noexcept nogil:
     cdef double[3] d
     cdef double sum = 0.0, elongation
     cdef ptrdiff_t k
-    for k in range(self.n):
-        sum_up(self, k, q, self.origin, &d[0])
+    for k in range(self.points.n):
+        sum_up(&self.points, k, q, self.origin, &d[0])
         elongation = sqrt(dot(self, &d[0], &d[0])) - self.length[k]
         if is_linear(self, k):
             sum += 0.5 * self.stiffness[k] * elongation * elongation
@@ -246,10 +218,11 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef double square, along, across
     cdef ptrdiff_t k, i, j, c, e
     cdef const int32_t *slot = self.slot
+    cdef const Points *points = &self.points
     if not (part == STIFFNESS or part == MATERIAL or part == DAMPING and self.damped):
         return
-    for k in range(self.n):
-        sum_up(self, k, x.q, self.origin, &d[0])
+    for k in range(self.points.n):
+        sum_up(&self.points, k, x.q, self.origin, &d[0])
         square = dot(self, &d[0], &d[0])
         along = across = 0.0
         if part == DAMPING:
@@ -261,14 +234,14 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
             else:
                 along = max(along, 0.0)
         # along: in the direction of the line; across: orthogonal to it
-        for c in range(self.dim):
-            for e in range(self.dim):
+        for c in range(self.points.dim):
+            for e in range(self.points.dim):
                 block[c][e] = (along - across) * d[c] * d[e] / square if square > 0.0 else 0.0
             block[c][c] += across
         # Coordinates are numbered consecutively, with the directions of each together.
-        for i in range(self.start[k], self.start[k + 1]):
-            for c in range(self.dim):
-                for j in range(self.start[k], i + 1):
-                    for e in range(self.dim if j < i else c + 1):
-                        values[slot[0]] += self.weight[i] * self.weight[j] * block[c][e]
+        for i in range(points.start[k], points.start[k + 1]):
+            for c in range(self.points.dim):
+                for j in range(points.start[k], i + 1):
+                    for e in range(self.points.dim if j < i else c + 1):
+                        values[slot[0]] += points.weight[i] * points.weight[j] * block[c][e]
                         slot += 1

@@ -12,7 +12,12 @@ from ancfsparse.errors import InputError
 from ancfsparse.scene.force_elements.joint_springs import RUBBING, STOP, JointSpring
 from ancfsparse.scene.mechanisms.coordinate_functions import joint_coordinate
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    matrix_unknowns,
+    offsets_of,
+)
 from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flatten
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
@@ -43,9 +48,7 @@ class JointSpringContribution(Contribution):
     def __init__(self, system: Discretization, springs: list[JointSpring]) -> None:
         self._n_free, self._springs = system.n_free, springs
         lowering = Lowering(system.scene, system.kinds)
-        final = np.empty(lowering.n_raw, dtype=np.int32)
-        for raw, places in zip(lowering.raw, system.places, strict=True):
-            final[raw] = places
+        final = lowering.final_indices(system.places)
         self._measures = [joint_coordinate(lowering, s.joint, s.of).placed(final) for s in springs]
         self._forces = [
             _joint_force_terms(system, s if s.law == RUBBING else None) for s in springs
@@ -70,7 +73,7 @@ class JointSpringContribution(Contribution):
             | {
                 "law": np.array([each.law for each in self._springs], dtype=np.int32),
                 "slot": np.concatenate(slots),
-                "first_slot": np.cumsum([0, *(len(each) for each in slots)], dtype=np.int32),
+                "first_slot": offsets_of(slots),
             }
         )
         return made
@@ -143,12 +146,11 @@ def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Jo
 
 
 def _flatten_forces(forces: list[JointForceTerms]) -> dict[str, Any]:
-    start = np.cumsum([0, *(len(each.row) for each in forces)], dtype=np.int32)
     tables = {
         f"force_{name}": np.concatenate([getattr(each, name) for each in forces])
         for name in JointForceTerms._fields
     }
-    return tables | {"force_start": start}
+    return tables | {"force_start": offsets_of(each.row for each in forces)}
 
 
 def of(system: Discretization) -> list[JointSpringContribution]:

@@ -13,7 +13,12 @@ from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.mechanisms.coordinate_functions import distance
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    matrix_unknowns,
+    offsets_of,
+)
 from ancfsparse.system.contributions.joints.joint_coordinate_constraints import flatten
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.joint_lowering import Lowering
@@ -28,9 +33,7 @@ class RopeContribution(Contribution):
     def __init__(self, system: Discretization, ropes: list[Rope]) -> None:
         self._n_free, self._ropes = system.n_free, ropes
         lowering = Lowering(system.scene, system.kinds)
-        final = np.empty(lowering.n_raw, dtype=np.int32)
-        for raw, places in zip(lowering.raw, system.places, strict=True):
-            final[raw] = places
+        final = lowering.final_indices(system.places)
         self._fixed = np.zeros(len(ropes))
         self._parts = []
         for k, rope in enumerate(ropes):
@@ -79,14 +82,14 @@ class RopeContribution(Contribution):
             | {
                 "fixed": self._fixed,
                 "column": self._column,
-                "first": _offsets(self._parts),
-                "begin": _offsets(self._places),
+                "first": offsets_of(self._parts),
+                "begin": offsets_of(self._places),
                 "places": np.concatenate(self._places),
                 "own": np.concatenate(own).astype(np.int32),
                 "slot": np.concatenate(slots[:n]),
-                "first_slot": _offsets(slots[:n]),
+                "first_slot": offsets_of(slots[:n]),
                 "slot_of_part": np.concatenate(slots[n:]),
-                "first_of_part": _offsets(slots[n:]),
+                "first_of_part": offsets_of(slots[n:]),
             }
         )
         return made
@@ -130,10 +133,6 @@ class RopeContribution(Contribution):
         table = sp.coo_array((values, (rows, columns)), shape=(len(lines), len(q))).tocsr()
         table.eliminate_zeros()
         return table[np.diff(table.indptr) > 0]
-
-
-def _offsets(parts: list[Any]) -> Integers:
-    return np.cumsum([0, *(len(each) for each in parts)], dtype=np.int32)
 
 
 def of(system: Discretization) -> list[RopeContribution]:

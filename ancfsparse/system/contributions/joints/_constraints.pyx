@@ -1,13 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Constraints phi = sum of terms ``coefficient * (q[i] - about) * (q[j] - about)`` (or
 ``coefficient * q[i]``) plus a constant, and the forces of their multipliers."""
-from cpython.pycapsule cimport PyCapsule_New
-from libc.stdint cimport int32_t
 
-import numpy as np
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 
 cdef struct Data:
@@ -36,7 +31,7 @@ cdef struct Data:
     double *gradient
 
 
-cdef class Constraints:
+cdef class Constraints(CompiledContribution):
     """The constraint equations of a system.
 
     Parameters
@@ -51,16 +46,12 @@ cdef class Constraints:
         coordinates, and into ``slot`` of all pairs of these.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef tuple owners
-    cdef readonly object capsule
 
     def __cinit__(self, arrays, masses):
         cdef Data *data = &self.data
-        cdef double[::1] gradient = np.empty(1 + max(np.diff(masses["first_place"]), default=0))
-        self.owners = (arrays, masses, gradient)  # the pointers below refer to these
-        data.n_massive, data.gradient = len(masses["mass"]), &gradient[0]
+        data.n_massive = len(masses["mass"])
+        data.gradient = self.copy(np.empty(1 + max(np.diff(masses["first_place"]), default=0)))
         data.first_term = integers(masses["first_term"])
         data.first_place = integers(masses["first_place"])
         data.first_slot, data.term = integers(masses["first_slot"]), integers(masses["term"])
@@ -75,7 +66,6 @@ cdef class Constraints:
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.rates = matrix, rates
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:

@@ -3,13 +3,8 @@
 
 They are added to equations that the quadratic terms have set before.
 """
-from cpython.pycapsule cimport PyCapsule_New
-from libc.stdint cimport int32_t
 
-import numpy as np
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 include "coordinate_functions.pxi"
 
 
@@ -23,51 +18,43 @@ cdef struct Data:
     double *angle  # of the last accepted step
 
 
-cdef class Couplings:
+cdef class Couplings(CompiledContribution):
     """The measures in the equations of a system.
 
     Parameters
     ----------
     arrays : mapping
         Of the measures ``kind``, ``start``, ``place``, ``weight`` and ``constant`` as in
-        measures.pxi; ``row`` and ``factor`` of each; ``slot`` of the pairs of its coordinates,
+        coordinate_functions.pxi; ``row`` and ``factor`` of each; ``slot`` of the pairs of its coordinates,
         from ``first_slot`` on; ``slot_of_row`` of each coordinate; ``turn``, angles at the start.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef object arrays
-    cdef readonly object capsule
 
     def __cinit__(self, arrays):
         cdef Data *data = &self.data
-        cdef double[::1] angle = np.array(arrays["turn"])
-        self.arrays = (arrays, angle)  # the pointers lead into them
         take(&data.measures, arrays)
         data.row, data.factor = integers(arrays["row"]), reals(arrays["factor"])
         data.slot, data.first_slot = integers(arrays["slot"]), integers(arrays["first_slot"])
-        data.slot_of_row, data.angle = integers(arrays["slot_of_row"]), &angle[0]
+        data.slot_of_row, data.angle = integers(arrays["slot_of_row"]), self.copy(arrays["turn"])
         self.interface.context = data
         self.interface.n_memory, self.interface.memory = data.measures.n, data.angle
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.rates = matrix, rates
         self.interface.begin, self.interface.accept = accept, accept
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef ptrdiff_t k
     for k in range(m.n):
         vectors_of(m, k, x.q, &a)
         phi[self.row[k]] += self.factor[k] * h_of(m.kind[k], &a, self.angle[k])
-        slopes_of(m.kind[k], a.x, a.y, h)
-        gradient_of(&a, h, g)
-        push(m, k, self.factor[k] * x.lam[self.row[k]], g, r)
+        slopes_of(m.kind[k], &a)
+        gradient_of(&a)
+        push(m, k, self.factor[k] * x.lam[self.row[k]], a.g, r)
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
@@ -76,17 +63,15 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef const Measures *m = &self.measures
     cdef Vectors a
     cdef Vectors b
-    cdef double[2] h
-    cdef double[9] g
     cdef ptrdiff_t k
     for k in range(m.n):
         vectors_of(m, k, q0, &a)
         vectors_of(m, k, q1, &b)
         phi[self.row[k]] += self.factor[k] * h_of(m.kind[k], &b, self.angle[k])
-        change_of(m.kind[k], &a, &b, h)
+        change_of(m.kind[k], &a, &b)
         vectors_of(m, k, x.q, &a)
-        gradient_of(&a, h, g)
-        push(m, k, self.factor[k] * x.lam[self.row[k]], g, r)
+        gradient_of(&a)
+        push(m, k, self.factor[k] * x.lam[self.row[k]], a.g, r)
 
 
 cdef void rates(void *context, const double *q, const double *v, double *speed,
@@ -94,20 +79,16 @@ cdef void rates(void *context, const double *q, const double *v, double *speed,
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double[9] w
     cdef double[9][9] s
     cdef double sum
     cdef ptrdiff_t k, i, c, e
     for k in range(m.n):
-        vectors_of(m, k, q, &a)
-        slopes_of(m.kind[k], a.x, a.y, h)
-        gradient_of(&a, h, g)
-        speed[self.row[k]] += self.factor[k] * rate_of(m, k, g, v)
+        differentiate(m, k, q, &a)
+        speed[self.row[k]] += self.factor[k] * rate_of(m, k, a.g, v)
         if bend == NULL:
             continue
-        second_of(m.kind[k], &a, h, s)
+        second_of(m.kind[k], &a, s)
         for c in range(9):
             w[c] = 0.0
         for i in range(m.start[k], m.start[k + 1]):
@@ -124,22 +105,18 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef const Data *self = <const Data *>context
     cdef const Measures *m = &self.measures
     cdef Vectors a
-    cdef double[2] h
-    cdef double[9] g
     cdef double[9][9] s
     cdef ptrdiff_t k, i
     if part != STIFFNESS and part != EQUATIONS:
         return
     for k in range(m.n):
-        vectors_of(m, k, x.q, &a)
-        slopes_of(m.kind[k], a.x, a.y, h)
-        gradient_of(&a, h, g)
+        differentiate(m, k, x.q, &a)
         if part == EQUATIONS:
             for i in range(m.start[k], m.start[k + 1]):
-                values[self.slot_of_row[i]] += self.factor[k] * along(m, i, g)
+                values[self.slot_of_row[i]] += self.factor[k] * along(m, i, a.g)
             continue
-        second_of(m.kind[k], &a, h, s)
-        add_pairs(m, k, s, g, self.factor[k] * x.lam[self.row[k]], 0.0,
+        second_of(m.kind[k], &a, s)
+        add_pairs(m, k, s, a.g, self.factor[k] * x.lam[self.row[k]], 0.0,
                   self.slot + self.first_slot[k], values)
 
 

@@ -3,14 +3,9 @@
 
 The nearest point of the axis is sought from that of the last accepted step.
 """
-from cpython.pycapsule cimport PyCapsule_New
 from libc.math cimport NAN, fabs, sqrt
-from libc.stdint cimport int32_t
 
-import numpy as np
-
-include "../../../abi/system_abi.pxi"
-include "../../assembly/arrays.pxi"
+include "../contribution.pxi"
 
 
 # Corrections of the nearest point, and share of the lateral direction that must be across the axis.
@@ -45,7 +40,7 @@ cdef struct Spot:
     double[2][3] normal
 
 
-cdef class Tracks:
+cdef class Tracks(CompiledContribution):
     """A point on a beam.
 
     Parameters
@@ -58,28 +53,24 @@ cdef class Tracks:
         Makes the error of a point that leaves the axis, from its arc coordinate.
     """
 
-    cdef ancf_contribution interface
     cdef Data data
-    cdef object arrays, failure
-    cdef readonly object capsule
+    cdef object failure
 
     def __cinit__(self, arrays, failure):
         cdef Data *data = &self.data
-        cdef double[::1] s = np.array([arrays["s"]], dtype=float)
-        self.arrays, self.failure = (arrays, s), failure  # the pointers lead into them
+        self.failure = failure
         data.n_elements, data.dim = len(arrays["ends"]), arrays["ends"].shape[2]
         data.n_points, data.n_slots = len(arrays["point"]), arrays["slot"].shape[1]
         data.width = data.n_points + 4
         data.ends, data.arcs = integers(arrays["ends"]), reals(arrays["arcs"])
         data.point, data.weights = integers(arrays["point"]), reals(arrays["weights"])
         data.lateral, data.row = reals(arrays["lateral"]), integers(arrays["row"])
-        data.slot, data.s, data.off = integers(arrays["slot"]), &s[0], NAN
+        data.slot, data.s, data.off = integers(arrays["slot"]), self.copy(arrays["s"]), NAN
         self.interface.context = data
         self.interface.n_memory, self.interface.memory = 1, data.s
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix = matrix
         self.interface.begin, self.interface.accept = accept, accept
-        self.capsule = PyCapsule_New(&self.interface, "ancf_contribution", NULL)
 
     @property
     def error(self):

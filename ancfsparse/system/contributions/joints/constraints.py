@@ -10,7 +10,12 @@ from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.linear_forms import LINEAR
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    matrix_unknowns,
+    offsets_of,
+)
 from ancfsparse.system.coordinates.discretization import Discretization
 
 if TYPE_CHECKING:
@@ -70,10 +75,7 @@ class ConstraintContribution(Contribution):
         starts = {"first_term": terms, "first_place": places, "first_slot": slots}
         return {
             **{name: np.concatenate([none, *each]).astype(np.int32) for name, each in flat.items()},
-            **{
-                name: np.cumsum([0, *(len(each) for each in tables)], dtype=np.int32)
-                for name, tables in starts.items()
-            },
+            **{name: offsets_of(tables) for name, tables in starts.items()},
             "mass": np.array(masses, dtype=float),
         }
 

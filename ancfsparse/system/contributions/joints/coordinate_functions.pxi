@@ -26,6 +26,8 @@ cdef struct Measures:
 cdef struct Vectors:
     double[9] each  # A, B, C
     double x, y
+    double[2] h  # derivatives by x and y
+    double[9] g  # by the components of A, B and C
 
 
 cdef take(Measures *self, arrays):
@@ -60,36 +62,43 @@ cdef inline double h_of(int kind, const Vectors *a, double near) noexcept nogil:
     return sqrt(a.x) if kind == LENGTH else a.x
 
 
-cdef inline void slopes_of(int kind, double x, double y, double *h) noexcept nogil:
-    """Derivatives of h by x and y."""
-    cdef double square = x * x + y * y
+cdef inline void slopes_of(int kind, Vectors *a) noexcept nogil:
+    """Set the derivatives of h by x and y."""
+    cdef double x = a.x, y = a.y, square = x * x + y * y
     if kind == ANGLE:
-        h[0], h[1] = -y / square, x / square
+        a.h[0], a.h[1] = -y / square, x / square
     else:
-        h[0], h[1] = 0.5 / sqrt(x) if kind == LENGTH else 1.0, 0.0
+        a.h[0], a.h[1] = 0.5 / sqrt(x) if kind == LENGTH else 1.0, 0.0
 
 
-cdef inline double change_of(int kind, const Vectors *a, const Vectors *b,
-                             double *h) noexcept nogil:
-    """Change of h from one state to another; its derivatives, of which that is the product."""
+cdef inline double change_of(int kind, Vectors *a, const Vectors *b) noexcept nogil:
+    """Return the change of h from a to b; set in a the derivatives whose product that is."""
     cdef double dx = b.x - a.x, dy = b.y - a.y, x = 0.5 * (a.x + b.x), y = 0.5 * (a.y + b.y)
     cdef double across = x * dy - y * dx, turn, ratio
     if kind == ANGLE:
         # The angle between (x0, y0) and (x1, y1), without a difference of two angles.
         turn = atan2(across, a.x * b.x + a.y * b.y)
         ratio = turn / across if across != 0.0 else 1.0 / (x * x + y * y)
-        h[0], h[1] = -y * ratio, x * ratio
+        a.h[0], a.h[1] = -y * ratio, x * ratio
         return turn
-    h[0], h[1] = 1.0 / (sqrt(a.x) + sqrt(b.x)) if kind == LENGTH else 1.0, 0.0
-    return h[0] * dx
+    a.h[0], a.h[1] = 1.0 / (sqrt(a.x) + sqrt(b.x)) if kind == LENGTH else 1.0, 0.0
+    return a.h[0] * dx
 
 
-cdef inline void gradient_of(const Vectors *a, const double *h, double *g) noexcept nogil:
-    """Derivatives by the components of A, B and C, (9,)."""
+cdef inline void gradient_of(Vectors *a) noexcept nogil:
+    """Set the derivatives by the components of A, B and C."""
     cdef ptrdiff_t c
     for c in range(3):
-        g[c] = h[0] * a.each[3 + c] + h[1] * a.each[6 + c]
-        g[3 + c], g[6 + c] = h[0] * a.each[c], h[1] * a.each[c]
+        a.g[c] = a.h[0] * a.each[3 + c] + a.h[1] * a.each[6 + c]
+        a.g[3 + c], a.g[6 + c] = a.h[0] * a.each[c], a.h[1] * a.each[c]
+
+
+cdef inline void differentiate(const Measures *self, ptrdiff_t k, const double *q,
+                               Vectors *a) noexcept nogil:
+    """Set the vectors of measure k and its derivatives."""
+    vectors_of(self, k, q, a)
+    slopes_of(self.kind[k], a)
+    gradient_of(a)
 
 
 cdef inline double along(const Measures *self, ptrdiff_t i, const double *g) noexcept nogil:
@@ -118,7 +127,7 @@ cdef inline double rate_of(const Measures *self, ptrdiff_t k, const double *g,
     return sum
 
 
-cdef void second_of(int kind, const Vectors *a, const double *h, double s[9][9]) noexcept nogil:
+cdef void second_of(int kind, const Vectors *a, double s[9][9]) noexcept nogil:
     """Second derivatives by the components of A, B and C."""
     cdef double square = a.x * a.x + a.y * a.y
     cdef double xx = 0.0, xy = 0.0, yy = 0.0
@@ -135,8 +144,8 @@ cdef void second_of(int kind, const Vectors *a, const double *h, double s[9][9])
     for c in range(3):
         for e in range(3):
             s[c][e] = xx * B[c] * B[e] + xy * (B[c] * C[e] + C[c] * B[e]) + yy * C[c] * C[e]
-            s[3 + c][e] = A[c] * (xx * B[e] + xy * C[e]) + (h[0] if c == e else 0.0)
-            s[6 + c][e] = A[c] * (xy * B[e] + yy * C[e]) + (h[1] if c == e else 0.0)
+            s[3 + c][e] = A[c] * (xx * B[e] + xy * C[e]) + (a.h[0] if c == e else 0.0)
+            s[6 + c][e] = A[c] * (xy * B[e] + yy * C[e]) + (a.h[1] if c == e else 0.0)
             s[e][3 + c], s[e][6 + c] = s[3 + c][e], s[6 + c][e]
             s[3 + c][3 + e], s[6 + c][6 + e] = xx * A[c] * A[e], yy * A[c] * A[e]
             s[3 + c][6 + e] = s[6 + e][3 + c] = xy * A[c] * A[e]

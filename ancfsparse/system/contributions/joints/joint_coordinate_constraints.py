@@ -11,7 +11,12 @@ from ancfsparse.array_types import Indices
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene.kinematics.joint_coordinates import ANGLE, JointCoordinate
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.interface import Compiled, Contribution, matrix_unknowns
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    matrix_unknowns,
+    offsets_of,
+)
 from ancfsparse.system.coordinates.discretization import Discretization
 
 FULL_TURN = 2.0 * np.pi
@@ -45,7 +50,7 @@ class JointCoordinateContribution(Contribution):
             "row": np.array(rows, dtype=np.int32),
             "factor": np.array(factors, dtype=float),
             "slot": np.concatenate(slots).astype(np.int32),
-            "first_slot": np.cumsum([0, *(len(each) for each in slots)], dtype=np.int32),
+            "first_slot": offsets_of(slots),
             "slot_of_row": np.array(
                 [line[0] for each in lines for line in each[1:]], dtype=np.int32
             ),
@@ -72,7 +77,7 @@ def flatten(measures: Sequence[JointCoordinate]) -> dict[str, Any]:
     """Return joint coordinates as the arrays of coordinate_functions.pxi."""
     return {
         "kind": np.array([each.kind for each in measures], dtype=np.int32),
-        "start": np.cumsum([0, *(len(each.place) for each in measures)], dtype=np.int32),
+        "start": offsets_of(each.place for each in measures),
         "place": np.concatenate([each.place for each in measures]),
         "weight": np.concatenate([each.weight for each in measures]),
         "constant": np.array([each.constant for each in measures]),
