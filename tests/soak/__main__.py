@@ -64,9 +64,7 @@ def soak(seed, seconds, kinds, most=math.inf):
             trial = {"kind": kind, "seed": seed, "index": tally.trials, "tried": report.tried}
             again = f'make soak ARGS="--seed {seed} --kind {kind} --index {tally.trials}"'
             finds += [trial | {"what": what, "again": again} for what in report.finds]
-            tally.trials += 1
-            tally.seconds += took
-            tally.outcomes[report.outcome] += 1
+            tally.add(report, took)
     return tallies, finds
 
 

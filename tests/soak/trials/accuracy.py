@@ -52,7 +52,8 @@ def run(seed, index):
             f"its error is {error:.3g} times the accuracy, its estimate "
             f"{found.stats.error / accuracy:.2g}, by {found.stats.solver}"
         )
-    return Report("met" if error <= 1.0 else "missed", finds, tried)
+    ratios = {"error over the accuracy": error}
+    return Report("met" if error <= 1.0 else "missed", finds, tried, ratios)
 
 
 def reference(drawn):
