@@ -167,9 +167,12 @@ def _exceeded_range(plan: PlanData, run: Trajectory) -> str:
 
 
 def _refine(plan: P, run: Trajectory, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
-    """Refine meshes and steps of a run outside the range of the trial runs until two runs agree."""
+    """Refine meshes and steps of a run outside the range of the trial runs until two runs agree.
+
+    If no mesh and step meet the errors, as the plan predicts, finer runs would not agree either.
+    """
     reason = _exceeded_range(plan, run) if plan.t_end is not None else ""
-    if not reason or not set(options) <= CONTINUABLE:
+    if not reason or not plan.is_met or not set(options) <= CONTINUABLE:
         if reason:
             _warn(f"{reason}; its error may exceed the prediction")
         return plan, run

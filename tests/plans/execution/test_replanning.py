@@ -56,6 +56,13 @@ def test_a_run_with_larger_strains_is_refined_until_two_agree():
     # With other arguments the run cannot be made again, but states that it left its range.
     with pytest.warns(ancf.PlanChangedWarning, match="its error may exceed the prediction"):
         assert small.run(save_every=1).plan.steps == plan.steps
+    # Errors that are not met are not met by finer runs either.
+    unmet = tuple(replace(each, tolerance=1e-9) for each in plan.predictions)
+    with (
+        pytest.warns(ancf.PlanChangedWarning, match="its error may exceed the prediction"),
+        pytest.warns(ancf.ErrorNotMetWarning),
+    ):
+        assert replace(small, predictions=unmet).run().plan.steps == plan.steps
 
 
 def test_a_load_that_trial_runs_have_missed_is_found():
