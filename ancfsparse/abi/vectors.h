@@ -35,173 +35,104 @@ static inline double vec_total(vec v)
 #endif
 }
 
+/* Entry i of an array: lanes from there on in the loops over lanes, one number in those over the rest. */
+#define VEC_AT(p) (*(number *)((p) + i))
+
+/* Return the sum over n entries of what the statements add to `sum`. */
+#define VEC_SUM(n, ...)                                                \
+    vec t0 = {0}, t1 = {0};                                            \
+    double rest = 0.0;                                                 \
+    ptrdiff_t next = 0;                                                \
+    for (; next + 2 * ANCF_LANES <= n; next += 2 * ANCF_LANES) {       \
+        VEC_STATEMENTS(vec, t0, next, __VA_ARGS__)                     \
+        VEC_STATEMENTS(vec, t1, next + ANCF_LANES, __VA_ARGS__)        \
+    }                                                                  \
+    for (; next + ANCF_LANES <= n; next += ANCF_LANES)                 \
+        VEC_STATEMENTS(vec, t0, next, __VA_ARGS__)                     \
+    for (; next < n; ++next) {                                         \
+        VEC_LEFT;                                                      \
+        VEC_STATEMENTS(double, rest, next, __VA_ARGS__)                \
+    }                                                                  \
+    return vec_total(t0 + t1) + rest
+#define VEC_STATEMENTS(type, total, at, ...)                           \
+    {                                                                  \
+        typedef type number;                                           \
+        const ptrdiff_t i = at;                                        \
+        number sum = total;                                            \
+        __VA_ARGS__;                                                   \
+        total = sum;                                                   \
+    }
+
 static inline double vec_dot(const double *x, const double *y, ptrdiff_t n)
 {
-    vec t0 = {0}, t1 = {0};
-    double rest = 0.0;
-    ptrdiff_t i = 0;
-    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
-        t0 += vec_load(x + i) * vec_load(y + i);
-        t1 += vec_load(x + i + ANCF_LANES) * vec_load(y + i + ANCF_LANES);
-    }
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES)
-        t0 += vec_load(x + i) * vec_load(y + i);
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        rest += x[i] * y[i];
-    }
-    return vec_total(t0 + t1) + rest;
+    VEC_SUM(n, sum += VEC_AT(x) * VEC_AT(y));
 }
 
 /* Sum of w x^2. */
 static inline double vec_weigh(const double *w, const double *x, ptrdiff_t n)
 {
-    vec t0 = {0}, t1 = {0}, x0, x1;
-    double rest = 0.0;
-    ptrdiff_t i = 0;
-    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
-        x0 = vec_load(x + i), x1 = vec_load(x + i + ANCF_LANES);
-        t0 += vec_load(w + i) * x0 * x0;
-        t1 += vec_load(w + i + ANCF_LANES) * x1 * x1;
-    }
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        x0 = vec_load(x + i);
-        t0 += vec_load(w + i) * x0 * x0;
-    }
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        rest += w[i] * x[i] * x[i];
-    }
-    return vec_total(t0 + t1) + rest;
+    VEC_SUM(n, number xi = VEC_AT(x); sum += VEC_AT(w) * xi * xi);
 }
 
 /* Sum of w (x - y)^2. */
 static inline double vec_weigh_apart(const double *w, const double *x, const double *y, ptrdiff_t n)
 {
-    vec t0 = {0}, t1 = {0}, d0, d1;
-    double rest = 0.0;
-    ptrdiff_t i = 0;
-    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
-        d0 = vec_load(x + i) - vec_load(y + i);
-        d1 = vec_load(x + i + ANCF_LANES) - vec_load(y + i + ANCF_LANES);
-        t0 += vec_load(w + i) * d0 * d0;
-        t1 += vec_load(w + i + ANCF_LANES) * d1 * d1;
-    }
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        d0 = vec_load(x + i) - vec_load(y + i);
-        t0 += vec_load(w + i) * d0 * d0;
-    }
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        rest += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
-    }
-    return vec_total(t0 + t1) + rest;
+    VEC_SUM(n, number d = VEC_AT(x) - VEC_AT(y); sum += VEC_AT(w) * d * d);
 }
 
 /* out = a x; returns the sum of w out^2. */
 static inline double vec_scale_weigh(double *out, double a, const double *x, const double *w,
                                      ptrdiff_t n)
 {
-    vec t0 = {0}, t1 = {0}, x0, x1;
-    double rest = 0.0;
-    ptrdiff_t i = 0;
-    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
-        x0 = a * vec_load(x + i), x1 = a * vec_load(x + i + ANCF_LANES);
-        *(vec *)(out + i) = x0, *(vec *)(out + i + ANCF_LANES) = x1;
-        t0 += vec_load(w + i) * x0 * x0;
-        t1 += vec_load(w + i + ANCF_LANES) * x1 * x1;
-    }
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        x0 = a * vec_load(x + i);
-        *(vec *)(out + i) = x0;
-        t0 += vec_load(w + i) * x0 * x0;
-    }
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        out[i] = a * x[i];
-        rest += w[i] * out[i] * out[i];
-    }
-    return vec_total(t0 + t1) + rest;
+    VEC_SUM(n, number xi = a * VEC_AT(x); VEC_AT(out) = xi; sum += VEC_AT(w) * xi * xi);
 }
 
 /* x += a s and y += b s; returns the sum of w s^2. */
 static inline double vec_advance(double *x, double a, double *y, double b, const double *s,
                                  const double *w, ptrdiff_t n)
 {
-    vec t0 = {0}, t1 = {0}, s0, s1;
-    double rest = 0.0;
-    ptrdiff_t i = 0;
-    for (; i + 2 * ANCF_LANES <= n; i += 2 * ANCF_LANES) {
-        s0 = vec_load(s + i), s1 = vec_load(s + i + ANCF_LANES);
-        *(vec *)(x + i) += a * s0, *(vec *)(x + i + ANCF_LANES) += a * s1;
-        *(vec *)(y + i) += b * s0, *(vec *)(y + i + ANCF_LANES) += b * s1;
-        t0 += vec_load(w + i) * s0 * s0;
-        t1 += vec_load(w + i + ANCF_LANES) * s1 * s1;
-    }
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        s0 = vec_load(s + i);
-        *(vec *)(x + i) += a * s0;
-        *(vec *)(y + i) += b * s0;
-        t0 += vec_load(w + i) * s0 * s0;
-    }
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        x[i] += a * s[i];
-        y[i] += b * s[i];
-        rest += w[i] * s[i] * s[i];
-    }
-    return vec_total(t0 + t1) + rest;
+    VEC_SUM(n, number si = VEC_AT(s); VEC_AT(x) += a * si; VEC_AT(y) += b * si;
+            sum += VEC_AT(w) * si * si);
 }
+
+/* Set sums[m] over n entries to what the statements add to `sum`. */
+#define VEC_SUMS(m, sums, n, ...)                                      \
+    vec total[m] = {{0}};                                              \
+    double rest[m] = {0};                                              \
+    ptrdiff_t i = 0;                                                   \
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {                     \
+        typedef vec number;                                            \
+        vec *const sum = total;                                        \
+        __VA_ARGS__;                                                   \
+    }                                                                  \
+    for (; i < n; ++i) {                                               \
+        typedef double number;                                         \
+        double *const sum = rest;                                      \
+        VEC_LEFT;                                                      \
+        __VA_ARGS__;                                                   \
+    }                                                                  \
+    for (int k = 0; k < m; ++k)                                        \
+        sums[k] = vec_total(total[k]) + rest[k]
 
 /* The products that an update with a pair takes: y.y / w, s.y, p.y, and s.s w, p.p w. */
 static inline void vec_pair(const double *w, const double *inverse, const double *s, const double *y,
                             const double *p, ptrdiff_t n, double *out)
 {
-    vec total[5] = {{0}}, si, yi, pi, wi;
-    double rest[5] = {0};
-    ptrdiff_t i = 0;
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        si = vec_load(s + i), yi = vec_load(y + i), pi = vec_load(p + i), wi = vec_load(w + i);
-        total[0] += vec_load(inverse + i) * yi * yi;
-        total[1] += si * yi;
-        total[2] += pi * yi;
-        total[3] += wi * si * si;
-        total[4] += wi * pi * pi;
-    }
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        rest[0] += inverse[i] * y[i] * y[i];
-        rest[1] += s[i] * y[i];
-        rest[2] += p[i] * y[i];
-        rest[3] += w[i] * s[i] * s[i];
-        rest[4] += w[i] * p[i] * p[i];
-    }
-    for (int k = 0; k < 5; ++k)
-        out[k] = vec_total(total[k]) + rest[k];
+    VEC_SUMS(5, out, n,
+             number si = VEC_AT(s), yi = VEC_AT(y), pi = VEC_AT(p), wi = VEC_AT(w);
+             sum[0] += VEC_AT(inverse) * yi * yi; sum[1] += si * yi; sum[2] += pi * yi;
+             sum[3] += wi * si * si; sum[4] += wi * pi * pi);
 }
 
 /* Sums of w (x - y)^2 and of w (x - z)^2, and y takes the place of z. */
 static inline void vec_compare(const double *w, const double *x, const double *y, double *z,
                                ptrdiff_t n, double *of_y, double *of_z)
 {
-    vec ty = {0}, tz = {0}, dy, dz;
-    double ry = 0.0, rz = 0.0;
-    ptrdiff_t i = 0;
-    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
-        dy = vec_load(x + i) - vec_load(y + i);
-        dz = vec_load(x + i) - vec_load(z + i);
-        ty += vec_load(w + i) * dy * dy;
-        tz += vec_load(w + i) * dz * dz;
-        *(vec *)(z + i) = vec_load(y + i);
-    }
-    for (; i < n; ++i) {
-        VEC_LEFT;
-        ry += w[i] * (x[i] - y[i]) * (x[i] - y[i]);
-        rz += w[i] * (x[i] - z[i]) * (x[i] - z[i]);
-        z[i] = y[i];
-    }
-    *of_y = vec_total(ty) + ry;
-    *of_z = vec_total(tz) + rz;
+    double sums[2];
+    VEC_SUMS(2, sums, n, number dy = VEC_AT(x) - VEC_AT(y), dz = VEC_AT(x) - VEC_AT(z);
+             sum[0] += VEC_AT(w) * dy * dy; sum[1] += VEC_AT(w) * dz * dz; VEC_AT(z) = VEC_AT(y));
+    *of_y = sums[0];
+    *of_z = sums[1];
 }
 
 /* Single precision, where a few digits are enough: half the memory and time. */
