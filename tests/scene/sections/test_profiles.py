@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import fields
 
 import numpy as np
 import pytest
@@ -21,6 +22,12 @@ def box(height, width, y=0.0, z=0.0):
 def turned(corners, angle):
     c, s = math.cos(angle), math.sin(angle)
     return np.array(corners) @ [[c, s], [-s, c]]
+
+
+@pytest.mark.parametrize("shape", [ancf.IBeam, ancf.Box], ids=lambda shape: shape.__name__)
+def test_sizes_whose_order_differs_between_shapes_are_given_by_name(shape):
+    with pytest.raises(TypeError, match="positional argument"):
+        shape(*[0.3, 0.2, 0.01, 0.01][: len(fields(shape))])
 
 
 def test_a_tube_is_a_circle_less_a_circle():
