@@ -114,12 +114,13 @@ def test_calm_steps_hardly_need_damped_newton(shipped):
 def test_the_shipped_borders_are_where_runs_end_today(shipped):
     borders = borders_of(shipped)
     assert len(borders) > 100
+    runs = []
     for scene in SCENES:
         of_scene = [pair for pair in borders if pair[0].map_point.scene == scene]
-        for completes, fails in some(of_scene, 8):
-            for run in (completes, fails):
-                agrees = run_at(run.map_point).is_complete == run.is_complete
-                assert agrees or ends_by_chance(run.map_point), run
+        runs += [run for pair in some(of_scene, 8) for run in pair]
+    other = [run for run in runs if run_at(run.map_point).is_complete != run.is_complete]
+    assert len(other) <= 2, other  # of 80; 1 without AVX, else none
+    assert all(ends_by_chance(run.map_point) for run in other), other
 
 
 def test_newton_and_the_others_agree_today(shipped):
