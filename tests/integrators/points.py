@@ -42,6 +42,7 @@ class Point:
         self.mass, self.radius, self.stiffness, self.length = mass, radius, stiffness, length
         self.n_free = self.n_all = 2
         self.n_multipliers = 0 if radius is None else 1
+        self.is_redundant = False
         self.q0, self.v0 = np.array(q, dtype=float), np.array(v, dtype=float)
         self.t0, self.q_ref = 0.0, self.q0
         self.dead_load = np.array([0.0, -mass * gravity])

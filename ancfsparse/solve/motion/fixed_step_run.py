@@ -114,7 +114,8 @@ class FixedStepRun(ABC):
         if crossing is not None:
             self._before = None
             self._continue(crossing)
-            self._crossings.append(crossing.event)
+            if crossing.event is not None:
+                self._crossings.append(crossing.event)
             stats.steps = crossing.step
             rows = np.arange(begin // every + 1, crossing.step // every + 1, dtype=np.float64)
             if len(rows):

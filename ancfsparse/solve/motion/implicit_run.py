@@ -67,8 +67,7 @@ class ImplicitRun(FixedStepRun):
         self._projection_step = 0  # after which velocities are projected next, 0 for none
         self._ahead: SingularCrossing | None = None
         if system.n_multipliers and all(body.masses is not None for body in system.scene.bodies):
-            scale = integrator.scale * self._dt**2
-            self._ahead = motion.prepare_crossings(system, self._clock, self._n_steps, scale)
+            self._ahead = motion.prepare_crossings(system, self._clock, self._n_steps, integrator)
         self._steps_to_pause = 1 if self._ahead else 0
         self._halving: stepping.StepHalving | None = None
         if request.max_halvings:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.problems import andrews, four_bar, heavy_top, spatial_pendulum
 
 
 def step(x, scheme):
@@ -96,3 +97,27 @@ def test_others_keep_a_fast_wheel(integrator):
     scene, body = wheel(50.0)
     run = ancf.simulate(scene, 10.0, 0.01, integrator=integrator)
     np.testing.assert_allclose(run.body(body).angular_velocity, 50.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("problem", "t_end", "dt"),
+    [
+        (four_bar, 5.0, 2e-3),  # from rest
+        (spatial_pendulum, 4.0, 2e-3),
+        (heavy_top, 0.5, 4e-4),
+        (andrews, 0.05, 2e-5),
+    ],
+)
+@pytest.mark.parametrize("integrator", [ancf.Newmark(0.0), ancf.GeneralizedAlpha(1.0)], ids=repr)
+def test_undamped_integrators_start_anew_before_forces_alternate(problem, t_end, dt, integrator):
+    """They stopped after .1 to 4 s, with multipliers 3 to 700 times as large as the exact ones."""
+    position_errors, force_errors = [], []
+    scene = problem().scene
+    exact = ancf.simulate(scene, t_end, 0.5 * dt, integrator=ancf.DormandPrince())
+    largest = np.abs(exact.lam).max()
+    for every in (2, 1):
+        run = ancf.simulate(scene, t_end, 0.5 * dt * every, integrator=integrator, tolerance=1e-9)
+        position_errors.append(np.abs(run.q - exact.q[::every]).max())
+        force_errors.append(np.abs(run.lam - exact.lam[::every]).max() / largest)
+    assert position_errors[1] < position_errors[0] / 3.0
+    assert force_errors[1] < force_errors[0] / 1.5 < 2e-2
