@@ -190,9 +190,9 @@ def test_swinging_as_a_rigid_body_is_not_damped(element):
     for youngs in (1e8, 1e9):
         scene = ancf.Scene((0.0, -9.81))
         material = ancf.Material(youngs, DENSITY, 0.0, axial_damping=1e-3, bending_damping=1e-3)
-        section_strain = "nodal" if element == "thick" else "consistent"
+        options = {"section_strain": "nodal"} if element == "thick" else {}
         rod = scene.add_beam(element, (0, 0), (0.3, 0), 2, ancf.Rectangle(0.05, 0.05), material,
-                             section_strain=section_strain)  # fmt: skip
+                             **options)  # fmt: skip
         scene.pin(rod.start)
         run = ancf.simulate(scene, 0.8, 1e-4)
         swung = run.energy.kinetic.max()
