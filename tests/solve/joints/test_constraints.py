@@ -334,42 +334,32 @@ def test_how_a_motion_bends_constraints_does_not_depend_on_the_unit_of_time(unit
     assert abs(v @ acceleration) > 1.0
 
 
-def repeated(first, second):
+def roped(add_joint):
+    """A beam whose end hangs on a winch, with one joint more."""
     material = ancf.Material(1e7, 1000.0)
     scene, beam = build_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.01), material)
-    for make in (first, second):
-        make(scene, beam)
+    scene.winch([(0, 1), beam.end])
+    add_joint(scene, beam)
     return scene
 
 
-def rope(scene, beam):
-    scene.winch([(0, 1), beam.end])
-
-
-def strut(scene, beam):
-    scene.rod(beam.end, (0, 1))
-
-
-def held(scene, beam):
-    scene.pin(beam.end, as_constraint=True)
-
-
 @pytest.mark.parametrize(
-    ("first", "second", "named"),
+    ("add_joint", "named"),
     [
-        (rope, strut, r"rod at beam 0 .* follows from the winch"),
-        (rope, rope, r"winch of beam 0 .* follows from the winch"),
-        (rope, held, r"pin at beam 0 .* follows from the winch"),
+        (lambda s, b: s.rod(b.end, (0, 1)), r"rod at beam 0 .* follows from the winch"),
+        (lambda s, b: s.winch([(0, 1), b.end]), r"winch of beam 0 .* follows from the winch"),
+        (lambda s, b: s.pin(b.end, as_constraint=True), r"pin at beam 0 .* follows from the winch"),
     ],
+    ids=["rod", "winch", "pin"],
 )
-def test_what_repeats_at_beams_is_named(first, second, named):
+def test_what_repeats_at_beams_is_named(add_joint, named):
     with pytest.warns(ancf.RedundantConstraintsWarning, match=named):
-        ancf.simulate(repeated(first, second), 0.01, 1e-3)
+        ancf.simulate(roped(add_joint), 0.01, 1e-3)
 
 
 def test_what_does_not_repeat_is_not_warned_of():
-    ancf.simulate(repeated(rope, lambda s, b: s.rod(b.end, (1, 1))), 0.01, 1e-3)
-    ancf.simulate(repeated(rope, lambda s, b: s.winch([(0, 1), b.start])), 0.01, 1e-3)
+    ancf.simulate(roped(lambda s, b: s.rod(b.end, (1, 1))), 0.01, 1e-3)
+    ancf.simulate(roped(lambda s, b: s.winch([(0, 1), b.start])), 0.01, 1e-3)
 
 
 def two_wheels(angles):
