@@ -23,12 +23,10 @@ cdef extern from "simd.h":
     ctypedef double vec
     vec set1 "vec_set1" (double) noexcept nogil
 
-cdef extern from "vectors.h":
-    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
-
 include "../time_loop/energy_watch.pxi"
 include "../../abi/outcome.pxi"
 include "../../abi/signals.pxi"
+include "../../abi/vectors.pxi"
 include "../../system/assembly/arrays.pxi"
 include "few_constraints.pxi"
 include "many_constraints.pxi"

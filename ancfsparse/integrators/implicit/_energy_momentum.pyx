@@ -10,12 +10,6 @@ acceleration ``a = (v1 - v0) / dt``, with dq1/da = dt^2 / 2.  See also `integrat
 include "../time_loop/energy_watch.pxi"
 
 
-cdef extern from "vectors.h":
-    void vec_sum_parts(
-        ptrdiff_t, double *, double, const double *, double, const double *,
-        ptrdiff_t) noexcept nogil
-
-
 cdef bint MEAN_FORCES = True
 
 
@@ -168,8 +162,7 @@ cdef void matrix(void *context, double *values) noexcept nogil:
 
 
 cdef void add_values(Motion *self, double factor, double *values) noexcept nogil:
-    vec_sum_parts(self.n_parts, values, 1.0, values, factor, self.scheme.values,
-                  self.system.n_values)
+    combined(self.n_parts, values, 1.0, values, factor, self.scheme.values, self.system.n_values)
 
 
 cdef void material(void *context, double *values) noexcept nogil:

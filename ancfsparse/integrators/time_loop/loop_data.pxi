@@ -5,13 +5,9 @@ from libc.string cimport memcpy
 import numpy as np
 
 
-cdef extern from "parallel.h":
-    void in_parts "ancf_in_parts" (
-        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+include "../../abi/vectors.pxi"
 
 cdef extern from "vectors.h":
-    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
-    double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
     double weigh_apart "vec_weigh_apart" (
         const double *, const double *, const double *, ptrdiff_t) noexcept nogil
     void vec_compare(const double *, const double *, const double *, double *, ptrdiff_t,
@@ -24,7 +20,6 @@ cdef extern from "vectors.h":
         double *, double, const double *, const double *, ptrdiff_t) noexcept nogil
     double vec_advance(double *, double, double *, double, const double *, const double *,
                        ptrdiff_t) noexcept nogil
-    void vec_scale_parts(ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
 
 
 cdef double STILL = 5e-28  # (100 eps)^2: smaller squares of relative displacements are rounding

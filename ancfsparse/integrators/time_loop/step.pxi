@@ -27,7 +27,7 @@ cdef double residual(void *context, double *r) noexcept nogil:
     cdef ptrdiff_t k
     evaluate(self)
     if self.interface.mass == NULL:
-        vec_scale_parts(self.n_parts, r, self.scale, self.r, self.n_free)
+        scaled(self.n_parts, r, self.scale, self.r, self.n_free)
     else:
         self.out = r
         in_parts(self.n_parts, residual_part, self)

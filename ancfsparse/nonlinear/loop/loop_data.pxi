@@ -2,17 +2,8 @@
 from libc.math cimport fabs, fmax, sqrt
 
 
-cdef extern from "vectors.h":
-    double weigh "vec_weigh_parts" (
-        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
-    double dot "vec_dot_parts" (ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
-    void scaled "vec_scale_parts" (
-        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
-    void combined "vec_sum_parts" (
-        ptrdiff_t, double *, double, const double *, double, const double *,
-        ptrdiff_t) noexcept nogil
-
 include "../../abi/clock.pxi"
+include "../../abi/vectors.pxi"
 include "../../abi/solver_abi.pxi"
 include "../../abi/outcome.pxi"
 
@@ -147,8 +138,8 @@ cdef inline double length(const Loop *self, const double *x) noexcept nogil:
     """Norm of a correction [m]: root mean square of positions and slopes, weighted by mass."""
     cdef const ancf_equations *eq = self.equations
     if eq.mass == NULL:
-        return sqrt(dot(self.parts, x, x, eq.n_coordinates) / eq.n_coordinates)
-    return sqrt(weigh(self.parts, eq.mass, x, eq.n_coordinates) / eq.mass_total)
+        return sqrt(dot_parts(self.parts, x, x, eq.n_coordinates) / eq.n_coordinates)
+    return sqrt(weigh_parts(self.parts, eq.mass, x, eq.n_coordinates) / eq.mass_total)
 
 
 cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:
@@ -159,9 +150,9 @@ cdef inline double unbalance(const Loop *self, const double *r) noexcept nogil:
     cdef const ancf_equations *eq = self.equations
     cdef ptrdiff_t nq = eq.n_coordinates, m = self.n - nq
     if eq.mass == NULL:
-        return sqrt(dot(self.parts, r, r, self.n) / self.n)
+        return sqrt(dot_parts(self.parts, r, r, self.n) / self.n)
     return sqrt(self.squares / eq.mass_total
-                + (dot(1, r + nq, r + nq, m) / nq if m else 0.0))
+                + (dot_parts(1, r + nq, r + nq, m) / nq if m else 0.0))
 
 
 cdef void assemble(Loop *self) noexcept nogil:

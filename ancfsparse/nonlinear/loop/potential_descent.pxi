@@ -23,7 +23,7 @@ cdef double walk(Loop *self, double slope) noexcept nogil:
     eq.correct(eq.context, -1.0, self.z)
     for tried in range(MOST_SHORTER):
         evaluate(self, self.r_new)
-        here = dot(self.parts, self.z, self.r_new, self.n)
+        here = dot_parts(self.parts, self.z, self.r_new, self.n)
         if here >= -LEVEL * slope and isfinite(here):
             return whole
         shorter = whole * (fmax(SHORTEST, slope / (slope - here)) if isfinite(here) else SHORTEST)
@@ -47,7 +47,7 @@ cdef int descend(Loop *self, int *used) noexcept nogil:
         if self.seed.refine != NULL:
             self.seed.refine(self.seed.context, CLOSE)
         multiply(self, self.r)
-        slope = dot(self.parts, self.z, self.r, self.n)
+        slope = dot_parts(self.parts, self.z, self.r, self.n)
         if not slope > 0.0:
             return DIVERGED
         share = walk(self, slope)

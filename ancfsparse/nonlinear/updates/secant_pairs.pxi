@@ -6,20 +6,7 @@ H y = p + s and s - H y = -p.
 from libc.math cimport INFINITY, fabs, sqrt
 
 
-cdef extern from "vectors.h":
-    double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
-    double dot_parts "vec_dot_parts" (
-        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
-    double weigh "vec_weigh_parts" (
-        ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
-    void vec_pair(const double *, const double *, const double *, const double *, const double *,
-                  ptrdiff_t, double *) noexcept nogil
-    void scaled "vec_scale_parts" (
-        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
-    void combined "vec_sum_parts" (
-        ptrdiff_t, double *, double, const double *, double, const double *,
-        ptrdiff_t) noexcept nogil
-
+include "../../abi/vectors.pxi"
 include "inverse.pxi"
 
 
@@ -107,14 +94,14 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
         vec_pair(guard.weight, guard.inverse, s, y, p, n, &products[0])
         yy, sy, py, ss, pp = products[0], products[1], products[2], products[3], products[4]
     else:
-        yy = weigh(parts, guard.inverse, y, n)
+        yy = weigh_parts(parts, guard.inverse, y, n)
         sy = py = ss = pp = 0.0
         if rule != BROYDEN:
             py = dot_parts(parts, p, y, n)
         if rule == DAVIDON:
-            pp = weigh(parts, guard.weight, p, n)
+            pp = weigh_parts(parts, guard.weight, p, n)
         elif rule != BROYDEN:
-            sy, ss = dot_parts(parts, s, y, n), weigh(parts, guard.weight, s, n)
+            sy, ss = dot_parts(parts, s, y, n), weigh_parts(parts, guard.weight, s, n)
     if not yy > guard.smallest_y * guard.smallest_y:
         return 0
     if rule == BROYDEN:
@@ -135,7 +122,7 @@ cdef int pair_terms(Rule rule, ptrdiff_t parts, ptrdiff_t n, const double *s, co
     if rule == DFP:  # equation 15: s s^T / (s.y) - h h^T / (y.h)
         scaled(parts, a, 1.0 / sy, s, n)
         scaled(parts, w, 1.0, s, n)
-        if vanishes(yh, weigh(parts, guard.weight, w + stride, n), yy):
+        if vanishes(yh, weigh_parts(parts, guard.weight, w + stride, n), yy):
             return 0
         scaled(parts, a + stride, -1.0 / yh, w + stride, n)
         return 2

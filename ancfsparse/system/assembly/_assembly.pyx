@@ -7,19 +7,8 @@ from libc.stdlib cimport calloc, free
 import numpy as np
 
 
-cdef extern from "parallel.h":
-    void in_parts "ancf_in_parts" (
-        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
-
-cdef extern from "vectors.h":
-    double vec_dot_parts(ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
-    void vec_scale_parts(
-        ptrdiff_t, double *, double, const double *, ptrdiff_t) noexcept nogil
-    void vec_sum_parts(
-        ptrdiff_t, double *, double, const double *, double, const double *,
-        ptrdiff_t) noexcept nogil
-
 include "../../abi/system_abi.pxi"
+include "../../abi/vectors.pxi"
 
 
 cdef ptrdiff_t MAX_STORED_MASSES = 250_000  # matrix entries (2 MB); more masses are recomputed

@@ -70,7 +70,7 @@ cdef void residual(void *context, const double *q, const double *v, const double
     cdef ptrdiff_t k
     set_state(&x, q, v, a, lam, amplitudes)
     tune(self, amplitudes)
-    vec_scale_parts(self.n_parts, r, -1.0, dead_load, self.n_all)
+    scaled(self.n_parts, r, -1.0, dead_load, self.n_all)
     for k in range(self.n_contributions):
         each = self.contributions[k]
         if each.residual != NULL:
@@ -87,7 +87,7 @@ cdef void residual_between(void *context, const double *q0, const double *q1, co
     cdef ptrdiff_t k
     set_state(&x, q, v, a, lam, amplitudes)
     tune(self, amplitudes)
-    vec_scale_parts(self.n_parts, r, -1.0, dead_load, self.n_all)
+    scaled(self.n_parts, r, -1.0, dead_load, self.n_all)
     for k in range(self.n_contributions):
         each = self.contributions[k]
         if each.between != NULL:
@@ -130,7 +130,7 @@ cdef void start_with_damping(const Flat *self, double factor, const ancf_state *
     clear(self, n, values)
     if self.damped and factor != 0.0:
         add_part(self, DAMPING, x, values)
-        vec_scale_parts(self.n_parts, values, factor, values, n)
+        scaled(self.n_parts, values, factor, values, n)
 
 
 cdef void material(void *context, double mass_factor, double stiffness_factor,
@@ -149,15 +149,14 @@ cdef void add_masses(const Flat *self, double mass_factor, double unit, const an
     """Multiply the values by their unit, and add the masses."""
     cdef ptrdiff_t n = self.n_values + 1  # including the entry of fixed coordinates
     if self.mass_values != NULL:
-        vec_sum_parts(self.n_parts, values, unit, values, mass_factor, self.mass_values,
-                      self.n_values)
+        combined(self.n_parts, values, unit, values, mass_factor, self.mass_values, self.n_values)
     elif mass_factor == 0.0:
-        vec_scale_parts(self.n_parts, values, unit, values, n)
+        scaled(self.n_parts, values, unit, values, n)
     else:
-        vec_scale_parts(self.n_parts, values, unit / mass_factor, values, n)
+        scaled(self.n_parts, values, unit / mass_factor, values, n)
         add_part(self, MASS, x, values)
         if mass_factor != 1.0:
-            vec_scale_parts(self.n_parts, values, mass_factor, values, n)
+            scaled(self.n_parts, values, mass_factor, values, n)
 
 
 cdef void add_equations(const Flat *self, double mass_factor, const ancf_state *x,
@@ -178,7 +177,7 @@ cdef void energies(void *context, const double *q, const double *v, const double
     """Kinetic and elastic energy."""
     cdef const Flat *self = <const Flat *>context
     inertia(context, v, scratch)
-    out[0] = 0.5 * vec_dot_parts(self.n_parts, v, scratch, self.n_all)
+    out[0] = 0.5 * dot_parts(self.n_parts, v, scratch, self.n_all)
     tune(self, amplitudes)
     out[1] = elastic(self, q)
 

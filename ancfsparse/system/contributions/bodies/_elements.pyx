@@ -5,6 +5,7 @@ from libc.math cimport fabs
 from libc.stdlib cimport calloc, free
 from libc.string cimport memset
 
+include "../../../abi/vectors.pxi"
 include "../contribution.pxi"
 
 cdef extern from "kernel_abi.h":
@@ -12,11 +13,6 @@ cdef extern from "kernel_abi.h":
     ctypedef void (*ancf_kernel)(
         ptrdiff_t, const int32_t *, const int32_t *, const int32_t *,
         const double *, const double *, const double *, double *) noexcept nogil
-
-cdef extern from "parallel.h":
-    const int MOST_PARTS "ANCF_MOST_PARTS"
-    void in_parts "ancf_in_parts" (
-        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
 
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
