@@ -90,9 +90,11 @@ class LoadDiscontinuities:
 
         There the error of a step of high order is not what differences of two motions show.
         """
-        least, out = 1e-9 * (self.times[-1] - self.times[0]), []
+        tolerance, out = 1e-9 * (self.times[-1] - self.times[0]), []
         for begin, end in self.spans:
-            inside = sorted(time for time in self._ends if begin + least < time < end - least)
+            inside = sorted(
+                time for time in self._ends if begin + tolerance < time < end - tolerance
+            )
             out += list(pairwise([begin, *inside, end]))
         return out
 

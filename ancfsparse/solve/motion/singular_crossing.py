@@ -6,7 +6,7 @@ solution.  The motion itself is smooth.  So a step of order 8, whose stages leav
 configuration lies, crosses it, and regular steps keep a distance.
 
 Undamped implicit integrators retain errors of constraint forces that alternate from step to step,
-and rotation amplifies them.  One explicit step, from whose end they start anew, removes these.
+and rotation amplifies them.  They are removed by one explicit step and a new start after it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ MIN_STEP_RATIO = 0.05  # shortest step before and after the long one, over it
 # taken, or that with the least.
 GOOD_DIFFERENCE_RATIO = 1e-9
 MAX_DIFFERENCE_RATIO = 1e-5
-# Rotation of a body after which an undamped implicit integrator starts anew [rad]: alternating
+# Rotation of a body after which an undamped implicit integrator is restarted [rad]: alternating
 # constraint forces grow in it by exp(1.2) (theory.md, double root).  With 0.3 and 0.1 rad errors of
 # five mechanisms are about as large; without renewal, three of them stop.
 RENEWAL_ROTATION = 1.0
@@ -129,7 +129,7 @@ class SingularCrossing:
     regularization : float, optional
         Of the matrices of an implicit integrator [1/kg]; an explicit one has factored the seed.
     renews : bool, optional
-        Whether to take an explicit step from time to time, from whose end the integrator starts
+        Whether to take an explicit step from time to time, and to start the integrator after it
         without alternating constraint forces.
 
     Attributes

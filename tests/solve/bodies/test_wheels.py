@@ -109,7 +109,7 @@ def test_others_keep_a_fast_wheel(integrator):
     ],
 )
 @pytest.mark.parametrize("integrator", [ancf.Newmark(0.0), ancf.GeneralizedAlpha(1.0)], ids=repr)
-def test_undamped_integrators_start_anew_before_forces_alternate(problem, t_end, dt, integrator):
+def test_undamped_integrators_restart_before_forces_alternate(problem, t_end, dt, integrator):
     """They stopped after .1 to 4 s, with multipliers 3 to 700 times as large as the exact ones."""
     position_errors, force_errors = [], []
     scene = problem().scene
