@@ -35,7 +35,10 @@ from ancfsparse.errors import (
 from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.integrators.interface.time_grid import count_steps_from
 from ancfsparse.plans.discretization_error.error_model import ErrorModel, scaled
-from ancfsparse.plans.discretization_error.initial_singularity import check_initial_force
+from ancfsparse.plans.discretization_error.initial_singularity import (
+    add_initial_error,
+    check_initial_force,
+)
 from ancfsparse.plans.execution.plan_data import (
     MIN_INTERVALS,
     Alternative,
@@ -261,6 +264,7 @@ def _plan(
         else:
             raise
         error_model = confirm_selection(selection.trials, selection.error_model)
+    error_model = add_initial_error(selection.trials, error_model)
     why = selection.why
     if planar is not None:
         why = ("the scene moves in a plane, and is solved there", *why)

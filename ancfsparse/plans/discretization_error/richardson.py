@@ -2,7 +2,8 @@
 
 A method of order p has the error e(x) = C x^-p at a resolution x, a number of elements or steps.
 Two solutions differ by d = e(x) - e(r x), so e(r x) = d / (r^p - 1).  Three solutions show the
-order; if it differs from that of the method, the smaller of both is used.
+order; if it differs from that of the method, the smaller of both is used, and the larger at lower
+resolutions.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ class Estimate:
         Ratio of the two resolutions from which it was estimated.
     is_observed : bool
         Whether an order was observed at all, which takes three solutions.
+    observed : float
+        That order; if it is larger than the power, it is the power at lower resolutions.
     """
 
     resolution: float
@@ -42,10 +45,16 @@ class Estimate:
     is_asymptotic: bool
     ratio: float = 2.0
     is_observed: bool = True
+    observed: float = 0.0
 
     def at(self, resolution: float) -> float:
         """Return the error at another resolution."""
-        return float(self.error * (self.resolution / resolution) ** self.order)
+        order = self._order(resolution < self.resolution)
+        return float(self.error * (self.resolution / resolution) ** order)
+
+    def _order(self, is_lower: bool) -> float:
+        """Return the power at lower or at higher resolutions."""
+        return max(self.order, self.observed) if is_lower else self.order
 
     def resolution_for(self, error: float) -> float:
         """Return the resolution with an error."""
@@ -54,7 +63,7 @@ class Estimate:
         ratio = self.error / error if error > 0.0 else math.inf
         if ratio > MAX_ERROR_RATIO:
             return math.inf
-        return float(self.resolution * ratio ** (1.0 / self.order))
+        return float(self.resolution * ratio ** (1.0 / self._order(ratio < 1.0)))
 
     @property
     def conservative(self) -> float:
@@ -105,7 +114,8 @@ def from_observed_order(
     """Return the estimate from a difference, with the smaller of two orders."""
     used = min(order, max(observed, MIN_ORDER))
     is_asymptotic = ASYMPTOTIC_RANGE[0] * order <= observed <= ASYMPTOTIC_RANGE[1] * order
-    return Estimate(resolution, difference / (ratio**used - 1.0), used, is_asymptotic, ratio)
+    error = difference / (ratio**used - 1.0)
+    return Estimate(resolution, error, used, is_asymptotic, ratio, observed=observed)
 
 
 def observed_order(resolutions: Sequence[float], first: float, second: float) -> float:

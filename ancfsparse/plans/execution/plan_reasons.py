@@ -73,6 +73,6 @@ def _estimate_reasons(error_model: ErrorModel) -> list[str]:
                 f"the trial runs do not show the theoretical convergence order in the {name}; the "
                 f"smaller of observed and theoretical order is used{reserve}"
             )
-    if error_model.selected is not None:
+    if error_model.selected is not None and error_model.optimal_excess <= 1.0:
         out.append("the final run agrees with the error estimate from the trial runs")
     return out

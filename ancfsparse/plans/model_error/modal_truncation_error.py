@@ -107,7 +107,9 @@ def modal_sum_errors(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[
 
         - ``"nonlinearity"``: by forces that are nonlinear in the displacements x.  Their even part
           changes x statically by x2; their odd part, about that, by x3 times half the phase of the
-          motion, since a changed frequency lets it drift.
+          motion, since a changed frequency lets it drift.  So does the change of stiffness by the
+          mean displacement: that part of x2 which is linear in the vibration about the static
+          displacements, and along it.
         - ``"modes"``: twice the static displacements by loads in the modes left out, and the part
           of initial velocities in them.
     """
@@ -121,13 +123,23 @@ def modal_sum_errors(modes: Modes, run: Trajectory, quantity: Quantity) -> dict[
     samples = np.unique([*np.linspace(0, len(x) - 1, N_SAMPLES).astype(int), farthest])
     omega = mean_frequency(run)
     phase = max(1.0, 0.5 * omega * float(run.t[-1] - run.t[0]))
-    pairs = (_nonlinear_displacements(equations, system, about, each) for each in x[samples])
-    even, odd = map(np.stack, zip(*pairs, strict=True))
-    q, v = np.asarray(run.q)[samples], np.asarray(run.v)[samples]
-    change = even + phase * odd
-    rate = omega * (2.0 * even + phase * odd)
-    nonlinearity = _change(run, quantity, samples, q + change, v + rate)
+
+    def nonlinear(displacements: Vector) -> tuple[Vector, ...]:
+        pairs = (_nonlinear_displacements(equations, system, about, each) for each in displacements)
+        return tuple(map(np.stack, zip(*pairs, strict=True)))
+
     response = linear_response(system, about, equations, np.asarray(run.t)[samples])
+    mean, vibration = x.mean(axis=0), x[samples] - response
+    even, odd = nonlinear(x[samples])
+    (ahead, _), (behind, _) = nonlinear(mean + vibration), nonlinear(mean - vibration)
+    momenta = np.stack([np.asarray(system.assembly.inertia(each)) for each in vibration])
+    softer = 0.5 * np.einsum("sn,sn->s", momenta, ahead - behind)
+    softer /= np.maximum(np.einsum("sn,sn->s", momenta, vibration), np.finfo(float).tiny)
+    q, v = np.asarray(run.q)[samples], np.asarray(run.v)[samples]
+    drift = phase * (odd + softer[:, None] * vibration)
+    change = even + drift
+    rate = omega * (2.0 * even + drift)
+    nonlinearity = _change(run, quantity, samples, q + change, v + rate)
     outside = 2.0 * part_outside_modes(modes, system, response)
     velocity = part_outside_modes(modes, system, about.v[None])[0]
     next_omega = float(np.sqrt(abs(modes.eigenvalues[-1])))

@@ -19,6 +19,7 @@ from ancfsparse.plans.model_error.section_energies import (
     loaded_nodes,
     rotary_energy,
     section_energies,
+    strain_spread,
     string_energies,
     torsion_energy,
 )
@@ -27,6 +28,7 @@ from ancfsparse.plans.quantities.quantity import (
     Position,
     Quantity,
     StaticDeflection,
+    Strain,
 )
 from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import Trajectory
@@ -144,6 +146,10 @@ def neglected_effects(
         if solve is not None and STRETCH_WEIGHT * stretch_response * spread > enough:
             stretch_response = _response(*base, solve, _soften)
         effects["stretch"] = max(effects.get("stretch", 0.0), stretch_response * spread)
+        if isinstance(quantity, Strain):
+            of_point = [b for b in cables if b is quantity.point.beam]
+            spreads = (strain_spread(run, b, quantity.point) for b in of_point)
+            effects["stretch"] = max([effects["stretch"], *spreads])
     if strings:  # the resistance is that of tension, which material does not change
         effects["bending"] = _bending_effect(quantity, ratios["bending"] * size, cut)
     if cables and not is_static:

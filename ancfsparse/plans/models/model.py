@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
@@ -10,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models.graded_mesh import MeshGrading
+from ancfsparse.plans.models.graded_mesh import MeshGrading, part_count, round_half_up
 from ancfsparse.plans.models.rigid_links import rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided
@@ -44,7 +43,6 @@ class ElementChoice:
 # Distance over the length of a beam below which two points share a node.  With elements of 1e-6 of
 # the length, rounding is as large as the loads, and equilibria of cables and beams are not found.
 MIN_NODE_DISTANCE = 1e-4
-HALF_TOLERANCE = 1e-9  # elements; counts this near a half are rounded as a half
 MIN_LONGEST_COUNT = 4.0  # elements on the longest beam of the coarsest mesh
 RIGID = ElementChoice("rigid", {}, 8)
 """A rigid rod in place of a beam, with its mass and inertia; it has no mesh."""
@@ -72,11 +70,14 @@ class Model:
         Number of elements of every beam with an automatic mesh; of a mesh of cables on every edge.
     gradings : mapping of str to MeshGrading
         Distribution of the elements of beams whose elements differ in length.
+    places : mapping of str to tuple of float
+        Relative positions of nodes of every mesh, besides those that records refer to.
     """
 
     elements: Mapping[str, ElementChoice] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
     gradings: Mapping[str, MeshGrading] = field(default_factory=dict)
+    places: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def with_counts(self, counts: Mapping[str, int]) -> Model:
         """Return the same elements on another mesh; rigid rods have no mesh."""
@@ -102,7 +103,7 @@ def build_model(scene: Scene, model: Model) -> Scene:
     beams = {beam.name: beam for beam in open_bodies(scene)}
     if not beams:
         return scene
-    inner = inner_node_positions(scene, beams)
+    inner = inner_node_positions(scene, beams, model.places)
     return _rebuild(
         scene, {name: _record(scene, beam, model, inner[name]) for name, beam in beams.items()}
     )
@@ -185,12 +186,8 @@ def element_counts(scene: Scene, n_longest: float) -> dict[str, int]:
     """
     lengths = _mesh_lengths(scene)
     longest = max(lengths.values(), default=1.0)
-    return {name: max(1, _round(n_longest * each / longest)) for name, each in lengths.items()}
-
-
-def _round(count: float) -> int:
-    """Round a number of elements, halves upwards, so that lengths equal to rounding agree."""
-    return math.floor(count + 0.5 + HALF_TOLERANCE)
+    counts = {name: round_half_up(n_longest * each / longest) for name, each in lengths.items()}
+    return {name: max(1, count) for name, count in counts.items()}
 
 
 def coarse_count(scene: Scene, across: float) -> float:
@@ -215,12 +212,17 @@ def _mesh_lengths(scene: Scene) -> dict[str, float]:
     }
 
 
-def inner_node_positions(scene: Scene, beams: Mapping[str, ElasticBody]) -> dict[str, list[float]]:
+def inner_node_positions(
+    scene: Scene,
+    beams: Mapping[str, ElasticBody],
+    places: Mapping[str, tuple[float, ...]] | None = None,
+) -> dict[str, list[float]]:
     """Return the relative positions of inner points of beams that records refer to, in order.
 
     Forces, joints and force elements act there, so solutions have kinks, and every mesh has nodes.
+    Other `places` are included.
     """
-    referred: dict[str, set[float]] = {name: set() for name in beams}
+    referred: dict[str, set[float]] = {name: set((places or {}).get(name, ())) for name in beams}
 
     def note(reference: BodyRef) -> BodyRef:
         beam = beams.get(reference.body)
@@ -284,12 +286,12 @@ def _graded(count: int, inner: list[float], grading: MeshGrading) -> dict[str, A
 def _mesh(count: int, inner: list[float]) -> dict[str, Any]:
     """Return a mesh of about `count` elements with nodes at inner positions.
 
-    Each part between two positions is divided evenly, in proportion to its length.
+    Each part between two positions is divided evenly, about in proportion to its length.
     """
     if not inner:
         return {"n_elements": max(1, count)}
     ends = np.array([0.0, *inner, 1.0])
-    parts = [max(1, _round(count * each)) for each in np.diff(ends)]
+    parts = [part_count(count, each) for each in np.diff(ends)]
     total = sum(parts)
     even = np.cumsum([0, *parts]) / total
     if np.allclose(even, ends, rtol=0.0, atol=1e-12):

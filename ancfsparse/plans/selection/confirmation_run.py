@@ -26,6 +26,7 @@ from ancfsparse.plans.trial_runs.trial_runs import (
     TRIAL_FRACTION,
     TrialRun,
     TrialRuns,
+    absolute_tolerances,
     goal_differences,
 )
 
@@ -66,7 +67,9 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         run = trials.run(trials.with_mesh(error_model.model, tried[0]), tried[1])
         if run is None:
             break
-        before = error_model
+        before = error_model = replace(  # the size of a quantity may depend on mesh and steps
+            error_model, tolerances=tuple(absolute_tolerances(trials.goals, run))
+        )
         error_model = _corrected_by_residual(
             trials, error_model, reference_run, run
         ) or _corrected_by_difference(

@@ -102,7 +102,7 @@ def _refine_once(
     trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None
 ) -> ErrorModel:
     order = _order(trials.scene, model)
-    n_longest, coarse, time = _coarse_time_error(trials, model)
+    n_longest, coarse, time = _coarse_time_error(trials, model, fixed_steps)
     steps = _steps_for_meshes(trials, time)
 
     def is_affordable(last: TrialRun) -> bool:
@@ -160,7 +160,7 @@ def _refine_together(
     if near is not None and near.reference_run.model.counts:
         result = refine_other_elements(trials, model, order, near.time, near.reference_run)
     if result is None:
-        result = refine_together(trials, model, order, trials.integrator.order)
+        result = refine_together(trials, model, order, trials.step_order)
     if result is None:
         return None
     last = result.mesh.runs[-1]
@@ -191,7 +191,9 @@ def _pays_to_grade(trials: TrialRuns, error_model: ErrorModel) -> bool:
     return gain >= MIN_GRADING_GAIN and saved > MIN_WORK_SAVED + GRADING_RUNS * last.cost.work
 
 
-def _coarse_time_error(trials: TrialRuns, model: Model) -> tuple[float, Model, RunEstimates]:
+def _coarse_time_error(
+    trials: TrialRuns, model: Model, fixed_steps: int | None
+) -> tuple[float, Model, RunEstimates]:
     """Return the coarsest mesh on which steps converge, and the error of the steps there."""
     n_longest = first = coarse_count(trials.scene, COARSEST_COUNT)
     coarse = trials.with_mesh(model, n_longest)
@@ -199,12 +201,12 @@ def _coarse_time_error(trials: TrialRuns, model: Model) -> tuple[float, Model, R
         return n_longest, coarse, no_time_error(trials, coarse)
     if isinstance(trials.integrator, SolutionMethod):
         return n_longest, coarse, sampling_error(trials, coarse)
-    order = trials.integrator.order
+    order = trials.step_order
     while True:
         coarse = trials.with_mesh(model, n_longest)
         is_last = not coarse.counts or n_longest >= first * MAX_COARSE_RATIO
         try:
-            return n_longest, coarse, time_error(trials, coarse, order, not is_last)
+            return n_longest, coarse, time_error(trials, coarse, order, not is_last, fixed_steps)
         except PlanError:
             if is_last:
                 raise

@@ -27,6 +27,7 @@ from ancfsparse.plans.selection.explicit_alternative import select_explicit
 from ancfsparse.plans.selection.rigid_link_selection import select_rigid_links
 from ancfsparse.plans.trial_runs.load_resolution import (
     check_signals,
+    jumps_inside_steps,
     steps_resolving_loads,
     steps_resolving_vibration,
 )
@@ -156,7 +157,8 @@ def _resolve_loads(trials: TrialRuns, fixed_steps: int | None) -> TrialRuns:
         return trials
     steps = steps_resolving_loads(system, trials.t_end, trials.base)
     check_signals(system, trials.t_end, steps)
-    return replace(trials, base=steps)
+    order = 1 if jumps_inside_steps(system, trials.t_end, steps // 2) else trials.max_step_order
+    return replace(trials, base=steps, max_step_order=order)
 
 
 def _resolve_vibrations(trials: TrialRuns, equilibria: TrialRuns) -> TrialRuns:

@@ -14,6 +14,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.interface.time_grid import TimeGrid
+from ancfsparse.scene.records.signals import TIME_ROUNDING
 from ancfsparse.solve.error_models.signal_resolution import MAX_IMPULSE_ERROR, max_impulse_error
 from ancfsparse.system import System
 from ancfsparse.system.used_signals import signals_of
@@ -22,6 +23,7 @@ MAX_NONLINEARITY = 0.1  # deviation from a line between steps, relative to the v
 ROUNDING = 1e-12  # relative to the largest amplitude of a source
 MAX_HALVINGS = 8  # of the step
 STEPS_PER_PERIOD = 8.0
+MIN_JUMP = 1e-3  # change of a load within rounding of a time, over its largest value there
 GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)  # positions between steps that fit no period
 
 
@@ -86,6 +88,25 @@ def times_with_corners(system: System, times: Vector) -> Vector:
         return times
     nodes = np.unique(np.clip(corners, times[0], times[-1]))
     return np.union1d(times, np.concatenate([nodes, 0.5 * (nodes[1:] + nodes[:-1])]))
+
+
+def jumps_inside_steps(system: System, t_end: float, steps: int) -> bool:
+    """Return True if a signal of a load jumps at a time other than those of the steps.
+
+    In the step of a jump the load has an error of the size of the jump, which halved steps share if
+    their times are as far from the jump.
+    """
+    for used in signals_of(system):
+        times = np.array([each for each in used.signal.time_scale.times if 0.0 < each < t_end])
+        number = times * steps / t_end
+        times = times[np.abs(number - np.round(number)) > TIME_ROUNDING * steps]
+        if used.is_motion or not len(times):
+            continue
+        ratios = 1.0 - 2.0 * TIME_ROUNDING, 1.0 + 2.0 * TIME_ROUNDING
+        before, after = (used.values(ratio * times) for ratio in ratios)
+        if (np.abs(after - before) > MIN_JUMP * np.max(np.abs([before, after]))).any():
+            return True
+    return False
 
 
 def _resolves_loads(system: System, t_end: float, steps: int) -> bool:

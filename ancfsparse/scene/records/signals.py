@@ -32,6 +32,9 @@ from ancfsparse.scene.records.signal import ScaledSignal, Signal, TimeScale, Val
 # Relative rounding of a time as a multiple of a step.  Without it a pulse from 0.05012 s to
 # 0.05018 s acted for 31 steps of 2 us.
 TIME_ROUNDING = 8.0 * np.finfo(float).eps
+# Of the last time of a run, as `count_steps` admits it.  The last of 50 steps to .21 s was 3e-17 s
+# after the end of a table, and the run was refused.
+END_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,11 +107,13 @@ class Table(Signal):
         first, last = float(self.times[0]), float(self.times[-1])
         is_outside = (t < first) | (t > last)
         if self.outside == "error" and is_outside.any():
-            raise InputError(
-                f"the table has values from t = {first:.6g} s to {last:.6g} s, and none at "
-                f"{float(t[is_outside].flat[0]):.6g} s: extend it, or choose outside='hold' or "
-                "'zero'"
-            )
+            beyond = np.maximum(first - t, t - last)
+            if beyond.max() > END_ROUNDING * max(abs(first), abs(last)):
+                raise InputError(
+                    f"the table has values from t = {first:.6g} s to {last:.6g} s, and none at "
+                    f"{float(t.flat[beyond.argmax()]):.6g} s: extend it, or choose outside='hold' "
+                    "or 'zero'"
+                )
         if self.smooth:
             return np.asarray(self._spline(np.clip(t, first, last)))
         columns = self.values.reshape(len(self.times), -1).T

@@ -51,7 +51,7 @@ def struck(element, n):
     ],
 )
 def test_peaks_after_a_pulse_have_plans_that_hold(ask, t_end, error):
-    scene, beam = struck("auto", "auto")
+    scene, beam = struck("thin", "auto")  # other elements have other strains of a bent axis
     plan = ancf.plan(scene, t_end, ask(beam), error)
     assert plan.is_met
     assert "bounds from four motions" in str(plan)

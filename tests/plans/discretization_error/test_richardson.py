@@ -43,6 +43,15 @@ def test_a_lower_observed_order_is_believed_and_a_higher_one_is_not():
     assert not cautious.is_asymptotic
 
 
+@pytest.mark.parametrize("order", [1, 3.5, 5])
+def test_errors_at_lower_resolutions_are_not_below_those_that_were_seen(order):
+    """An order above that of the method, once assumed where it was not seen, hid 2.4 times."""
+    errors, apart = series(order, (8, 16, 32))
+    error_model = estimate((8, 16, 32), apart, 2)
+    assert error_model.at(8) >= 0.99 * errors[0]
+    assert error_model.resolution_for(errors[0]) >= 7.99
+
+
 def test_what_diverges_is_not_settled_and_its_error_is_not_small():
     error_model = estimate((8, 16, 32), (1.0, 2.0), 2)
     assert not error_model.is_asymptotic

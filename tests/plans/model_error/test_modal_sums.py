@@ -213,3 +213,17 @@ def test_a_taut_line_pushed_at_a_point_is_a_sum_of_modes():
     exact = (np.sin(push * t) - push / omega * np.sin(omega * t)) @ shape
     off = np.abs(run.position(point)[:, 1] - exact).max()
     assert off <= plan.predictions[0].tolerance
+
+
+def test_vibrations_drift_where_the_mean_displacement_changes_the_stiffness():
+    """After 6 and 40 s; what does not grow is left out by the modes, or by the steps."""
+    scene, point = hanging("thin", 8)
+    method = ModalSum(16, start="equilibrium")
+    run = method.solve(scene, 40.0, 4096)
+    dt = 40.0 / 4096 / 20
+    fine = ancf.simulate(scene, 40.0, dt, save_every=20, integrator=ancf.Newmark(),
+                         start="equilibrium")  # fmt: skip
+    distances = np.linalg.norm(run.position(point) - fine.position(point), axis=1)
+    grown = distances.max() - distances[:600].max()
+    left = method.neglected(run, ancf.position(point))["nonlinearity"]
+    assert 0.5 * grown <= left <= 4.0 * grown

@@ -46,6 +46,25 @@ def test_shear(height):
     assert measured["shear"] == pytest.approx(error_model["shear"], rel=0.02)
 
 
+@pytest.mark.parametrize("load", [0.03, 0.1])
+def test_strains_of_a_bent_axis(load):
+    """Cables and beams under a tip force agree in the tension, and not in its strain."""
+
+    def bent(element, n, **options):
+        scene, beam = build_beam(
+            element, (0, 0), (1, 0), n, ancf.Circle(0.05), ancf.Material(1e9, 1000.0, 0.3), "clamp",
+            gravity=(0.0, 0.0), **options,
+        )  # fmt: skip
+        scene.point_force(beam.end, (0.0, -load * 1e9 * np.pi / 64.0 * 0.05**4))
+        return ancf.solve_static(scene), beam
+
+    cable, beam = bent("thin", 32), bent("thick", 64, curvature="section", section_strain="nodal")
+    strains = [each.strain(body, [body.at(0.25)]).item() for each, body in (cable, beam)]
+    run, body = as_trajectory(cable[0]), cable[1]
+    error_model = neglected_effects(run.system.scene, run, ancf.strain(body.at(0.25)))
+    close(error_model["stretch"], abs(strains[1] - strains[0]))
+
+
 @pytest.mark.parametrize("height", [0.05, 0.2])
 def test_rotary_inertia(height):
     """A beam let go from its deflection; its section does not shear."""

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans.models.graded_mesh import part_count
 from ancfsparse.plans.models.model import MIN_NODE_DISTANCE, Model, build_model, refine_given_meshes
 from ancfsparse.plans.selection.element_hierarchy import CABLE
 from ancfsparse.scene.records.record import PointRef
+from tests.plans.comparison import build_trials
 from tests.plans.interior_points import INSIDE, KINDS, draw, missed, plan_of
 
 MAX_RATIO = 1.2  # of the error to the tolerance, the uncertainty of the reference included
@@ -108,3 +110,24 @@ def test_motions_of_taut_lines_are_found_to_the_error(seed, inside):
     ratio, uncertain = missed(drawn, plan)
     assert plan.is_met
     assert ratio <= MAX_RATIO + uncertain, drawn.words
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_successive_meshes_differ_in_every_part(seed):
+    """Where two meshes are the same, their difference hides the error there."""
+    inner = np.sort(np.random.default_rng(seed).uniform(0.04, 0.96, 3))
+    parts = np.diff([0.0, *inner, 1.0])
+    counts = np.array([[part_count(n, each) for each in parts] for n in (8, 12, 18, 27, 41)])
+    assert (np.diff(counts, axis=0)[:, parts > 0.04] > 0).all()
+    assert (counts.sum(axis=1) <= np.array([8, 12, 18, 27, 41]) + 4 * len(parts)).all()
+
+
+def test_places_of_moments_are_nodes_of_every_mesh():
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), "auto", ancf.Circle(0.01), ancf.Material(1e9, 1e3))
+    scene.clamp(rod.start)
+    for make, count in ((ancf.position, 0), (ancf.section_force, 1), (ancf.strain, 1)):
+        trials = build_trials(scene, 1.0, make(rod.at(0.37)), 1e-3)
+        for n in (8, 12, 18):
+            built = trials.build(trials.with_mesh(Model(), n)).body(rod.name)
+            assert np.count_nonzero(np.abs(built.arcs - 0.37) < 1e-12) == count

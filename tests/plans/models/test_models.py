@@ -41,7 +41,7 @@ def test_places_of_joints_are_nodes_of_every_mesh(count):
     assert new.joints[0].nodes[0].is_node
     assert new.joints[0].nodes[0].s == pytest.approx(0.74, abs=1e-12)
     assert new.loads[0].node.s == pytest.approx(2.0 / 3.0, abs=1e-12)
-    assert abs(new.bodies[0].n_elements - count) <= 1
+    assert count <= new.bodies[0].n_elements <= 1.2 * count + 2
 
 
 def test_results_take_the_handles_of_the_scene_that_was_planned():
@@ -115,8 +115,8 @@ def test_equal_parts_of_a_beam_get_equal_numbers_of_elements():
     for share in (0.1, 0.3, 0.5, 0.7, 0.9):
         scene.point_force(rod.at(2.0 * share), (0.0, -1.0))
     (body,) = build_model(scene, Model(counts={rod.name: 25})).bodies
-    assert body.n_elements == 4 * 5 + 2 * 3
-    assert np.allclose(np.diff(body.arcs)[3:-3], 0.08, rtol=1e-12)
+    assert body.n_elements == 4 * 7 + 2 * 4
+    assert np.allclose(np.diff(body.arcs)[4:-4], 0.4 / 7, rtol=1e-12)
 
 
 @pytest.mark.parametrize("use", [lambda s: ancf.simulate(s, 0.1, 1e-3), ancf.solve_static])

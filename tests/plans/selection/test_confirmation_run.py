@@ -34,7 +34,7 @@ def test_a_system_that_was_marched_before_gives_the_same_numbers():
 
 
 def test_one_mesh_is_run_once_for_several_requested_counts():
-    """Five places on a beam make ten elements of eight, of ten and of twelve."""
+    """Five places on a beam make ten elements of six, of seven and of eight."""
     scene, rod = build_beam(
         "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000),
         "clamp",
@@ -43,11 +43,11 @@ def test_one_mesh_is_run_once_for_several_requested_counts():
         scene.point_force(rod.at(share), (0.0, -0.01))
     trials = build_trials(scene, 0.1, ancf.position(rod.end), 1e-3)
     model = Model()
-    one, *others = (trials.run(model.with_counts({rod.name: n}), 100) for n in (8, 10, 12))
+    one, *others = (trials.run(model.with_counts({rod.name: n}), 100) for n in (6, 7, 8))
     assert one.run.system.scene.body(rod.name).n_elements == 10
     assert all(other is one for other in others)
-    assert trials.find(model.with_counts({rod.name: 12}), 100) is one
-    assert trials.build(model.with_counts({rod.name: 12})) is one.run.system.scene
+    assert trials.find(model.with_counts({rod.name: 8}), 100) is one
+    assert trials.build(model.with_counts({rod.name: 8})) is one.run.system.scene
     assert trials.find(model.with_counts({rod.name: 16}), 100) is None
     assert len(trials.run_costs) == len(trials.systems) == 1
 
@@ -114,9 +114,14 @@ def whipping_slope():
     return scene, t_end, ancf.slope_angle(rod.end), "1 %"
 
 
-@pytest.mark.parametrize("make", [falling_strain, whipping_slope], ids=lambda make: make.__name__)
-def test_a_run_far_from_all_others_is_confirmed_by_a_near_one(make):
-    """Their difference agreed with the estimates, and the error was 31 and 12 times as large."""
-    plan = ancf.plan(*make())
+def test_waves_that_long_steps_damp_are_refused():
+    """Two runs agreed with the estimates, and the error was 31 times as large."""
+    with pytest.raises(ancf.PlanError, match="In the last motion it vibrates by up to"):
+        ancf.plan(*falling_strain())
+
+
+def test_a_run_far_from_all_others_is_confirmed_by_a_near_one():
+    """Their difference agreed with the estimates, and the error was 12 times as large."""
+    plan = ancf.plan(*whipping_slope())
     assert not plan.is_met
     assert plan.error > 1.5 * plan.predictions[0].tolerance

@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.trial_runs.load_resolution import amplitudes_over_time, steps_resolving_loads
+from ancfsparse.plans.trial_runs.load_resolution import (
+    amplitudes_over_time,
+    jumps_inside_steps,
+    steps_resolving_loads,
+)
 from ancfsparse.system import System
 from tests.beams import build_beam
 from tests.plans.comparison import distance_from_shorter_steps
@@ -55,3 +59,21 @@ def test_a_heated_cantilever_is_planned_in_few_steps():
     run = plan.run()
     off = distance_from_shorter_steps(run, rod.end, fine, its.end, round(run.t[1] / 1e-4))
     assert off <= plan.predictions[0].tolerance
+
+
+@pytest.mark.parametrize(
+    ("signal", "jumps"),
+    [
+        (ancf.Pulse(1.0, 0.4, 1.0), False),
+        (ancf.Pulse(1.0, 0.4, 1.0171), True),
+        (ancf.Pulse(1.0, 0.4, 1.0171, rise=0.1), False),
+        (ancf.Ramp(2.0, 1.0171, 0.3) + ancf.Sine(1.0, 3.0), False),
+        (ancf.Table([0.0, 0.7071, 0.7071 + 1e-15, 9.0], [0.0, 1.0, 3.0, 3.0]), True),
+        (lambda t: t, False),
+    ],
+)
+def test_jumps_inside_steps(signal, jumps):
+    """Errors of the steps are then of order 1, whatever the trial runs show."""
+    scene, rod = build_beam("thin", (0, 0), (1, 0), 4, ancf.Circle(0.02), STEEL, "clamp")
+    scene.point_moment(rod.end, signal)
+    assert jumps_inside_steps(System(scene), 2.0, 50) is jumps

@@ -83,6 +83,16 @@ def test_equal_signals_have_equal_hashes_and_readable_texts():
     assert {ancf.Sine(1, 2), ancf.Sine(1.0, np.float32(2.0))} == {ancf.Sine(1.0, 2.0)}
 
 
+@pytest.mark.parametrize("dt", [0.21325511868794054 / 50, 0.006666666667])
+def test_a_table_to_the_end_of_a_run_lasts_for_its_last_step(dt):
+    end = round(1.0 / dt) * dt
+    for last in (end, end * (1.0 - 4e-10)):
+        table = ancf.Table([0.0, last], [1.0, 3.0])
+        assert table(np.nextafter(end, np.inf)) == pytest.approx(3.0)
+    with pytest.raises(InputError, match="extend it"):
+        table(end + 1e-6)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -169,7 +169,7 @@ def run(seed, index):
 def reference(drawn, result, quantity):
     """Return a run on a fine mesh with short steps, and its difference from a coarser one."""
     element, options = ("thick", RICHEST) if drawn.element == "auto" else ("thin", {})
-    n = max(24, 2 * max(result.plan.model.counts.values()))
+    n = max(24, 2 * max(result.plan.model.counts.values(), default=0))
     runs = []
     for level in range(4):
         count, every = round(n * 1.5**level), 2 ** (level + 1)
