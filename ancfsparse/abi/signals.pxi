@@ -1,5 +1,11 @@
-"""Checks for signals, such as an interrupt, between steps; included by the time loops."""
-include "clock.pxi"
+"""The clock, and checks for signals, such as an interrupt, between steps; an include file."""
+cdef extern from "<time.h>":
+    ctypedef long time_t
+    cdef struct timespec:
+        time_t tv_sec
+        long tv_nsec
+    int clock_gettime(int, timespec *) noexcept nogil
+    int CLOCK_MONOTONIC
 
 cdef extern from "Python.h":
     int PyErr_CheckSignals() except -1
@@ -14,6 +20,12 @@ cdef double PATIENCE = 0.05
 cdef struct Signals:
     ptrdiff_t moved
     double asked
+
+
+cdef inline double now() noexcept nogil:
+    cdef timespec t
+    clock_gettime(CLOCK_MONOTONIC, &t)
+    return t.tv_sec + 1e-9 * t.tv_nsec
 
 
 cdef inline bint due(Signals *self, ptrdiff_t n) noexcept nogil:

@@ -2,7 +2,7 @@
 from libc.math cimport fabs, fmax, sqrt
 
 
-include "../../abi/clock.pxi"
+include "../../abi/signals.pxi"
 include "../../abi/vectors.pxi"
 include "../../abi/solver_abi.pxi"
 include "../../abi/outcome.pxi"

@@ -16,7 +16,7 @@ cdef double DIFFERENCE_STEP = 6e-6  # relative, the cube root of the unit roundo
 
 cdef struct Data:
     Points points
-    ptrdiff_t n, dim, clock  # the first two are those of the points
+    ptrdiff_t n, dim, clock  # n and dim as in `points`
     bint coupled
     const int32_t *slot
     double way, speed  # scales of displacements and velocities [m], [m/s]
