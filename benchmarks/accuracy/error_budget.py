@@ -231,6 +231,7 @@ def chart(budget: Budget) -> Figure:
         ax.tick_params(labelleft=True)
     meshes = sorted({int(p.value) for p in budget.parts if p.part == "mesh"})
     panels[0].set_xticks(meshes, [str(n) for n in meshes])
+    panels[0].set_xticks([], minor=True)
     _models(panels[3], budget)
     text = "hollow: not larger than the uncertainty of the reference"
     set_legend(figure, keys, len(keys), text)
