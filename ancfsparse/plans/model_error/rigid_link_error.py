@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.plans.quantities.quantity import Position, Quantity
+from ancfsparse.plans.quantities.quantity import Position, Quantity, Velocity
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -34,10 +34,8 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     hinged beam, and its largest compression P.
     """
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
-    length, dense = beam.length, given["mass_per_length"]
-    bending = given["bending_stiffness_z"]
-    if beam.dim == SPATIAL:
-        bending = min(bending, given["bending_stiffness_y"])
+    length = beam.length
+    bending = _bending_stiffness(beam)
     axial = _multipliers(run, rod) * rod.size
     along = run.position(rod.end) - run.position(rod.origin)
     along /= np.linalg.norm(along, axis=1)[:, None]
@@ -50,35 +48,45 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
         total += float(np.square(load).sum())
     static = np.abs(axial).max() / given["axial_stiffness"]
     static += transverse_deflection(beam, across) / DYNAMIC_FACTOR
-    lowest = min(np.pi**2 * bending / length**4, given["axial_stiffness"] / length**2) / dense
-    lowest *= np.pi**2
-    ratio = rates / (total * lowest) if total > 0.0 else 0.0
+    ratio = rates / (total * _lowest_frequency(beam) ** 2) if total > 0.0 else 0.0
     ratio += max(0.0, -float(axial.min())) * length**2 / (np.pi**2 * bending)
     return float(DYNAMIC_FACTOR * static / (1.0 - ratio)) if ratio < MAX_SOFTENING else np.inf
 
 
 def transverse_deflection(beam: Beam, across: float) -> float:
     """Return the deflection [m] of a hinged beam under a sudden transverse acceleration [m/s2]."""
+    dense = float(np.mean(beam.stiffnesses()["mass_per_length"]))
+    load = DYNAMIC_FACTOR * UNIFORM_LOAD_FACTOR * dense * across
+    return float(load * beam.length**4 / _bending_stiffness(beam))
+
+
+def _bending_stiffness(beam: Beam) -> float:
+    """Return the smaller of the mean bending stiffnesses of a beam [N m2]."""
+    axes = "zy" if beam.dim == SPATIAL else "z"
+    return min(float(np.mean(beam.stiffnesses()[f"bending_stiffness_{axis}"])) for axis in axes)
+
+
+def _lowest_frequency(beam: Beam) -> float:
+    """Return the lowest axial or bending angular frequency of a hinged beam [1/s]."""
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
-    bending = given["bending_stiffness_z"]
-    if beam.dim == SPATIAL:
-        bending = min(bending, given["bending_stiffness_y"])
-    load = DYNAMIC_FACTOR * UNIFORM_LOAD_FACTOR * given["mass_per_length"] * across
-    return float(load * beam.length**4 / bending)
+    slender = np.pi**2 * _bending_stiffness(beam) / beam.length**4
+    square = min(slender, given["axial_stiffness"] / beam.length**2) / given["mass_per_length"]
+    return float(np.pi * square**0.5)
 
 
-def deflection_effect(
-    deflected: float, length: float, quantity: Quantity, run: Trajectory
-) -> float:
+def deflection_effect(deflected: float, beam: Beam, quantity: Quantity, run: Trajectory) -> float:
     """Return the change of a quantity by the deflection of a beam [unit of the quantity].
 
-    Points move by the deflection, and its ratio to the length is a relative change of lengths, by
-    half of which the quantity drifts over its path, as the phase of a pendulum does.
+    Points move by the deflection, and vibrate about the static one.  Its ratio to the length is a
+    relative change of lengths, by half of which the quantity drifts over its path, as the phase of
+    a pendulum does.
     """
     history = quantity.history(run)
     path = float(np.linalg.norm(np.diff(history, axis=0), axis=1).sum())
-    direct = length if isinstance(quantity, Position) else quantity.size(history)
-    return deflected / length * (direct + 0.5 * path)
+    direct = beam.length if isinstance(quantity, Position) else quantity.size(history)
+    if isinstance(quantity, Velocity):
+        direct += _lowest_frequency(beam) * beam.length
+    return deflected / beam.length * (direct + 0.5 * path)
 
 
 def _multipliers(run: Trajectory, rod: RigidBody) -> Vector:

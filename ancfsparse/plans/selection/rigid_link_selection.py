@@ -79,7 +79,7 @@ def select_rigid_links(trials: TrialRuns) -> RigidLinks:
         deflected = deflection(run, rod, beams[name])
         quantities = (each.quantity.in_scene(scene) for each in trials.goals)
         effects[name] = [
-            {"flexibility": deflection_effect(deflected, beams[name].length, each, run)}
+            {"flexibility": deflection_effect(deflected, beams[name], each, run)}
             for each in quantities
         ]
     rigid, total = largest_negligible_set(effects, absolute_tolerances(trials.goals, trial))
