@@ -14,11 +14,13 @@ from ancfsparse.plans.discretization_error.richardson import Estimate
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
     elements_of,
+    max_unobserved_ratio,
     mesh_estimates,
     mesh_orders,
     solver_noise,
 )
 from ancfsparse.plans.models.model import Model
+from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.trial_runs import (
     TrialRun,
     TrialRuns,
@@ -37,7 +39,6 @@ MAX_GRADINGS = 2  # redistributions of nodes
 # confirmation run checks it.
 MAX_ASYMPTOTIC_RATIO = 12.0  # in the asymptotic range
 MAX_OBSERVED_RATIO = 1.0  # with another observed order
-MAX_UNOBSERVED_RATIO = 0.4  # with two meshes, which show no order
 
 
 def mesh_error(
@@ -190,12 +191,12 @@ def _is_enough(trials: TrialRuns, runs: Sequence[TrialRun], estimates: Sequence[
     """Return True if errors can be extrapolated."""
     tolerances = absolute_tolerances(trials.goals, runs[-1])
     return all(
-        each.conservative <= _max_ratio(each) * tolerance
-        for each, tolerance in zip(estimates, tolerances, strict=True)
+        each.conservative <= _max_ratio(each, goal) * tolerance
+        for each, goal, tolerance in zip(estimates, trials.goals, tolerances, strict=True)
     )
 
 
-def _max_ratio(known: Estimate) -> float:
+def _max_ratio(known: Estimate, goal: Goal) -> float:
     if known.is_asymptotic:
         return MAX_ASYMPTOTIC_RATIO
-    return MAX_OBSERVED_RATIO if known.is_observed else MAX_UNOBSERVED_RATIO
+    return MAX_OBSERVED_RATIO if known.is_observed else max_unobserved_ratio(goal)

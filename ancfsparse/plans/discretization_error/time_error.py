@@ -8,7 +8,11 @@ from itertools import pairwise
 from ancfsparse.errors import PlanError
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.discretization_error.richardson import Estimate
-from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, step_estimates
+from ancfsparse.plans.discretization_error.run_estimates import (
+    RunEstimates,
+    max_unobserved_ratio,
+    step_estimates,
+)
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs.trial_runs import (
     BASE_BUDGET,
@@ -24,7 +28,6 @@ MAX_HALVINGS = 14  # of the longest step
 MAX_CHEAP_RATIO = 2.0  # in the asymptotic range, while trial runs are within the base budget
 MAX_ASYMPTOTIC_RATIO = 16.0  # in the asymptotic range, later, or if it was confirmed twice
 MAX_OBSERVED_RATIO = 1.0  # with another observed order; the confirmation run checks it
-MAX_UNOBSERVED_RATIO = 0.4  # with two runs, which show no order
 ORDER_TOLERANCE = 0.15  # relative deviation of a ratio of differences that confirms the order
 # Without halved differences after these the motion is too irregular for an estimate.
 STAGNATION_HALVINGS = 3
@@ -113,7 +116,8 @@ def _is_enough(
     last = history_differences(trials.goals, runs[-2], runs[-1])
     before = history_differences(trials.goals, runs[-3], runs[-2]) if len(runs) > 2 else None
     for i, (each, tolerance) in enumerate(zip(estimates, tolerances, strict=True)):
-        ratio = MAX_OBSERVED_RATIO if each.is_observed else MAX_UNOBSERVED_RATIO
+        goal = trials.goals[i]
+        ratio = MAX_OBSERVED_RATIO if each.is_observed else max_unobserved_ratio(goal)
         if each.is_asymptotic:
             ratio = MAX_ASYMPTOTIC_RATIO
             if cheap and not _is_order_confirmed(trials, runs, i, order):
