@@ -14,9 +14,9 @@ from tests.soak.trials import plans
         (3, 82),
         # The first steps of a pendulum that falls differ, and later ones agree: 2.2.
         (3, 14),
-        # The order was that of the end, and the error at the start: 3.4.
+        # The order was observed at the end, and the error was at the start: 3.4.
         (3, 31),
-        # The tolerance was that of a coarse mesh with a strain ten times as large: 4.4.
+        # The tolerance came from a coarse mesh with a strain ten times as large: 4.4.
         (102, 67),
         # Long steps had damped what still vibrated: 4.1.
         (101, 101),

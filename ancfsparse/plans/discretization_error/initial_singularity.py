@@ -84,7 +84,7 @@ def add_initial_error(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         return error_model
     differences = goal_differences(trials.goals, one, other)
     columns = zip(forces, differences, error_model.errors(*selected), strict=True)
-    missing = [max(0.0, force * found - sum(known.values())) for force, found, known in columns]
+    missing = [max(0.0, force * change - sum(known.values())) for force, change, known in columns]
     if not any(missing):
         return error_model
     pairs = zip(error_model.time.estimates, missing, strict=True)

@@ -21,7 +21,7 @@ UNIFORM_FRACTION = 0.5  # of the nodes, since a trial run does not show all of t
 # Parts of a beam had the same one or two elements on meshes of 8 and 12, which agreed; the moments
 # there were 2.6 and 10 tolerances off.
 COARSE_COUNT = 8  # elements of a mesh, of which those of finer ones are multiples in every part
-MAX_DENSITY = 4.0  # elements by length of a short part over those of the mesh
+MAX_DENSITY = 4.0  # elements by length of a short part over the mean of the mesh
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,8 @@ def part_count(count: int, fraction: float) -> int:
     Successive meshes have more elements in every part, in short ones too.
     """
     coarse = COARSE_COUNT * fraction
-    least = max(round_half_up(coarse), min(1.0, MAX_DENSITY * coarse))
-    return max(1, math.ceil(least * count / COARSE_COUNT - HALF_TOLERANCE))
+    smallest = max(round_half_up(coarse), min(1.0, MAX_DENSITY * coarse))
+    return max(1, math.ceil(smallest * count / COARSE_COUNT - HALF_TOLERANCE))
 
 
 def round_half_up(count: float) -> int:

@@ -70,14 +70,14 @@ class Model:
         Number of elements of every beam with an automatic mesh; of a mesh of cables on every edge.
     gradings : mapping of str to MeshGrading
         Distribution of the elements of beams whose elements differ in length.
-    places : mapping of str to tuple of float
+    nodes : mapping of str to tuple of float
         Relative positions of nodes of every mesh, besides those that records refer to.
     """
 
     elements: Mapping[str, ElementChoice] = field(default_factory=dict)
     counts: Mapping[str, int] = field(default_factory=dict)
     gradings: Mapping[str, MeshGrading] = field(default_factory=dict)
-    places: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    nodes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
     def with_counts(self, counts: Mapping[str, int]) -> Model:
         """Return the same elements on another mesh; rigid rods have no mesh."""
@@ -103,7 +103,7 @@ def build_model(scene: Scene, model: Model) -> Scene:
     beams = {beam.name: beam for beam in open_bodies(scene)}
     if not beams:
         return scene
-    inner = inner_node_positions(scene, beams, model.places)
+    inner = inner_node_positions(scene, beams, model.nodes)
     return _rebuild(
         scene, {name: _record(scene, beam, model, inner[name]) for name, beam in beams.items()}
     )
@@ -215,14 +215,14 @@ def _mesh_lengths(scene: Scene) -> dict[str, float]:
 def inner_node_positions(
     scene: Scene,
     beams: Mapping[str, ElasticBody],
-    places: Mapping[str, tuple[float, ...]] | None = None,
+    nodes: Mapping[str, tuple[float, ...]] | None = None,
 ) -> dict[str, list[float]]:
     """Return the relative positions of inner points of beams that records refer to, in order.
 
     Forces, joints and force elements act there, so solutions have kinks, and every mesh has nodes.
-    Other `places` are included.
+    Other `nodes` are included.
     """
-    referred: dict[str, set[float]] = {name: set((places or {}).get(name, ())) for name in beams}
+    referred: dict[str, set[float]] = {name: set((nodes or {}).get(name, ())) for name in beams}
 
     def note(reference: BodyRef) -> BodyRef:
         beam = beams.get(reference.body)

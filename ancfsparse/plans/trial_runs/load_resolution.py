@@ -91,7 +91,7 @@ def times_with_corners(system: System, times: Vector) -> Vector:
 
 
 def jumps_inside_steps(system: System, t_end: float, steps: int) -> bool:
-    """Return True if a signal of a load jumps at a time other than those of the steps.
+    """Return True if a signal of a load jumps inside a step.
 
     In the step of a jump the load has an error of the size of the jump, which halved steps share if
     their times are as far from the jump.

@@ -216,7 +216,7 @@ def test_a_taut_line_pushed_at_a_point_is_a_sum_of_modes():
 
 
 def test_vibrations_drift_where_the_mean_displacement_changes_the_stiffness():
-    """After 6 and 40 s; what does not grow is left out by the modes, or by the steps."""
+    """Differences after 6 s that do not grow belong to the modes left out, or to the steps."""
     scene, point = hanging("thin", 8)
     method = ModalSum(16, start="equilibrium")
     run = method.solve(scene, 40.0, 4096)
