@@ -38,7 +38,7 @@ static inline double vec_total(vec v)
 /* Entry i of an array: lanes from there on in the loops over lanes, one number in those over the rest. */
 #define VEC_AT(p) (*(number *)((p) + i))
 
-/* Return the sum over n entries of what the statements add to `sum`. */
+/* Return the sum over n entries of the terms that statements add to `sum`. */
 #define VEC_SUM(n, ...)                                                \
     vec t0 = {0}, t1 = {0};                                            \
     double rest = 0.0;                                                 \
@@ -95,7 +95,7 @@ static inline double vec_advance(double *x, double a, double *y, double b, const
             sum += VEC_AT(w) * si * si);
 }
 
-/* Set sums[m] over n entries to what the statements add to `sum`. */
+/* Set sums[m] over n entries to the terms that statements add to `sum`. */
 #define VEC_SUMS(m, sums, n, ...)                                      \
     vec total[m] = {{0}};                                              \
     double rest[m] = {0};                                              \
