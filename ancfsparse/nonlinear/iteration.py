@@ -159,7 +159,7 @@ def make_inverse(
     elif isinstance(method, QuasiNewton):
         inverse = compiled_module("limited").Limited(seed, method.update, method.pairs, weights)
     else:
-        inverse = compiled_module("limited").Limited(seed, "broyden", 0)
+        return compiled_module("limited").Limited(seed, "broyden", 0)  # no pairs, thus no guard
     inverse.set_guard(norm, smallest_y, MAX_PAIR_RATIO)
     return inverse
 

@@ -55,6 +55,7 @@ cdef class Dense(SecantInverse):
     def __cinit__(self, seed, str rule, weights=None):
         cdef DenseData *data = &self.data
         cdef double[::1] weights_view
+        self.set_guard(np.ones(self.seed.n), 0.0)
         data.seed, data.guard, data.rule = self.seed, &self.guard, RULES[rule]
         data.n = data.seed.n
         data.padded = (data.n + 7) // 8 * 8

@@ -35,6 +35,7 @@ cdef class Limited(SecantInverse):
         data.n, data.parts = data.seed.n, 1
         data.capacity = n_pairs
         if n_pairs > 0:
+            self.set_guard(np.ones(data.n), 0.0)
             self.own["terms"] = terms = np.zeros((2, MOST_TERMS * n_pairs, data.n))
             data.a, data.w = &terms[0, 0, 0], &terms[1, 0, 0]
             if data.rule == BROYDEN:

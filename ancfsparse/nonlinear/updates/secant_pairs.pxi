@@ -47,7 +47,6 @@ cdef class SecantInverse(CompiledInverse):
     def __cinit__(self, seed, *others):
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         self.own = {}
-        self.set_guard(np.ones(self.seed.n), 0.0)
 
     def set_guard(self, weight, double smallest_y, double largest_ratio=INFINITY):
         """Set the criteria for skipping pairs.
