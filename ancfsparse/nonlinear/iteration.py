@@ -159,8 +159,9 @@ def make_inverse(
     elif isinstance(method, QuasiNewton):
         inverse = compiled_module("limited").Limited(seed, method.update, method.pairs, weights)
     else:
-        return compiled_module("limited").Limited(seed, "broyden", 0)  # no pairs, thus no guard
-    inverse.set_guard(norm, smallest_y, MAX_PAIR_RATIO)
+        inverse = compiled_module("limited").Limited(seed, "broyden", 0)
+    if isinstance(method, QuasiNewton):
+        inverse.set_guard(norm, smallest_y, MAX_PAIR_RATIO)
     return inverse
 
 
