@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from ancfsparse.results.hdf5_reader import load
     from ancfsparse.scene import Pulse, Ramp, Sine, Table
     from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
+    from ancfsparse.scene.force_elements.obstacles import Ball, Drum, HalfSpace
     from ancfsparse.scene.geometry.curves import Arc, Helix
     from ancfsparse.solve import (
         assemble,
@@ -86,18 +87,21 @@ __all__ = [
     "ApproximateModesWarning",
     "Arc",
     "AssemblyError",
+    "Ball",
     "Box",
     "CentralDifference",
     "Circle",
     "ConvergenceError",
     "Cylinder",
     "DormandPrince",
+    "Drum",
     "EnergyIncreaseError",
     "EnergyMomentum",
     "Equilibrium",
     "EquilibriumError",
     "ErrorNotMetWarning",
     "GeneralizedAlpha",
+    "HalfSpace",
     "Helix",
     "IBeam",
     "InputError",
@@ -168,6 +172,7 @@ _load = on_demand(
         "results.hdf5_reader": "load",
         "scene": "Pulse Ramp Sine Table",
         "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
+        "scene.force_elements.obstacles": "Ball Drum HalfSpace",
         "scene.geometry.curves": "Arc Helix",
         "solve": "assemble buckling complex_modes load_path modal_response modes quasi_static "
         "solve_static stable_step",

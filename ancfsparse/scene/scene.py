@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene import storage
+from ancfsparse.scene.force_elements.contacts import Contacts
 from ancfsparse.scene.force_elements.joint_springs import JointSprings
 from ancfsparse.scene.force_elements.masses import Masses
 from ancfsparse.scene.force_elements.ropes import Ropes
@@ -36,6 +37,7 @@ class Scene(
     Ropes,
     JointSprings,
     Forces,
+    Contacts,
 ):
     """Beams, rigid bodies, joints, loads and attachments in one gravity field.
 

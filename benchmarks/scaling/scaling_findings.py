@@ -13,7 +13,7 @@ MAX_GROWTH = 1.5  # cost per element of the longest chain over that of a large o
 MAX_BYTES = 1500.0  # per element of a large chain above an idle process: a million in 1.5 GB
 
 
-def by_subject(result: Scaling) -> dict[str, list[Target]]:
+def group_by_subject(result: Scaling) -> dict[str, list[Target]]:
     """Return the targets of the runs that were made, by subject."""
     compared = [(name_of(group[0]), ratios(group)) for group in result.by_size()]
     autos, others = [], []
@@ -45,13 +45,15 @@ def by_subject(result: Scaling) -> dict[str, list[Target]]:
 
 def targets(result: Scaling) -> list[Target]:
     """Return all targets."""
-    return [target for group in by_subject(result).values() for target in group]
+    return [target for group in group_by_subject(result).values() for target in group]
 
 
 def findings(result: Scaling) -> list[str]:
     """State the targets, those that are missed by name, then growth, threads and missing runs."""
     sentences = [
-        each for subject, group in by_subject(result).items() for each in _summary(subject, group)
+        each
+        for subject, group in group_by_subject(result).items()
+        for each in _summary(subject, group)
     ]
     sentences += [
         f"A step of {what} costs {value:.2g} times as much per element with `auto`."

@@ -45,7 +45,7 @@ def kernel_speed(progress: bool = False) -> KernelSpeed:
     return KernelSpeed(timings, lanes)
 
 
-def by_instruction_set(result: KernelSpeed) -> Table:
+def group_by_instruction_set(result: KernelSpeed) -> Table:
     """Set a line per kernel, a column per instruction set."""
     sets = list(dict.fromkeys(each.instruction_set for each in result.timings))
     ns = {(t.name, t.kernel, t.instruction_set): t.ns_per_element for t in result.timings}
@@ -81,7 +81,7 @@ def targets(result: KernelSpeed) -> list[Target]:
 STUDY = Study(
     "kernels",
     run=kernel_speed,
-    tables=lambda result: [by_instruction_set(result)],
+    tables=lambda result: [group_by_instruction_set(result)],
     rows=lambda result: result.timings,
     targets=targets,
     notes=lambda result: (

@@ -1,4 +1,4 @@
-"""Energy balance, section forces, joint forces and rigid-body motion of solutions."""
+"""Energy balance, forces of sections, joints and contacts, and rigid-body motion of solutions."""
 
 from typing import TYPE_CHECKING
 
@@ -6,6 +6,7 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.results.fields.consistent_forces import recover_forces
+    from ancfsparse.results.fields.contact_forces import contact_force
     from ancfsparse.results.fields.energy_balance import evaluate_energy
     from ancfsparse.results.fields.joint_forces import joint_force, tension
     from ancfsparse.results.fields.rigid_body_motion import evaluate_motion
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "contact_force",
     "curvature",
     "evaluate_energy",
     "evaluate_motion",
@@ -30,6 +32,7 @@ __getattr__ = on_demand(
     __name__,
     {
         "consistent_forces": "recover_forces",
+        "contact_forces": "contact_force",
         "energy_balance": "evaluate_energy",
         "joint_forces": "joint_force tension",
         "rigid_body_motion": "evaluate_motion",

@@ -16,12 +16,14 @@ from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
+    from ancfsparse.results.fields.contact_forces import ContactForce
     from ancfsparse.results.fields.joint_forces import JointForce
     from ancfsparse.results.fields.section_forces import SectionForce, SectionPoints
+    from ancfsparse.scene.force_elements.contacts import Contact
     from ancfsparse.scene.force_elements.ropes import Rope
     from ancfsparse.scene.mechanisms.winch import Winch
 
-Values = TypeVar("Values", "Vector", "JointForce", "SectionForce")
+Values = TypeVar("Values", "Vector", "JointForce", "SectionForce", "ContactForce")
 
 
 class Configurations:
@@ -166,6 +168,27 @@ class Solution(Configurations):
         """
         states = StateHistory(*map(np.asarray, self._states_of_forces))
         return self._select(fields.tension(self.system, rope, states))
+
+    def contact_force(self, contact: Contact) -> ContactForce:
+        """Return pressure, friction and resultant force of a contact.
+
+        Parameters
+        ----------
+        contact : Contact
+            A contact of the scene, as ``scene.contact`` returned it.
+
+        Returns
+        -------
+        ContactForce
+            ``pressure`` (k, n) and ``friction`` (k, n, dim) per length [N/m] at n points of the
+            body with the arc coordinates ``s`` [m], and their resultant ``force`` (k, dim) [N].
+
+        Raises
+        ------
+        InputError
+            If the contact does not belong to the scene.
+        """
+        return self._select(fields.contact_force(self.system, contact, self._states))
 
     def strain(self, body: ElasticBody, s: SectionPoints = None) -> Vector:
         """Return the strain of the axis.

@@ -1,1 +1,1 @@
-"""Springs, ropes, masses, user forces and joint springs, with their methods of `Scene`."""
+"""Springs, ropes, masses, user forces, joint springs and contacts: methods of `Scene`."""

@@ -19,6 +19,7 @@ from ancfsparse.file_names import check_file_name, check_target
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.rigid_shapes import SHAPE_TYPES
+from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES
 from ancfsparse.scene.geometry.curves import Arc, Helix
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.compiled_callbacks import is_compiled
@@ -37,7 +38,10 @@ MAX_INLINE_NUMBERS = 1000  # of an array; larger ones are written in base64
 SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
 CURVES = (Arc, Helix)
 DATA: dict[str, type[Any]] = (
-    SECTION_TYPES | SHAPE_TYPES | {kind.__name__: kind for kind in (Material, *SIGNALS, *CURVES)}
+    SECTION_TYPES
+    | SHAPE_TYPES
+    | OBSTACLE_TYPES
+    | {kind.__name__: kind for kind in (Material, *SIGNALS, *CURVES)}
 )
 
 AnyScene = TypeVar("AnyScene", bound=SceneBase)

@@ -1,1 +1,1 @@
-"""Springs, joint springs, ropes."""
+"""Springs, joint springs, ropes, contacts."""

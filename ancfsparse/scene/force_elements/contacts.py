@@ -1,0 +1,226 @@
+"""Contact of beams with fixed obstacles, with friction."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ancfsparse.array_types import Vector
+from ancfsparse.checks import check_not_negative, check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.messages import format_numbers, format_value
+from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Obstacle
+from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
+from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.records.record import At, BodyRef, Record
+from ancfsparse.scene.sections.standard_sections import Circle, Tube
+
+GAUSS_POINTS = 3  # per element, which are exact to degree five
+# Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
+# penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
+LAYER_RATIO = 1e-3
+MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around a round obstacle [rad]
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSpec(Record):
+    """The record of `Scene.contact`."""
+
+    body: BodyRef
+    obstacle: Obstacle
+    stiffness: float
+    radius: float
+    friction: float = 0.0
+    slip_speed: float | None = None
+    method = "contact"
+    units: ClassVar = {"stiffness": "N/m2", "radius": "m", "slip_speed": "m/s"}
+
+    def describe(self, at: At, made: Contact) -> str:
+        """Describe both sides and the numbers."""
+        numbers = self.stiffness, self.radius, self.friction, self.slip_speed or 0.0
+        return f"contact ({self.body.body}; {self.obstacle!r}): {format_numbers(list(numbers))}"
+
+
+@dataclass(frozen=True, eq=False)
+class Contact(Attachment):
+    """Contact of a beam or a mesh with an obstacle.
+
+    Attributes
+    ----------
+    body, obstacle, stiffness, radius, friction, slip_speed
+        As in `Scene.contact`.
+    """
+
+    body: ElasticBody
+    obstacle: Obstacle
+    stiffness: float
+    radius: float
+    friction: float
+    slip_speed: float
+    contribution = "force_elements.contacts"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        return f"the contact of {self.body.name} with the {self.obstacle.noun}"
+
+    @property
+    def points(self) -> list[Point]:
+        """Quadrature points on the axis of the body, in the order of its elements."""
+        xi = 0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]
+        return [Point(self.body, e, x) for e in range(self.body.n_elements) for x in xi.tolist()]
+
+    @property
+    def weights(self) -> Vector:
+        """Lengths that the quadrature points represent, (k,) [m]."""
+        weights = 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[1]
+        return np.outer(self.body.lengths, weights).ravel()
+
+
+class Contacts(SceneBase):
+    """Contacts of a scene."""
+
+    def contact(
+        self,
+        body: ElasticBody,
+        obstacle: Obstacle,
+        *,
+        stiffness: float,
+        radius: float | None = None,
+        friction: float = 0.0,
+        slip_speed: float | None = None,
+    ) -> Contact:
+        """Let a beam or a mesh touch an obstacle.
+
+        The obstacle presses on the body with a force per length of the penetration e,
+        k (e^3/D^2 - e^4/(2 D^3)) up to D = radius/1000 and k (e - D/2) beyond, and has a potential.
+        Friction opposes the sliding velocity u with mu p u / sqrt(u^2 + slip_speed^2), where p is
+        the pressure: Coulomb's law for velocities above `slip_speed`.  A body that ought to stick
+        creeps: under a fraction f of the force of full sliding with
+        ``slip_speed f / sqrt(1 - f^2)``.
+
+        Parameters
+        ----------
+        body : Beam or Mesh
+            The body, with given element and number of elements.
+        obstacle : HalfSpace, Drum or Ball
+            The obstacle.
+        stiffness : float
+            Force per length and penetration k [N/m2].  A line of weight w per length that rests on
+            it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).
+        radius : float, optional
+            Distance of the surface of the body from its axis [m]; by default half the diameter of a
+            `Circle` or `Tube`, and needed for other sections.
+        friction : float, optional
+            Coefficient of friction mu [-].
+        slip_speed : float, optional
+            Sliding velocity at which friction has 0.71 of its full force [m/s]; needed with
+            friction.
+
+        Returns
+        -------
+        Contact
+            The handle, for ``run.contact_force(contact)``.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, the axis of the body begins inside the obstacle, or an
+            element is longer than a quarter of its circumference.
+
+        Notes
+        -----
+        The force is evaluated at three Gauss points of each element.  An impact shorter than a few
+        steps gains energy with `GeneralizedAlpha` and `HHT`, whose runs then stop with an
+        `EnergyIncreaseError`; `EnergyMomentum` conserves energy with any step.  In statics there is
+        no sliding, and therefore no friction.
+        """
+        if not isinstance(body, ElasticBody):
+            raise InputError(
+                f"contact needs a beam or a mesh of this scene, got {format_value(body)}"
+            )
+        self._own("a contact", body)
+        if body.automatic:
+            raise InputError(
+                f"contact of {body.name} has its points inside elements: give element and "
+                f"n_elements instead of 'auto' for {' and '.join(body.automatic)}"
+            )
+        if not isinstance(obstacle, Obstacle):
+            raise InputError(
+                f"contact of {body.name} needs one of {', '.join(OBSTACLE_TYPES)}, got "
+                f"{format_value(obstacle)}"
+            )
+        if obstacle.dim != self.dim:
+            raise InputError(
+                f"the {obstacle.noun} has {obstacle.dim} coordinates and the scene {self.dim}"
+            )
+        contact = Contact(
+            body,
+            obstacle,
+            check_positive(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
+            _radius(body, radius),
+            check_coefficient(f"friction of the contact of {body.name}", friction),
+            _slip_speed(body, friction, slip_speed),
+        )
+        _check_start(contact)
+        _check_elements(contact)
+        for other in self.attachments:
+            if isinstance(other, Contact) and (other.body, other.obstacle) == (body, obstacle):
+                raise InputError(f"{contact.what} was added before: leave one of them out")
+        record = ContactSpec(
+            BodyRef(body.name),
+            obstacle,
+            contact.stiffness,
+            contact.radius,
+            contact.friction,
+            slip_speed if slip_speed is None else contact.slip_speed,
+        )
+        return self._attach(contact, record)
+
+
+def _radius(body: ElasticBody, radius: float | None) -> float:
+    if radius is not None:
+        return check_positive(f"radius of the contact of {body.name}", radius, "m")
+    if isinstance(body.section, Circle | Tube):
+        return 0.5 * body.section.diameter
+    raise InputError(f"the section of {body.name} is not round: give contact the radius=")
+
+
+def _slip_speed(body: ElasticBody, friction: float, slip_speed: float | None) -> float:
+    what = f"slip_speed of the contact of {body.name}"
+    if slip_speed is not None:
+        return check_positive(what, slip_speed, "m/s")
+    if friction:
+        raise InputError(
+            f"{what} is missing: friction needs it, for example a hundredth of the sliding velocity"
+        )
+    return check_not_negative(what, 0.0, "m/s")
+
+
+def _check_start(contact: Contact) -> None:
+    """Refuse a body whose axis begins inside the obstacle."""
+    points = contact.points
+    distances = contact.obstacle.distances(np.array([point.position for point in points]))
+    k = int(np.argmin(distances))
+    if distances[k] <= 0.0:
+        raise InputError(
+            f"{contact.what} begins with the axis of the body inside it: {points[k]!r} is "
+            f"{-distances[k]:.6g} m deep. Move one of them"
+        )
+
+
+def _check_elements(contact: Contact) -> None:
+    """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
+    curvature_radius = contact.obstacle.radius + contact.radius
+    longest, limit = float(contact.body.lengths.max()), MAX_ELEMENT_ANGLE * curvature_radius
+    if contact.obstacle.radius > 0.0 and longest > limit:
+        times = math.ceil(longest / limit)
+        raise InputError(
+            f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
+            f"circumference, {limit:.6g} m: take at least {times} times as many elements"
+        )

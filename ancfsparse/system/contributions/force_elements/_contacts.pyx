@@ -1,0 +1,289 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
+"""Contact of quadrature points with a fixed obstacle.
+
+A point x is at d = A (x - base) from the base of the obstacle; its surfaces touch where the
+penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane.  The pressure p(e) of
+contact_law.pxi acts along n = d / |d|, and friction against the sliding velocity u.
+
+Between two states the pressure is the discrete gradient (W(e1) - W(e0)) / (e1 - e0) along
+(d0 + d1) / (|d0| + |d1|), whose work is the change of the energy W.
+"""
+from libc.math cimport sqrt
+
+include "../contribution.pxi"
+include "../points.pxi"
+include "contact_law.pxi"
+
+
+cdef struct Data:
+    Points points
+    const int32_t *slot
+    const double *stiffness  # of each point, times its length [N/m]
+    const double *base
+    const double *normal  # of a plane
+    const double *projector  # (dim, dim)
+    const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
+    bint is_round
+    double reach, layer, friction, slip_speed
+    # Of the last step from state to state: penetrations halfway, where the matrix of the step is
+    # requested, and the stiffnesses there that have the derivatives by the second state.
+    double *halfway
+    double *secant
+
+
+cdef struct Place:  # of a point relative to the obstacle
+    double[3] d  # vector from the base
+    double distance  # |d|
+    double[3] n
+    double e  # penetration
+
+
+cdef class Contact(CompiledContribution):
+    """A contact.
+
+    Parameters
+    ----------
+    start, place, weight, slot
+        The points as sums of coordinates, see points.pxi.
+    stiffness : (n,) float
+        Stiffness of each point [N/m].
+    base, normal : (dim,) float
+        A point of the base [m]; outward normal of a plane.
+    projector, spin : (dim, dim) float
+        See `Obstacle`.
+    is_round : bool
+        False for a plane.
+    reach : float
+        Distance from the base at which surfaces touch [m].
+    layer : float
+        Thickness of the layer in which the pressure begins [m].
+    friction, slip_speed : float
+        Coefficient [-] and velocity [m/s].
+    """
+
+    cdef Data data
+
+    def __cinit__(self, start, place, weight, slot, stiffness, base, normal, projector, spin,
+                  bint is_round, double reach, double layer, double friction, double slip_speed):
+        cdef Data *data = &self.data
+        take_points(&data.points, start, place, weight)
+        data.slot, data.stiffness = integers(slot), reals(stiffness)
+        data.base, data.normal = self.copy(base), self.copy(normal)
+        data.projector, data.spin = self.copy(projector), self.copy(spin)
+        data.is_round, data.reach, data.layer = is_round, reach, layer
+        data.friction, data.slip_speed = friction, slip_speed
+        data.halfway = self.copy(np.full((2, data.points.n), np.nan))
+        data.secant = data.halfway + data.points.n
+        self.interface.context, self.interface.damped = data, friction > 0.0
+        self.interface.residual, self.interface.between = residual, between
+        self.interface.matrix, self.interface.energy = matrix, energy
+        if friction > 0.0:
+            self.interface.work = work
+
+    def forces(self, const double[::1] q, const double[::1] v):
+        """Return normal force and friction on every point, (2, n, dim) [N]."""
+        cdef ptrdiff_t k, c, n = self.data.points.n, dim = self.data.points.dim
+        out = np.zeros((2, n, dim))
+        cdef double[:, :, ::1] view = out
+        cdef Place here
+        cdef double pressure
+        cdef double[3] f
+        for k in range(n):
+            locate(&self.data, k, &q[0], &here)
+            if here.e > 0.0:
+                pressure = self.data.stiffness[k] * law_force(here.e, self.data.layer)
+                rub(&self.data, k, &here, pressure, &v[0], &f[0])
+                for c in range(dim):
+                    view[0, k, c], view[1, k, c] = pressure * here.n[c], f[c]
+        return out
+
+
+cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
+    """Find a point relative to the obstacle; its normal is zero on the base of a round one."""
+    cdef double[3] x
+    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef double square = 0.0
+    sum_up(&self.points, k, q, NULL, &x[0])
+    if not self.is_round:
+        out.distance = 0.0
+        for c in range(dim):
+            out.d[c] = x[c] - self.base[c]
+            out.n[c] = self.normal[c]
+            out.distance += out.n[c] * out.d[c]
+    else:
+        for c in range(dim):
+            out.d[c] = 0.0
+            for i in range(dim):
+                out.d[c] += self.projector[dim * c + i] * (x[i] - self.base[i])
+            square += out.d[c] * out.d[c]
+        out.distance = sqrt(square)
+        for c in range(dim):
+            out.n[c] = out.d[c] / out.distance if out.distance > 0.0 else 0.0
+    out.e = self.reach - out.distance
+
+
+cdef double slide(const Data *self, ptrdiff_t k, const Place *here, const double *v,
+                  double *u) noexcept nogil:
+    """Set the sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
+    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef double normal = 0.0, square = self.slip_speed * self.slip_speed
+    sum_up(&self.points, k, v, NULL, u)
+    for c in range(dim):
+        for i in range(dim):
+            u[c] -= self.spin[dim * c + i] * here.d[i]
+        normal += here.n[c] * u[c]
+    for c in range(dim):
+        u[c] -= normal * here.n[c]
+        square += u[c] * u[c]
+    return sqrt(square)
+
+
+cdef void rub(const Data *self, ptrdiff_t k, const Place *here, double pressure, const double *v,
+              double *f) noexcept nogil:
+    """Set the friction on a point; none without velocities."""
+    cdef ptrdiff_t c
+    cdef double speed
+    if v == NULL or self.friction == 0.0:
+        for c in range(self.points.dim):
+            f[c] = 0.0
+        return
+    speed = slide(self, k, here, v, f)
+    for c in range(self.points.dim):
+        f[c] *= -self.friction * pressure / speed
+
+
+cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef Place here
+    cdef double[3] f
+    cdef double pressure
+    cdef ptrdiff_t k
+    for k in range(self.points.n):
+        locate(self, k, x.q, &here)
+        if here.e > 0.0:
+            pressure = self.stiffness[k] * law_force(here.e, self.layer)
+            rub(self, k, &here, pressure, x.v, &f[0])
+            push_sum(&self.points, k, -pressure, &here.n[0], r)
+            push_sum(&self.points, k, -1.0, &f[0], r)
+
+
+cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
+                  double *r, double *phi) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef Place begin
+    cdef Place end
+    cdef double[3] f
+    cdef double pressure, both
+    cdef ptrdiff_t k, c
+    for k in range(self.points.n):
+        locate(self, k, q0, &begin)
+        locate(self, k, q1, &end)
+        if begin.e <= 0.0 and end.e <= 0.0:
+            continue
+        pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
+        if self.is_round:
+            both = begin.distance + end.distance
+            for c in range(self.points.dim):
+                end.n[c] = (begin.d[c] + end.d[c]) / both if both > 0.0 else 0.0
+        push_sum(&self.points, k, -pressure, &end.n[0], r)
+        self.secant[k] = self.stiffness[k] * mean_slope(begin.e, end.e, self.layer)
+        locate(self, k, x.q, &begin)
+        self.halfway[k] = begin.e
+        rub(self, k, &begin, pressure, x.v, &f[0])
+        push_sum(&self.points, k, -1.0, &f[0], r)
+
+
+cdef double energy(void *context, const double *q) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef Place here
+    cdef double sum = 0.0
+    cdef ptrdiff_t k
+    for k in range(self.points.n):
+        locate(self, k, q, &here)
+        sum += self.stiffness[k] * law_energy(here.e, self.layer)
+    return sum
+
+
+cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
+                 double *scratch) noexcept nogil:
+    """Work of friction on the body by the trapezoidal rule."""
+    cdef const Data *self = <const Data *>context
+    cdef Place begin
+    cdef Place end
+    cdef double[3] f0
+    cdef double[3] f1
+    cdef double[3] x
+    cdef double[3] y
+    cdef double sum = 0.0
+    cdef ptrdiff_t k, c
+    for k in range(self.points.n):
+        locate(self, k, x0.q, &begin)
+        locate(self, k, x1.q, &end)
+        if begin.e <= 0.0 and end.e <= 0.0:
+            continue
+        rub(self, k, &begin, self.stiffness[k] * law_force(begin.e, self.layer), x0.v, &f0[0])
+        rub(self, k, &end, self.stiffness[k] * law_force(end.e, self.layer), x1.v, &f1[0])
+        sum_up(&self.points, k, x0.q, NULL, &x[0])
+        sum_up(&self.points, k, x1.q, NULL, &y[0])
+        for c in range(self.points.dim):
+            sum += 0.5 * (f0[c] + f1[c]) * (y[c] - x[c])
+    return sum
+
+
+cdef inline double stiffness_at(const Data *self, ptrdiff_t k, const Place *here) noexcept nogil:
+    """Stiffness of a point; halfway a step the derivative of the mean force."""
+    return (self.secant[k] if here.e == self.halfway[k]
+            else self.stiffness[k] * law_slope(here.e, self.layer))
+
+
+cdef void point_block(const Data *self, ptrdiff_t k, int part, const ancf_state *x,
+                      const Place *here, double *block) noexcept nogil:
+    """Set the derivative of the force on a point by its position or velocity, (3, 3)."""
+    cdef double pressure = self.stiffness[k] * law_force(here.e, self.layer)
+    cdef double slope = stiffness_at(self, k, here)
+    cdef double across = 0.0, speed, factor
+    cdef double[3] u
+    cdef ptrdiff_t c, e, dim = self.points.dim
+    if part == DAMPING:
+        speed = slide(self, k, here, x.v, &u[0])
+        factor = self.friction * pressure / speed
+        for c in range(dim):
+            for e in range(dim):
+                block[3 * c + e] = factor * (
+                    (1.0 if c == e else 0.0) - here.n[c] * here.n[e] - u[c] * u[e] / (speed * speed))
+        return
+    if part == STIFFNESS and self.is_round and here.distance > 0.0:
+        across = pressure / here.distance
+    for c in range(dim):
+        for e in range(dim):
+            block[3 * c + e] = (slope + across) * here.n[c] * here.n[e]
+            if self.is_round:
+                block[3 * c + e] -= across * self.projector[dim * c + e]
+
+
+cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef const Points *points = &self.points
+    cdef const int32_t *slot = self.slot
+    cdef Place here
+    cdef double[9] block
+    cdef double weights
+    cdef ptrdiff_t k, i, j, c, e, size, dim = points.dim
+    if not (part == STIFFNESS or part == MATERIAL
+            or part == DAMPING and self.friction > 0.0 and x.v != NULL):
+        return
+    for k in range(points.n):
+        size = dim * (points.start[k + 1] - points.start[k])
+        locate(self, k, x.q, &here)
+        if here.e <= 0.0 and stiffness_at(self, k, &here) == 0.0:
+            slot += size * (size + 1) // 2
+            continue
+        point_block(self, k, part, x, &here, &block[0])
+        # Coordinates are numbered consecutively, with the directions of each together.
+        for i in range(points.start[k], points.start[k + 1]):
+            for c in range(dim):
+                for j in range(points.start[k], i + 1):
+                    weights = points.weight[i] * points.weight[j]
+                    for e in range(dim if j < i else c + 1):
+                        values[slot[0]] += weights * block[3 * c + e]
+                        slot += 1

@@ -1,0 +1,104 @@
+"""Contact of beams with fixed obstacles."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from ancfsparse.array_types import Indices, Vector
+from ancfsparse.dispatch import compiled_module
+from ancfsparse.scene.force_elements.contacts import LAYER_RATIO, Contact
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import Compiled, Contribution
+from ancfsparse.system.contributions.point_weights import PointSums
+from ancfsparse.system.coordinates.discretization import Discretization
+
+
+class CompiledContact(Compiled, Protocol):
+    """A contact as a contribution (_contacts.pyx)."""
+
+    def forces(self, q: Vector, v: Vector, /) -> Vector:
+        """Return normal force and friction on every point, (2, n, dim) [N]."""
+
+
+class ContactContribution(Contribution):
+    """A contact of a system, a sum over quadrature points."""
+
+    is_load = True
+
+    def __init__(self, system: Discretization, contact: Contact) -> None:
+        self._n_free, self.contact = system.n_free, contact
+        self._points = PointSums.of(system, [[(1.0, point)] for point in contact.points])
+        self._compiled: CompiledContact
+
+    def cliques(self) -> list[Indices]:
+        """Return the coordinates of each point."""
+        return self._points.cliques(self._n_free)
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled contact."""
+        points, contact, obstacle = self._points, self.contact, self.contact.obstacle
+        dim, normal = obstacle.dim, obstacle.normal_vector
+        self._compiled = compiled_module("contacts").Contact(
+            points.start,
+            points.place,
+            points.weight,
+            points.slots(pattern, self._n_free),
+            contact.stiffness * contact.weights,
+            np.array(obstacle.base),
+            np.zeros(dim) if normal is None else normal,
+            obstacle.projector,
+            obstacle.spin,
+            normal is None,
+            obstacle.radius + contact.radius,
+            LAYER_RATIO * contact.radius,
+            contact.friction,
+            contact.slip_speed,
+        )
+        return self._compiled
+
+    def forces(self, q: Vector, v: Vector) -> Vector:
+        """Return normal force and friction on every point in states, (k, 2, n, dim) [N]."""
+        rows = zip(q, v, strict=True)
+        return np.array([self._compiled.forces(*map(np.ascontiguousarray, row)) for row in rows])
+
+    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
+        """Return the power of friction on the body, (k,) [W]."""
+        if self.contact.friction == 0.0:
+            return 0.0
+        points = self._points
+        velocities = np.add.reduceat(points.weight * v[:, points.place], points.start[:-1], axis=2)
+        return np.asarray(np.einsum("knc,kcn->k", self.forces(q, v)[:, 1], velocities))
+
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
+        """Return the sum of all pressures."""
+        forces = np.linalg.norm(self.forces(q, v)[:, 0], axis=2).sum(axis=1)
+        return [(f"the pressure of {self.contact.what} [N]", forces)]
+
+    def resisted_motions(self, q: Vector) -> Any:
+        """Return the normals at points that are pressed."""
+        import scipy.sparse as sp
+
+        points = self._points
+        pressed = self.forces(q[None], np.zeros((1, len(q))))[0, 0]
+        sizes = np.linalg.norm(pressed, axis=1)
+        rows, columns, values = [], [], []
+        for row, k in enumerate(np.flatnonzero(sizes)):
+            terms = slice(points.start[k], points.start[k + 1])
+            normal = pressed[k] / sizes[k]
+            values.append(np.outer(normal, points.weight[terms]).ravel())
+            columns.append(points.place[:, terms].ravel())
+            rows.append(np.full(columns[-1].size, row))
+        if not rows:
+            return None
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        return sp.csr_array(entries, shape=(len(rows), len(q)))
+
+
+def of(system: Discretization) -> list[ContactContribution]:
+    """Return the contacts of a system."""
+    contacts = [each for each in system.attachments if isinstance(each, Contact)]
+    return [ContactContribution(system, each) for each in contacts]

@@ -1,0 +1,161 @@
+"""Cables that rest, fall, rebound and slide on obstacles, against formulas."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.scene.force_elements.contacts import LAYER_RATIO
+
+SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(1e8, 5e3)
+LINE_MASS = MATERIAL.density * SECTION.area
+FLOOR = ancf.HalfSpace((0, 0), (0, 1))
+
+
+def level(height, stiffness, slope=0.0, velocity=(0.0, 0.0), **friction):
+    """A cable of 1 m whose lower surface is at a height above a floor of some slope."""
+    along = np.array([math.cos(slope), math.sin(slope)])
+    normal = np.array([-along[1], along[0]])
+    scene = ancf.Scene((0.0, -9.81))
+    start = (height + 0.005) * normal
+    rod = scene.add_beam("thin", start, start + along, 8, SECTION, MATERIAL, velocity=velocity)
+    floor = ancf.HalfSpace((0, 0), tuple(normal))
+    return scene, rod, scene.contact(rod, floor, stiffness=stiffness, **friction)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_a_cable_rests_on_the_pressure_of_its_weight(unit):
+    """In metres, and with all lengths in millimetres: forces per length k e = w."""
+    scene = ancf.Scene((0.0, -9.81))
+    section = ancf.Circle(0.01 * unit)
+    rod = scene.add_beam("thin", (0, 0.0049 * unit), (unit, 0.0049 * unit), 8, section, MATERIAL)
+    contact = scene.contact(rod, FLOOR, stiffness=1e5 * unit)
+    rest = ancf.solve_static(scene)
+    weight = MATERIAL.density * section.area * 9.81
+    depth = weight / (1e5 * unit) + 0.5 * LAYER_RATIO * 0.005 * unit
+    assert 0.005 * unit - rest.position(rod.end)[1] == pytest.approx(depth, rel=1e-9)
+    force = rest.contact_force(contact)
+    assert np.allclose(force.force, (0.0, weight * unit), rtol=1e-9, atol=1e-9 * weight * unit)
+    assert np.allclose(force.pressure, weight, rtol=1e-8)
+    assert force.s[0] == pytest.approx(0.5 * unit / 8 * (1 - math.sqrt(0.6)))
+
+
+@pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9])
+def test_energy_momentum_conserves_the_energy_of_impacts_with_any_step(stiffness, dt):
+    scene, rod, _ = level(0.1, stiffness)
+    run = ancf.simulate(scene, 0.4, dt, integrator=ancf.EnergyMomentum(), tolerance=1e-9)
+    assert run.position(rod.end)[:, 1].min() < 0.005  # it has touched
+    assert run.velocity(rod.end)[-1, 1] > 0.0 or run.velocity(rod.end)[:, 1].max() > 1.0
+    assert run.energy.drift < 1e-7
+
+
+def test_the_rebound_is_of_second_order():
+    """Height after a soft impact, against a mass on a spring that is found by quadrature."""
+
+    def height(dt):
+        scene, rod, _ = level(0.05, 1e4)
+        run = ancf.simulate(scene, 0.2, dt, integrator=ancf.EnergyMomentum(), tolerance=1e-10)
+        return run.position(rod.end)[-1, 1]
+
+    finest = height(1.25e-4)
+    errors = np.array([abs(height(dt) - finest) for dt in (4e-3, 2e-3, 1e-3)])
+    orders = np.log2(errors[:-1] / errors[1:])
+    assert np.all(orders > 1.7)
+    assert errors[-1] < 2e-4
+
+
+def test_a_cable_slides_down_a_slope_with_the_acceleration_of_coulomb():
+    """g (sin a - mu cos a), where the speed is far above the slip speed."""
+    slope, mu = 0.5, 0.3
+    depth = LINE_MASS * 9.81 * math.cos(slope) / 1e6 + 0.5 * LAYER_RATIO * 0.005
+    along = np.array([math.cos(slope), math.sin(slope)])
+    scene, rod, contact = level(
+        -depth, 1e6, slope, velocity=tuple(-1.0 * along), friction=mu, slip_speed=1e-4
+    )
+    run = ancf.simulate(scene, 0.3, 1e-3, integrator=ancf.EnergyMomentum())
+    speed = -run.velocity(rod.at(0.5)) @ along
+    expected = 1.0 + 9.81 * (math.sin(slope) - mu * math.cos(slope)) * run.t
+    assert np.abs(speed - expected).max() < 1e-4
+    force = run.contact_force(contact)
+    total = np.linalg.norm(force.friction, axis=2)
+    assert np.all(total <= mu * force.pressure * (1 + 1e-12))
+    assert run.energy.work[-1] < 0.0
+    assert run.energy.drift < 1e-4
+
+
+def test_a_cable_that_ought_to_stick_creeps_by_the_law():
+    """slip_speed f / sqrt(1 - f^2) at the fraction f = tan(a) / mu of the force of sliding."""
+    slope, mu, slip = 0.2, 0.4, 1e-3
+    depth = LINE_MASS * 9.81 * math.cos(slope) / 1e6 + 0.5 * LAYER_RATIO * 0.005
+    scene, rod, _ = level(-depth, 1e6, slope, friction=mu, slip_speed=slip)
+    run = ancf.simulate(scene, 0.1, 1e-3, integrator=ancf.EnergyMomentum())
+    f = math.tan(slope) / mu
+    along = np.array([math.cos(slope), math.sin(slope)])
+    speed = -np.diff(run.position(rod.at(0.5)) @ along) / 1e-3
+    assert speed[-20:].mean() == pytest.approx(slip * f / math.sqrt(1 - f**2), rel=1e-3)
+
+
+def test_explicit_and_implicit_runs_agree():
+    def place(**options):
+        scene, rod, _ = level(0.02, 1e5)
+        return ancf.simulate(scene, 0.1, 2e-5, **options).position(rod.at(0.3))[-1]
+
+    implicit = place(integrator=ancf.EnergyMomentum(), tolerance=1e-9)
+    assert np.allclose(place(integrator=ancf.DormandPrince()), implicit, atol=1e-7)
+
+
+def test_a_saved_scene_moves_alike(tmp_path):
+    scene, _, _ = level(0.02, 1e5, friction=0.2, slip_speed=0.01)
+    scene.save(tmp_path / "drop.json")
+    again = ancf.Scene.load(tmp_path / "drop.json")
+    assert again.digest() == scene.digest()
+    first, second = (
+        ancf.simulate(each, 0.1, 1e-3, integrator=ancf.EnergyMomentum()) for each in (scene, again)
+    )
+    assert np.array_equal(first.q, second.q)
+    ancf.simulate(scene, 0.1, 1e-3, integrator=ancf.EnergyMomentum(), output=tmp_path / "drop.h5")
+    stored = ancf.load(tmp_path / "drop.h5", scene)
+    contact = scene.attachments[0]
+    forces = first.contact_force(contact), stored.contact_force(contact)
+    assert np.array_equal(forces[0].pressure, forces[1].pressure)
+    with pytest.raises(ancf.InputError, match="contact is not part of this scene"):
+        second.contact_force(contact)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda s, r: s.contact(r, 3, stiffness=1.0), "needs one of HalfSpace, Drum, Ball"),
+        (lambda s, r: s.contact(r.end, FLOOR, stiffness=1.0), "needs a beam or a mesh"),
+        (lambda s, r: s.contact(r, FLOOR, stiffness=0.0), "stiffness of the contact"),
+        (lambda s, r: s.contact(r, ancf.Ball((0, 0, 0), 1.0), stiffness=1.0), "3 coordinates"),
+        (lambda s, r: s.contact(r, FLOOR, stiffness=1.0, friction=0.1), "slip_speed"),
+        (lambda s, r: s.contact(r, ancf.Ball((0.5, 0), 0.2), stiffness=1.0), "is 0.185.* m deep"),
+        (lambda s, r: s.contact(r, ancf.Ball((0.5, -1), 0.03), stiffness=1.0), "3 times as many"),
+        (lambda s, r: [s.contact(r, FLOOR, stiffness=1.0) for _ in "ab"], "added before"),
+        (lambda s, r: ancf.HalfSpace((0, 0), (0, 0)), "must have a direction"),
+        (lambda s, r: ancf.HalfSpace((0,), (0, 1)), "must have 2 components"),
+        (lambda s, r: ancf.Drum((0, 0, 0), 1.0), "give axis="),
+        (lambda s, r: ancf.Drum((0, 0), 1.0, axis=(0, 0, 1)), "leave axis out"),
+        (lambda s, r: ancf.Ball((0, 0), -1.0), "radius of a ball"),
+    ],
+)
+def test_what_cannot_be_is_refused(call, message):
+    scene = ancf.Scene((0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 0.0051), (1, 0.0051), 8, SECTION, MATERIAL)
+    with pytest.raises(ancf.InputError, match=message):
+        call(scene, rod)
+
+
+def test_sections_that_are_not_round_need_a_radius():
+    scene = ancf.Scene((0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 1), (1, 1), 8, ancf.Rectangle(0.01, 0.01), MATERIAL)
+    with pytest.raises(ancf.InputError, match="not round"):
+        scene.contact(rod, FLOOR, stiffness=1.0)
+    assert scene.contact(rod, FLOOR, stiffness=1.0, radius=0.005).radius == 0.005
+    auto = ancf.Scene((0.0, -9.81))
+    rod = auto.add_beam("auto", (0, 1), (1, 1), "auto", SECTION, MATERIAL)
+    with pytest.raises(ancf.InputError, match="give element and n_elements"):
+        auto.contact(rod, FLOOR, stiffness=1.0)
