@@ -24,6 +24,7 @@ WEIGHTS = {
     "bodies": 3,
     "statics": 1,
     "plans": 3,
+    "interior-points": 1,
     "meshes": 1,
     "files": 1,
     "interruptions": 1,
