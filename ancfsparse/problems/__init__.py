@@ -4,6 +4,7 @@ They are shared by tests, benchmarks, the command line and the README.
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
+from ancfsparse.problems.contacts import capstan
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -37,6 +38,7 @@ __all__ = [
     "bricard",
     "cable_car",
     "cantilever",
+    "capstan",
     "catenary",
     "chain",
     "crane",

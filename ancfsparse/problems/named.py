@@ -3,6 +3,7 @@
 from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.problems.contacts import capstan
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -82,6 +83,10 @@ CASES = (
     ),
     elastic(
         cable_car, 2e-3, "carriage", 0.0, (2.9136011, -2.0541525), 2e-3, source=REISSNER_ROD
+    ),
+    Case(
+        capstan, 1e-3, "held", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",
+        GeneralizedAlpha(0.5),
     ),
 )  # fmt: skip
 MECHANISMS = {case.make.__name__: case for case in CASES}
