@@ -43,8 +43,8 @@ typedef struct {
      * the last call where they are null; scratch[n_all] is overwritten */
     void (*energies)(void *context, const double *q, const double *v, const double *amplitudes,
                      double *scratch, double *out);
-    /* Work of the changing loads, lengths and strains between two states by the trapezoidal rule; v may be null if
-     * forces do not depend on it. */
+    /* Work of the changing loads, lengths and strains, and of contact friction, between two states; v may be null if
+     * forces do not depend on it.  Null, like the next one, if there are none. */
     double (*load_work)(void *context, const ancf_state *x0, const ancf_state *x1,
                         double *scratch);
     /* Upper bound of the work of forces with these non-negative amplitudes between two states,

@@ -8,7 +8,7 @@ cdef void add_work(Explicit self, const double *load, int next) noexcept nogil:
     cdef const double *q1 = &self.q[next, 0]
     cdef ancf_state x0, x1
     cdef double unsure
-    if system.n_amplitudes == 0:
+    if system.load_work == NULL:
         return
     x0.q, x0.v, x0.amplitudes = q0, &self.v[self.now, 0], &self.load[0]
     x1.q, x1.v, x1.amplitudes = q1, &self.v[next, 0], load

@@ -82,7 +82,7 @@ cdef void add_work(Motion *self) noexcept nogil:
     cdef double work, unsure
     if is_driven(self):
         self.watch.work += work_of_drives(self)
-    if system.n_amplitudes == 0:
+    if system.load_work == NULL:
         return
     x0.q, x0.v, x0.amplitudes = self.q0, start_velocity(self), self.amplitudes0
     x1.q, x1.v, x1.amplitudes = self.q, self.v, self.amplitudes

@@ -56,7 +56,7 @@ cdef class Assembly:
                   const int64_t[::1] indptr, contributions):
         cdef Flat *flat = &self.flat
         cdef const ancf_contribution *each
-        cdef bint keeps = False
+        cdef bint keeps = False, works = False
         # Kept alive: the structures below hold pointers to these.
         self.contributions, self.indptr = tuple(contributions), indptr
         flat.n_contributions = len(self.contributions)
@@ -71,6 +71,7 @@ cdef class Assembly:
             flat.damped |= each.damped
             flat.tunes |= each.tune != NULL
             keeps |= each.n_memory > 0
+            works |= each.work != NULL
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
@@ -86,7 +87,8 @@ cdef class Assembly:
         self.interface.residual, self.interface.matrix = residual, matrix
         self.interface.material = material
         self.interface.inertia, self.interface.energies = inertia, energies
-        self.interface.load_work, self.interface.load_reach = load_work, load_reach
+        if n_amplitudes > 0 or works:
+            self.interface.load_work, self.interface.load_reach = load_work, load_reach
         self.interface.residual_between = residual_between
         if keeps:
             self.interface.begin, self.interface.accept = begin, accept

@@ -97,6 +97,24 @@ def test_a_cable_that_ought_to_stick_creeps_by_the_law():
     assert speed[-20:].mean() == pytest.approx(slip * f / math.sqrt(1 - f**2), rel=1e-3)
 
 
+@pytest.mark.parametrize("integrator", [ancf.EnergyMomentum(), ancf.GeneralizedAlpha(0.9)])
+def test_the_work_of_a_turning_drum_is_in_the_balance(integrator):
+    """It accelerates a cable that falls on it; there are no other loads that change."""
+    drifts = []
+    for dt in (1e-3, 5e-4):
+        scene = ancf.Scene((0.0, -9.81))
+        cable = scene.add_beam(
+            "thin", (-0.5, 0.11), (0.5, 0.11), 40, ancf.Circle(0.004), ancf.Material(1e8, 2e3)
+        )
+        drum = ancf.Drum((0, 0), 0.1, angular_velocity=5.0)
+        scene.contact(cable, drum, stiffness=1e5, friction=0.3, slip_speed=1e-2)
+        run = ancf.simulate(scene, 0.15, dt, integrator=integrator)
+        assert run.energy.work[-1] > 0.02 * run.energy.kinetic.max()
+        drifts.append(run.energy.drift)
+    assert drifts[1] < 5e-4
+    assert drifts[1] < 0.4 * drifts[0]
+
+
 def test_explicit_and_implicit_runs_agree():
     def place(**options):
         scene, rod, _ = level(0.02, 1e5)

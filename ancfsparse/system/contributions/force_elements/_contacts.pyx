@@ -92,9 +92,13 @@ cdef class Contact(CompiledContribution):
             locate(&self.data, k, &q[0], &here)
             if here.e > 0.0:
                 pressure = self.data.stiffness[k] * law_force(here.e, self.data.layer)
-                rub(&self.data, k, &here, pressure, &v[0], &f[0])
                 for c in range(dim):
-                    view[0, k, c], view[1, k, c] = pressure * here.n[c], f[c]
+                    view[0, k, c] = pressure * here.n[c]
+                if self.data.friction > 0.0:
+                    sum_up(&self.data.points, k, &v[0], NULL, &f[0])
+                    rub(&self.data, &here, pressure, &f[0])
+                    for c in range(dim):
+                        view[1, k, c] = f[c]
         return out
 
 
@@ -122,12 +126,10 @@ cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noe
     out.e = self.reach - out.distance
 
 
-cdef double slide(const Data *self, ptrdiff_t k, const Place *here, const double *v,
-                  double *u) noexcept nogil:
-    """Set the sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
+cdef double slide(const Data *self, const Place *here, double *u) noexcept nogil:
+    """Replace the velocity of a point by its sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
     cdef ptrdiff_t c, i, dim = self.points.dim
     cdef double normal = 0.0, square = self.slip_speed * self.slip_speed
-    sum_up(&self.points, k, v, NULL, u)
     for c in range(dim):
         for i in range(dim):
             u[c] -= self.spin[dim * c + i] * here.d[i]
@@ -138,16 +140,10 @@ cdef double slide(const Data *self, ptrdiff_t k, const Place *here, const double
     return sqrt(square)
 
 
-cdef void rub(const Data *self, ptrdiff_t k, const Place *here, double pressure, const double *v,
-              double *f) noexcept nogil:
-    """Set the friction on a point; none without velocities."""
+cdef void rub(const Data *self, const Place *here, double pressure, double *f) noexcept nogil:
+    """Replace the velocity of a point by the friction on it."""
     cdef ptrdiff_t c
-    cdef double speed
-    if v == NULL or self.friction == 0.0:
-        for c in range(self.points.dim):
-            f[c] = 0.0
-        return
-    speed = slide(self, k, here, v, f)
+    cdef double speed = slide(self, here, f)
     for c in range(self.points.dim):
         f[c] *= -self.friction * pressure / speed
 
@@ -162,9 +158,11 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         locate(self, k, x.q, &here)
         if here.e > 0.0:
             pressure = self.stiffness[k] * law_force(here.e, self.layer)
-            rub(self, k, &here, pressure, x.v, &f[0])
             push_sum(&self.points, k, -pressure, &here.n[0], r)
-            push_sum(&self.points, k, -1.0, &f[0], r)
+            if self.friction > 0.0 and x.v != NULL:
+                sum_up(&self.points, k, x.v, NULL, &f[0])
+                rub(self, &here, pressure, &f[0])
+                push_sum(&self.points, k, -1.0, &f[0], r)
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
@@ -189,8 +187,10 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         self.secant[k] = self.stiffness[k] * mean_slope(begin.e, end.e, self.layer)
         locate(self, k, x.q, &begin)
         self.halfway[k] = begin.e
-        rub(self, k, &begin, pressure, x.v, &f[0])
-        push_sum(&self.points, k, -1.0, &f[0], r)
+        if self.friction > 0.0 and x.v != NULL:
+            sum_up(&self.points, k, x.v, NULL, &f[0])
+            rub(self, &begin, pressure, &f[0])
+            push_sum(&self.points, k, -1.0, &f[0], r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
@@ -206,28 +206,47 @@ cdef double energy(void *context, const double *q) noexcept nogil:
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
-    """Work of friction on the body by the trapezoidal rule."""
+    """Work of friction on the body, with the force of `between`."""
     cdef const Data *self = <const Data *>context
     cdef Place begin
     cdef Place end
-    cdef double[3] f0
-    cdef double[3] f1
+    cdef double[3] f
+    cdef double[3] v
     cdef double[3] x
     cdef double[3] y
-    cdef double sum = 0.0
-    cdef ptrdiff_t k, c
+    cdef double pressure, sum = 0.0
+    cdef ptrdiff_t k, c, dim = self.points.dim
+    if x0.v == NULL or x1.v == NULL:
+        return 0.0
     for k in range(self.points.n):
         locate(self, k, x0.q, &begin)
         locate(self, k, x1.q, &end)
         if begin.e <= 0.0 and end.e <= 0.0:
             continue
-        rub(self, k, &begin, self.stiffness[k] * law_force(begin.e, self.layer), x0.v, &f0[0])
-        rub(self, k, &end, self.stiffness[k] * law_force(end.e, self.layer), x1.v, &f1[0])
+        pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
         sum_up(&self.points, k, x0.q, NULL, &x[0])
         sum_up(&self.points, k, x1.q, NULL, &y[0])
-        for c in range(self.points.dim):
-            sum += 0.5 * (f0[c] + f1[c]) * (y[c] - x[c])
+        sum_up(&self.points, k, x0.v, NULL, &f[0])
+        sum_up(&self.points, k, x1.v, NULL, &v[0])
+        for c in range(dim):
+            f[c] = 0.5 * (f[c] + v[c])
+        halve(self, &begin, &end)
+        rub(self, &begin, pressure, &f[0])
+        for c in range(dim):
+            sum += f[c] * (y[c] - x[c])
     return sum
+
+
+cdef void halve(const Data *self, Place *begin, const Place *end) noexcept nogil:
+    """Move a place halfway to another one, with the normal there."""
+    cdef ptrdiff_t c
+    cdef double square = 0.0
+    for c in range(self.points.dim):
+        begin.d[c] = 0.5 * (begin.d[c] + end.d[c])
+        square += begin.d[c] * begin.d[c]
+    if self.is_round and square > 0.0:
+        for c in range(self.points.dim):
+            begin.n[c] = begin.d[c] / sqrt(square)
 
 
 cdef inline double stiffness_at(const Data *self, ptrdiff_t k, const Place *here) noexcept nogil:
@@ -245,7 +264,8 @@ cdef void point_block(const Data *self, ptrdiff_t k, int part, const ancf_state 
     cdef double[3] u
     cdef ptrdiff_t c, e, dim = self.points.dim
     if part == DAMPING:
-        speed = slide(self, k, here, x.v, &u[0])
+        sum_up(&self.points, k, x.v, NULL, &u[0])
+        speed = slide(self, here, &u[0])
         factor = self.friction * pressure / speed
         for c in range(dim):
             for e in range(dim):
