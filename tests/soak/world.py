@@ -51,7 +51,13 @@ class World:
         scene.clamp(self.held_rod.start)
         self.rope = scene.winch([self.at(1, 2), self.held_rod.node(2)])
         self.support = scene.pin(self.held_rod.end, as_constraint=True)
+        self.floor = scene.contact(self.held_rod, self.half_space, stiffness=1.0, radius=0.01)
         return scene
+
+    @property
+    def half_space(self):
+        """Return a floor far below."""
+        return ancf.HalfSpace(self.at(0, -5), self.at(0, 1))
 
     @cached_property
     def column(self):
@@ -152,6 +158,9 @@ BY_NAME = {
     "joint": lambda w: w.held and w.support,
     "rope": lambda w: w.held and w.rope,
     "points": lambda w: w.held and [w.held_rod.end],
+    "contact": lambda w: w.held and w.floor,
+    "base": lambda w: w.at(0, -5),
+    "normal": lambda w: w.at(0, 1),
     "path": lambda w: "new.csv",
     "t_end": lambda w: 0.01,
     "modes": lambda w: w.shapes,
@@ -179,6 +188,8 @@ BY_NAME = {
     "pitch": lambda w: 0.1,
     "turns": lambda w: 2.0,
     "n": lambda w: 3,
+    ("Scene", "body"): lambda w: w.rod,
+    ("Scene", "obstacle"): lambda w: w.half_space,
     ("Scene", "node"): lambda w: w.free.end,
     ("Scene", "a"): lambda w: w.loose.origin,
     ("Scene", "b"): lambda w: w.rod.end,
@@ -217,6 +228,7 @@ BY_NAME = {
 
 TURN = {2: 1.0, 3: (0.0, 0.0, 1.0)}
 GIVEN = {
+    "Drum": lambda w: {"axis": w.axis} if w.dim == 3 else {},
     "Arc": lambda w: {"start": w.at(1, 0), "axis": w.axis},
     "Taper": lambda w: {"start": SECTION, "end": SECTION},
     "Sine": lambda w: {"amplitude": w.at(1, 0)},
@@ -249,6 +261,8 @@ GIVEN = {
     "Scene.cylindrical": lambda w: {"axis": w.axis},
     "Scene.universal": lambda w: {"axis_a": (1, 0, 0), "axis_b": w.axis},
     "Scene.spring": lambda w: {"a": w.rod.end, "b": w.at(3, 0), "stiffness": 1.0},
+    "Scene.contact": lambda w: {"radius": 0.01},
+    "Scene.contact, with friction": lambda w: {"radius": 0.01, "friction": 0.1, "slip_speed": 0.01},
     "Scene.drive_joint": lambda w: {"value": 0.0},
     "Scene.joint_spring": lambda w: {"stiffness": 1.0},
     "Scene.joint_friction": lambda w: {"size": 0.1},

@@ -39,7 +39,11 @@ class Obstacle(ABC):
 
     def __post_init__(self) -> None:
         """Check the arguments that all obstacles have."""
-        size = np.shape(self.base)
+        size: tuple[int, ...]
+        try:
+            size = np.shape(self.base)
+        except ValueError:  # rows that differ
+            size = ()
         if size not in ((2,), (3,)):
             raise InputError(
                 f"the position of a {self.noun} must have 2 components (planar) or 3, got "
