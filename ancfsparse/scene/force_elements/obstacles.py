@@ -30,7 +30,7 @@ class Obstacle(ABC):
     """
 
     noun: ClassVar[str]
-    radius: float = 0.0
+    radius: float
     base: tuple[float, ...]
 
     def __init_subclass__(cls) -> None:
@@ -109,6 +109,7 @@ class HalfSpace(Obstacle):
     base: tuple[float, ...]
     normal: tuple[float, ...]
     noun = "half-space"
+    radius = 0.0
 
     def __post_init__(self) -> None:
         """Check the arguments."""
