@@ -26,8 +26,14 @@ from ancfsparse.results.geometry.connection_lines import (
     read_connections,
 )
 from ancfsparse.results.geometry.load_marks import make_load_marks
+from ancfsparse.results.geometry.obstacle_outlines import (
+    collect_obstacles,
+    read_obstacles,
+    write_obstacles,
+)
 from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene.force_elements.obstacles import Obstacle
 from ancfsparse.scene.joints.joint import Mark
 from ancfsparse.system.system import System
 
@@ -84,7 +90,7 @@ class Support:
 
 @dataclass(frozen=True, eq=False)
 class Outline:
-    """Axes of beams and meshes, outlines of rigid bodies, supports, and connection lines.
+    """Axes of beams and meshes, outlines of rigid bodies, supports, lines and obstacles.
 
     Attributes
     ----------
@@ -98,6 +104,8 @@ class Outline:
         Pins, clamps, rods and joints, masses and loads.
     links : Links
         Ropes, springs and distances.
+    obstacles : list of Obstacle
+        The fixed bodies that beams and meshes touch.
     """
 
     gravity: Vector
@@ -105,6 +113,7 @@ class Outline:
     solids: list[RigidOutline]
     supports: list[Support]
     links: ConnectionLines
+    obstacles: list[Obstacle]
 
     @property
     def dim(self) -> int:
@@ -129,6 +138,7 @@ class Outline:
             body.create_dataset("places", data=part.places, **PACKED)
         write_solids(group, self.solids)
         self.links.write(group)
+        write_obstacles(group, self.obstacles)
         if self.supports:
             kinds = [SUPPORT_KINDS.index(each.kind) for each in self.supports]
             group.create_dataset("support kinds", data=np.array(kinds, np.int8), **PACKED)
@@ -166,6 +176,7 @@ class Outline:
             supports = _read_supports(group) if "support kinds" in group else []
             gravity = np.asarray(group.attrs["gravity"])
             links = read_connections(group, len(gravity))
+            obstacles = read_obstacles(group)
             # Files of earlier versions have no such number, and at least one body.
             lost = len(parts) != group.attrs.get("bodies", max(len(parts), 1))
         except DAMAGE_ERRORS as error:
@@ -175,7 +186,7 @@ class Outline:
         every = [each.places for some in (parts, solids, supports, [links]) for each in some]
         if lost or any(((each < 0) | (each >= n)).any() for each in every):
             raise InputError(describe_damage(path, ": its outline is lost"))
-        return Outline(gravity, parts, solids, supports, links)
+        return Outline(gravity, parts, solids, supports, links, obstacles)
 
 
 def _read_supports(group: h5py.Group) -> list[Support]:
@@ -230,7 +241,8 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
         if isinstance(body, RigidBody)
     ]
     links = make_connections(system) if of is None else no_connections(system.scene.dim)
-    return Outline(system.scene.gravity, parts, solids, supports, links)
+    obstacles = collect_obstacles(system, of)
+    return Outline(system.scene.gravity, parts, solids, supports, links, obstacles)
 
 
 def _support(system: System, kind: str, point: Point, other: Vector) -> Support:

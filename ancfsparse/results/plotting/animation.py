@@ -67,7 +67,7 @@ def animate(
     n_frames = max(2, round(n_frames))
     rows = _rows(t, n_frames)
     distinct, place = np.unique(rows, return_inverse=True)
-    states = trace_scene(outline, read_rows(q, distinct))
+    states = trace_scene(outline, read_rows(q, distinct), t[distinct])
     canvas = Canvas(states, None, view, legend=False)
     digits = int(np.clip(np.ceil(-np.log10(np.diff(t[distinct]).max(initial=1e-9))), 0, 12))
     artists: list[Any] = []

@@ -40,6 +40,8 @@ MAX_TICK_LETTERS = 5  # letters of ticks in perspective; five wider ones overlap
 MAX_WIDE_TICKS = 3  # intervals between ticks that are wider
 ZOOM_ITERATIONS = 3  # the size of a box in perspective is not exactly linear in its zoom
 SUPPORT_COLOUR = "0.25"
+OBSTACLE_COLOUR = "0.6"
+OBSTACLE_WIDTH = 0.8  # pt
 ARROW_LENGTH = 0.35  # inch, of forces in the plane
 ARROW_WIDTH = 0.02  # inch
 ARROW_RATIO = 0.15  # length of the arrows of forces in perspective, over the largest extent
@@ -88,7 +90,7 @@ class Canvas:
     ) -> None:
         self.film = of
         self.axes = _select_components(of, view, of.box)
-        limits = _axis_limits(of.box[:, self.axes])
+        limits = axis_limits(of.frame[:, self.axes])
         self._new = ax is None
         if ax is None:
             self.ax = _make_axes(limits, LEGEND_WIDTH if legend else RIGHT)
@@ -150,8 +152,8 @@ class Canvas:
             self.ax.legend(title=title, fontsize="small")
 
     def draw_supports(self, state: int) -> list[Any]:
-        """Draw symbols of pins, clamps, rods, joints, masses and loads in one state."""
-        artists: list[Any] = []
+        """Draw obstacles, and symbols of supports, joints, masses and loads, in one state."""
+        artists = self._draw_obstacles(state)
         style: dict[str, Any] = {
             "color": SUPPORT_COLOUR,
             "mfc": "w",
@@ -201,6 +203,22 @@ class Canvas:
             flat = len(self.axes) == 2
             mark(np.array(pins), MarkerStyle(_TRIANGLE) if flat else "^", 14.0 if flat else 8.0)
         return artists
+
+    def _draw_obstacles(self, state: int) -> list[Any]:
+        """Draw half-spaces, drums and balls, behind the bodies, as one artist."""
+        lines = self.film.trace_obstacles(state, axis_limits(self.film.frame))[..., self.axes]
+        if not len(lines):
+            return []
+        collection = Line3DCollection if len(self.axes) == 3 else LineCollection
+        artist = collection(
+            list(lines),
+            colors=[OBSTACLE_COLOUR],
+            linewidths=OBSTACLE_WIDTH,
+            capstyle="round",
+            zorder=0.9,
+        )
+        self.ax.add_collection(artist, autolim=False)
+        return [artist]
 
     def _draw_forces(self, state: int) -> list[Any]:
         """Draw forces as arrows that end at their points, those without a direction as crosses."""
@@ -286,7 +304,7 @@ def upright_components(gravity: Vector) -> list[int]:
     return [(up + 1) % 3, (up + 2) % 3, up]
 
 
-def _axis_limits(box: Vector) -> Vector:
+def axis_limits(box: Vector) -> Vector:
     """Return the limits of all axes with margins and minimum extents, shape (2, c) [m]."""
     extent = box[1] - box[0]
     size = float(extent.max()) or 1.0

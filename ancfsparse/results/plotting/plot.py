@@ -88,7 +88,7 @@ def draw_shapes(
 ) -> Axes:
     """Plot shapes at some of the times t; parameters as in `Trajectory.plot`, q of shape (k, n)."""
     rows = nearest_rows(t, times)
-    canvas = Canvas(trace_scene(outline, read_rows(q, rows)), ax, view)
+    canvas = Canvas(trace_scene(outline, read_rows(q, rows), t[rows]), ax, view)
     for k, (row, colour) in enumerate(zip(rows, _time_colours(len(rows)), strict=True)):
         canvas.draw(k, colour, label=f"{t[row]:.3g} s")
     canvas.draw_supports(len(rows) - 1)

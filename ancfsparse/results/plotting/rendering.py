@@ -16,7 +16,8 @@ from ancfsparse.results.geometry.body_outlines import RigidOutline
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements, trace_slopes
 from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
-from ancfsparse.results.plotting.canvas import VIEWPOINT, upright_components
+from ancfsparse.results.plotting.canvas import VIEWPOINT, axis_limits, upright_components
+from ancfsparse.results.plotting.traced_scene import trace_scene
 
 try:
     import pyvista as pv
@@ -29,6 +30,7 @@ except ImportError as missing:
 TUBE_SIDES = 24
 BODY_COLOUR = "#ff9d3c"
 ROPE_COLOUR = "#404040"
+OBSTACLE_COLOUR = "#999999"
 LINE_RADIUS = 0.01  # radius of the lines of rigid bodies, over the extent of the body
 ROPE_RADIUS = 0.002  # radius of ropes and springs, over the extent of the scene
 IMAGE_SIZES = range(16, 10_000)  # pixels
@@ -42,8 +44,9 @@ def render(
     view: tuple[float, float] | None = None,
     size: tuple[int, int] = (1000, 750),
     strain: bool = False,
+    time: float = 0.0,
 ) -> Path:
-    """Render one state with coordinates q (n,); see `Trajectory.render`."""
+    """Render one state with coordinates q (n,) at a time [s]; see `Trajectory.render`."""
     target = check_target("an image", path, (".png", ".jpg"))
     view = VIEWPOINT if view is None else view
     if not (isinstance(view, tuple) and len(view) == 2):
@@ -75,6 +78,8 @@ def render(
                 plotter.add_mesh(mesh, color=BODY_COLOUR, specular=0.3)
         for rope in _ropes(outline, q, np.ptp(np.reshape(plotter.bounds, (3, 2)), axis=1).max()):
             plotter.add_mesh(rope, color=ROPE_COLOUR)
+        for lines in _obstacles(outline, q, time):
+            plotter.add_mesh(lines, color=OBSTACLE_COLOUR, lighting=False)
         plotter.set_background("white")
         centre = np.array(plotter.center)
         plotter.camera_position = [tuple(centre + eye), tuple(centre), tuple(up)]
@@ -119,3 +124,17 @@ def _ropes(outline: Outline, q: Vector, extent: float) -> list[Any]:
     ends[..., : outline.dim] = outline.links.ends(q[None])[0]
     pairs = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > ROPE_RADIUS * extent]
     return [pv.Line(*pair).tube(radius=ROPE_RADIUS * extent, n_sides=TUBE_SIDES) for pair in pairs]
+
+
+def _obstacles(outline: Outline, q: Vector, time: float) -> list[Any]:
+    """Return the lines of obstacles as thin tubes in one mesh."""
+    scene = trace_scene(outline, q[None], np.array([time]))
+    limits = axis_limits(scene.frame)
+    lines = scene.trace_obstacles(0, limits)
+    if not len(lines):
+        return []
+    points = np.zeros((2 * len(lines), 3))
+    points[:, : outline.dim] = lines.reshape(-1, outline.dim)
+    ends = np.arange(len(points)).reshape(-1, 2)
+    mesh = pv.PolyData(points, lines=np.column_stack([np.full(len(ends), 2), ends]).ravel())
+    return [mesh.tube(radius=ROPE_RADIUS * float(np.ptp(limits, axis=0).max()), n_sides=8)]

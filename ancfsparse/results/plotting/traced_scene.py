@@ -10,6 +10,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements
+from ancfsparse.results.geometry.obstacle_outlines import enlarge_box, trace_obstacle
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.geometry.wireframe import trace_edges
 
@@ -33,12 +34,15 @@ class TracedScene:
         The point of every support [m].
     links : ndarray, shape (j, n, 2, dim)
         The ends of ropes, springs and distances [m].
+    times : ndarray, shape (j,)
+        Times of the states [s].
     """
 
     outline: Outline
     lines: list[Vector]
     supported: list[Vector]
     links: Vector
+    times: Vector
 
     @property
     def supports(self) -> list[tuple[str, Vector, Vector]]:
@@ -56,7 +60,7 @@ class TracedScene:
         distance = MAX_ANCHOR_RATIO * float(np.max(high - low)) or np.inf
         return np.stack([low - distance, high + distance])
 
-    @property
+    @cached_property
     def box(self) -> Vector:
         """Smallest and largest coordinates of all lines, shape (2, dim) [m]."""
         points = [*self.lines, self.links]
@@ -70,6 +74,18 @@ class TracedScene:
         every = np.concatenate([each.reshape(-1, self.outline.dim) for each in points])
         return np.stack([np.nanmin(every, axis=0), np.nanmax(every, axis=0)])
 
+    @cached_property
+    def frame(self) -> Vector:
+        """Smallest and largest coordinates of the picture without margins, (2, dim) [m]."""
+        return enlarge_box(self.box, self.outline.obstacles)
+
+    def trace_obstacles(self, state: int, limits: Vector) -> Vector:
+        """Return the ends of the lines of obstacles in a box (2, dim) [m], (n, 2, dim) [m]."""
+        time = float(self.times[state])
+        lines = [trace_obstacle(o, self.box, limits, time) for o in self.outline.obstacles]
+        clipped = clip_lines(np.concatenate([np.zeros((0, 2, self.outline.dim)), *lines]), *limits)
+        return clipped[~np.isnan(clipped).any(axis=(1, 2))]
+
     @property
     def width(self) -> float:
         """Width of lines [pt]."""
@@ -77,13 +93,14 @@ class TracedScene:
         return float(np.clip(1.8 * np.sqrt(MAX_THICK_LINES / max(n, MAX_THICK_LINES)), 0.5, 1.8))
 
 
-def trace_scene(outline: Outline, q: Vector) -> TracedScene:
-    """Return the shapes of bodies for coordinates q of shape (j, n)."""
+def trace_scene(outline: Outline, q: Vector, t: Vector | None = None) -> TracedScene:
+    """Return the shapes of bodies for coordinates q (j, n) at times t (j,) [s], or t = 0."""
     pieces = count_pieces(outline.parts)
     lines = [trace_elements(q, part, pieces) for part in outline.parts]
     lines += [trace_edges(q, solid) for solid in outline.solids]
     supported = [interpolate((each.places, each.weights), q) for each in outline.supports]
-    traced = TracedScene(outline, lines, supported, outline.links.ends(q))
+    times = np.zeros(len(q)) if t is None else t
+    traced = TracedScene(outline, lines, supported, outline.links.ends(q), times)
     return replace(traced, links=clip_lines(traced.links, *traced.reach))
 
 

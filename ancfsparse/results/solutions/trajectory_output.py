@@ -78,7 +78,9 @@ class TrajectoryOutput(Solution):
         box of equal mass and inertia.  Point masses are dots.  Forces are arrows with their
         direction at t = 0, of one length; those that are zero then, follow the body or are
         functions of the motion are crosses.  Lines to anchors that are farther away than ten times
-        the extent of the bodies are cut.
+        the extent of the bodies are cut.  Drums and balls are shown in full unless bodies would
+        become smaller than a third of the picture, half-spaces where they are near the bodies.  The
+        radius of a turning drum shows its rotation since t = 0.
         """
         return plotting.plot_motion(self, what, of, times=times, ax=ax, view=view)
 
@@ -179,7 +181,9 @@ class TrajectoryOutput(Solution):
         """
         row = plotting.nearest_rows(self.t, [self.t[-1] if time is None else time])[0]
         outline = plotting.outline_for(self.system, of)
-        return plotting.render(outline, self.q[row], path, view=view, size=size, strain=strain)
+        return plotting.render(
+            outline, self.q[row], path, view=view, size=size, strain=strain, time=float(self.t[row])
+        )
 
     def to_vtk(self, path: str | Path, *, per_element: int = 4, progress: bool = True) -> Path:
         """Write all states as a VTKHDF file with time steps.

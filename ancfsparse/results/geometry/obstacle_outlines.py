@@ -1,0 +1,132 @@
+"""Lines of the half-spaces, drums and balls that bodies touch."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ancfsparse.array_types import Vector
+from ancfsparse.results.geometry.body_outlines import PACKED
+from ancfsparse.scene import Body
+from ancfsparse.scene.force_elements.contacts import Contact
+from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Drum, HalfSpace, Obstacle
+from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    import h5py
+
+CIRCLE_PIECES = 64  # pieces of a circle, a multiple of `AXIAL_LINES`
+AXIAL_LINES = 8  # of a drum
+MIN_LENGTH_RATIO = 1.0  # length of a drum, over its radius
+HATCH_RATIO = 0.025  # spacing and depth of hatching strokes, over the extent of the picture
+GRID_RATIO = 0.1  # spacing of the grid in a plane, over the extent of the picture
+MAX_ENLARGEMENT = 3.0  # extent of a picture with a drum or a ball, over that of the bodies
+
+
+def collect_obstacles(system: System, of: Body | None = None) -> list[Obstacle]:
+    """Return the obstacles of a system, or those that one of its bodies touches."""
+    contacts = (each for each in system.attachments if isinstance(each, Contact))
+    return list(dict.fromkeys(each.obstacle for each in contacts if of in (None, each.body)))
+
+
+def write_obstacles(group: h5py.Group, obstacles: Iterable[Obstacle]) -> None:
+    """Write obstacles to a group, as JSON."""
+    if values := [[type(each).__name__, vars(each)] for each in obstacles]:
+        text = np.frombuffer(json.dumps(values).encode(), np.uint8)
+        group.create_dataset("obstacles", data=text, **PACKED)
+
+
+def read_obstacles(group: h5py.Group) -> list[Obstacle]:
+    """Read obstacles; none from a file of an early version.
+
+    Raises
+    ------
+    LookupError, TypeError, ValueError
+        If the table is damaged.
+    """
+    if "obstacles" not in group:
+        return []
+    values = json.loads(bytes(group["obstacles"][:]))
+    return [OBSTACLE_TYPES[name](**arguments) for name, arguments in values]
+
+
+def enlarge_box(box: Vector, obstacles: Iterable[Obstacle]) -> Vector:
+    """Return the box of the bodies (2, dim) [m], with drums and balls that leave them visible."""
+    result, limit = box, MAX_ENLARGEMENT * float(np.ptp(box, axis=0).max())
+    for obstacle in obstacles:
+        if not isinstance(obstacle, HalfSpace):
+            lines = trace_obstacle(obstacle, box, box)
+            low, high = lines.min(axis=(0, 1)), lines.max(axis=(0, 1))
+            if np.max(np.maximum(high, box[1]) - np.minimum(low, box[0])) <= limit:
+                result = np.stack([np.minimum(low, result[0]), np.maximum(high, result[1])])
+    return result
+
+
+def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0.0) -> Vector:
+    """Return the ends of the lines of an obstacle at time t [s], shape (n, 2, dim) [m].
+
+    Drums have the length of the box of the bodies (2, dim) [m] along their axis; the lines of
+    planes continue beyond the limits of the picture (2, dim) [m].
+    """
+    if isinstance(obstacle, HalfSpace):
+        return _trace_plane(obstacle, limits)
+    centre, radius, dim = np.array(obstacle.base), obstacle.radius, obstacle.dim
+    if not isinstance(obstacle, Drum):
+        pairs = [np.delete(np.eye(dim), k, axis=0) for k in range(3)] if dim == 3 else [np.eye(2)]
+        return np.concatenate([_circle(centre, radius * pair) for pair in pairs])
+    centres, pair = centre[None], np.eye(2)
+    if obstacle.axis is not None:
+        along = np.array(obstacle.axis) / np.linalg.norm(obstacle.axis)
+        middle = float((box.mean(axis=0) - centre) @ along)
+        half = 0.5 * max(float(np.ptp(box, axis=0) @ np.abs(along)), MIN_LENGTH_RATIO * radius)
+        centres = centre + np.outer([middle - half, middle, middle + half], along)
+        pair = _tangents(along)
+    circles = np.stack([_circle(each, radius * pair) for each in centres])
+    lines = [*circles]
+    if len(centres) > 1:
+        points = circles[:, :: CIRCLE_PIECES // AXIAL_LINES, 0]
+        lines.append(np.stack([points[0], points[-1]], axis=1))
+    if obstacle.angular_velocity:
+        angle = obstacle.angular_velocity * t
+        spoke = radius * np.array([np.cos(angle), np.sin(angle)]) @ pair
+        lines.append(np.stack([centres, centres + spoke], axis=1))
+    return np.concatenate(lines)
+
+
+def _trace_plane(obstacle: HalfSpace, limits: Vector) -> Vector:
+    """Return a line with strokes behind it, in space a grid."""
+    normal, middle = obstacle.normal_vector, limits.mean(axis=0)
+    origin = middle - (middle - obstacle.base) @ normal * normal
+    size, reach = np.ptp(limits, axis=0).max(), np.linalg.norm(np.ptp(limits, axis=0))
+    tangents = _tangents(normal)
+    spacing = (HATCH_RATIO if obstacle.dim == 2 else GRID_RATIO) * size
+    steps = spacing * np.arange(-np.ceil(reach / spacing), np.ceil(reach / spacing) + 1.0)
+    if obstacle.dim == 2:
+        starts = origin + np.outer(steps, tangents[0])
+        strokes = np.stack([starts, starts - spacing * (normal + tangents[0])], axis=1)
+        return np.concatenate([starts[None, [0, -1]], strokes])
+    lines = []
+    for along, across in (tangents, tangents[::-1]):
+        starts = origin + np.outer(steps, across)
+        lines.append(np.stack([starts - reach * along, starts + reach * along], axis=1))
+    return np.concatenate(lines)
+
+
+def _circle(centre: Vector, arms: Vector) -> Vector:
+    """Return the pieces of a circle with two radius vectors (2, dim)."""
+    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_PIECES + 1)
+    points = centre + np.stack([np.cos(angles), np.sin(angles)], axis=1) @ arms
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def _tangents(normal: Vector) -> Vector:
+    """Return the unit vectors normal to a unit vector, which follows them in a right-hand basis."""
+    if len(normal) == 2:
+        return np.array([[normal[1], -normal[0]]])
+    first = np.eye(3)[np.argmin(np.abs(normal))]
+    first = first - first @ normal * normal
+    first = first / np.linalg.norm(first)
+    return np.stack([first, np.cross(normal, first)])
