@@ -29,6 +29,7 @@ cdef extern from "solver_abi.h":
                                  const double *, double *, double *) noexcept nogil
         void (*begin)(void *, const ancf_state *) noexcept nogil
         void (*accept)(void *, const ancf_state *) noexcept nogil
+        void (*set_step)(void *, double) noexcept nogil
 
     ctypedef struct ancf_seed:
         void *context

@@ -51,6 +51,8 @@ typedef struct {
      * `memory` may change. */
     void (*begin)(void *context, const ancf_state *x);
     void (*accept)(void *context, const ancf_state *x);
+    /* As in ancf_system */
+    void (*set_step)(void *context, double dt);
     /* Of its equations: speed[n_multipliers] += phi_q v, and bend[n_multipliers] += (phi_q v)_q v
      * unless `bend` is null */
     void (*rates)(void *context, const double *q, const double *v, double *speed, double *bend);

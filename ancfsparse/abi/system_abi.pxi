@@ -27,5 +27,6 @@ cdef extern from "system_abi.h":
                         double *) noexcept nogil
         void (*begin)(void *, const ancf_state *) noexcept nogil
         void (*accept)(void *, const ancf_state *) noexcept nogil
+        void (*set_step)(void *, double) noexcept nogil
         void (*rates)(void *, const double *, const double *, double *, double *) noexcept nogil
         void (*tune)(void *, const double *) noexcept nogil

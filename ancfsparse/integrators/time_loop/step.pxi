@@ -39,7 +39,8 @@ cdef double residual(void *context, double *r) noexcept nogil:
 
 
 cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
-    """Set the loads of the next step, and find their jumps in it."""
+    """Set the length and the loads of the next step, and find their jumps in it."""
+    set_step(self, self.dt)
     set_load(self, amplitudes)
     if is_driven(self):
         self.drives.row = amplitudes + self.system.n_amplitudes
@@ -47,6 +48,11 @@ cdef void load(Motion *self, const double *amplitudes) noexcept nogil:
     if self.system.n_amplitudes > 0:
         self.interface.sudden = ancf_jumps_find(
             &self.jumps, self.amplitudes0, amplitudes, self.dt)
+
+
+cdef inline void set_step(const Motion *self, double dt) noexcept nogil:
+    if self.system.set_step != NULL:
+        self.system.set_step(self.system.context, dt)
 
 
 cdef void accept(Motion *self) noexcept nogil:

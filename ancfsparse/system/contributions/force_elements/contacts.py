@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.scene.force_elements.contacts import LAYER_RATIO, Contact
+from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
@@ -46,6 +46,7 @@ class ContactContribution(Contribution):
             points.weight,
             points.slots(pattern, self._n_free),
             contact.stiffness * contact.weights,
+            np.pi * np.sqrt(self._mass_per_length() / contact.stiffness),
             np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
             obstacle.projector,
@@ -57,6 +58,12 @@ class ContactContribution(Contribution):
             contact.slip_speed,
         )
         return self._compiled
+
+    def _mass_per_length(self) -> Vector:
+        """Return the mass per length of the body at every point, (n,) [kg/m]."""
+        body = self.contact.body
+        of_elements = np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
+        return np.repeat(of_elements, GAUSS_POINTS)
 
     def forces(self, q: Vector, v: Vector) -> Vector:
         """Return normal force and friction on every point in states, (k, 2, n, dim) [N]."""
