@@ -294,6 +294,10 @@ class UnresolvedSignalWarning(UserWarning):
     """Fixed steps miss, shift or alias a signal."""
 
 
+class PenetrationWarning(UserWarning):
+    """A body sank deep into an obstacle whose contact has the default stiffness."""
+
+
 class ErrorNotMetWarning(UserWarning):
     """The error of a quantity exceeds the requested one, by prediction or by measurement.
 

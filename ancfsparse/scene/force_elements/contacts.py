@@ -33,7 +33,7 @@ class ContactSpec(Record):
 
     body: BodyRef
     obstacle: Obstacle
-    stiffness: float
+    stiffness: float | None
     radius: float
     friction: float = 0.0
     slip_speed: float | None = None
@@ -42,7 +42,7 @@ class ContactSpec(Record):
 
     def describe(self, at: At, made: Contact) -> str:
         """Describe both sides and the numbers."""
-        numbers = self.stiffness, self.radius, self.friction, self.slip_speed or 0.0
+        numbers = self.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0
         return f"contact ({self.body.body}; {self.obstacle!r}): {format_numbers(list(numbers))}"
 
 
@@ -58,7 +58,7 @@ class Contact(Attachment):
 
     body: ElasticBody
     obstacle: Obstacle
-    stiffness: float
+    stiffness: float | None
     radius: float
     friction: float
     slip_speed: float
@@ -90,7 +90,7 @@ class Contacts(SceneBase):
         body: ElasticBody,
         obstacle: Obstacle,
         *,
-        stiffness: float,
+        stiffness: float | None = None,
         radius: float | None = None,
         friction: float = 0.0,
         slip_speed: float | None = None,
@@ -110,9 +110,12 @@ class Contacts(SceneBase):
             The body, with given element and number of elements.
         obstacle : HalfSpace, Drum or Ball
             The obstacle.
-        stiffness : float
+        stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
-            it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).
+            it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
+            default 2 (w + T/R) over 1 % of the radius, with the initial tension and all point
+            forces that are constants or signals in T, or more, so that an impact after a fall from
+            where the body begins sinks in by a tenth of the radius.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
             `Circle` or `Tube`, and needed for other sections.
@@ -162,7 +165,9 @@ class Contacts(SceneBase):
         contact = Contact(
             body,
             obstacle,
-            check_positive(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
+            None
+            if stiffness is None
+            else check_positive(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
             _radius(body, radius),
             check_coefficient(f"friction of the contact of {body.name}", friction),
             _slip_speed(body, friction, slip_speed),

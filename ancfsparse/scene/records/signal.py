@@ -64,6 +64,11 @@ class Signal(ABC):
         return TimeScale()
 
     @property
+    def bound(self) -> float:
+        """Upper bound of the magnitude of its values; zero if none is known."""
+        return 0.0
+
+    @property
     def summands(self) -> tuple[Signal, ...]:
         """The signals that it is the sum of, except for a constant."""
         return (self,)
@@ -158,6 +163,11 @@ class Sum(Signal):
         return TimeScale(min([gap, *(scale.shortest for scale in scales)]), tuple(times))
 
     @property
+    def bound(self) -> float:
+        """Sum of the bounds of its parts."""
+        return sum(part.bound for part in self.parts) + float(np.linalg.norm(self.constant))
+
+    @property
     def summands(self) -> tuple[Signal, ...]:
         """The signals that it is the sum of, sums resolved."""
         return tuple(each for part in self.parts for each in part.summands)
@@ -189,6 +199,11 @@ class ScaledSignal(Signal):
     def largest(self) -> Value:
         """The value at factor 1."""
         return self.value
+
+    @property
+    def bound(self) -> float:
+        """Magnitude of its value."""
+        return float(np.linalg.norm(self.largest))
 
     @abstractmethod
     def factor(self, t: Vector, order: int = 0) -> Vector:

@@ -134,6 +134,11 @@ class Table(Signal):
             float(np.diff(self.times).min(initial=math.inf)), tuple(self.times.tolist())
         )
 
+    @property
+    def bound(self) -> float:
+        """Largest magnitude of its values."""
+        return float(np.linalg.norm(self.values.reshape(len(self.values), -1), axis=1).max())
+
     def _multiply(self, factor: float) -> Table:
         return replace(self, values=factor * self.values)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -95,6 +96,9 @@ def run_request(request: Request, system: System) -> Trajectory:
     path = storage.trajectory()
     if outcome != Outcome.CONVERGED:
         raise run.failure(outcome, path)
+    for contribution in system.contributions:
+        for warning in contribution.run_warnings():
+            warnings.warn(warning, stacklevel=4)
     return path
 
 

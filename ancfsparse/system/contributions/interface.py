@@ -82,6 +82,10 @@ class Contribution(ABC):
         """
         return []
 
+    def run_warnings(self) -> list[Warning]:
+        """Return warnings of the last run."""
+        return []
+
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
         """Return the power dissipated by forces that depend on multipliers (k, m), (k,) [W]."""
         return 0.0

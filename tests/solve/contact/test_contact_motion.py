@@ -16,7 +16,7 @@ LINE_MASS = MATERIAL.density * SECTION.area
 FLOOR = ancf.HalfSpace((0, 0), (0, 1))
 
 
-def level(height, stiffness, slope=0.0, velocity=(0.0, 0.0), **friction):
+def level(height, stiffness=None, slope=0.0, velocity=(0.0, 0.0), **friction):
     """A cable of 1 m whose lower surface is at a height above a floor of some slope."""
     along = np.array([math.cos(slope), math.sin(slope)])
     normal = np.array([-along[1], along[0]])
@@ -94,6 +94,62 @@ def test_the_matrix_of_a_damped_impact_is_the_derivative_of_its_residual():
     march.residual()
     matrix = full(system, march.matrix())
     assert np.abs(matrix - derivative).max() < 1e-5 * np.abs(matrix).max()
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_by_default_a_cable_sinks_in_by_little_at_rest_and_in_an_impact(unit):
+    """Half of 1 % of its radius at rest, a tenth after a fall; also with lengths in millimetres."""
+    section = ancf.Circle(0.01 * unit)
+    depths = {}
+    for height in (0.0, 0.2 * unit):
+        scene = ancf.Scene((0.0, -9.81 * unit))
+        start = 0.005 * unit + height
+        rod = scene.add_beam("thin", (0, start), (unit, start), 8, section, MATERIAL)
+        scene.contact(rod, FLOOR)
+        run = ancf.simulate(scene, 0.25, 5e-5, integrator=ancf.EnergyMomentum())
+        depths[height] = 1.0 - run.position(rod.at(0.5 * unit))[:, 1] / (0.005 * unit)
+    assert 0.004 < depths[0.0].mean() < 0.007
+    assert depths[0.2 * unit].max() == pytest.approx(0.1, rel=0.02)
+
+
+def test_by_default_a_loaded_wire_sinks_into_a_drum_by_little():
+    """Forces of 20 N at both ends: at most 1 % of the radius."""
+    scene = ancf.Scene((0.0, 0.0))
+    arc = scene.add_beam(
+        "thin",
+        curve=ancf.Arc((0, 0), (-0.102, 0.0), -math.pi),
+        n_elements=24,
+        section=ancf.Circle(0.004),
+        material=ancf.Material(1e9, 1e4),
+    )
+    contact = scene.contact(arc, ancf.Drum((0, 0), 0.1))
+    for end in (arc.start, arc.end):
+        scene.point_force(end, ancf.Ramp((0.0, -20.0), 0.05, smooth=True))
+    run = ancf.simulate(scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    depth = 0.102 - np.linalg.norm(run.position(arc.at(0.16)), axis=1)
+    assert 0.0025 < depth[-100:].mean() / 0.002 < 0.01
+    assert run.contact_force(contact).pressure[-1].mean() == pytest.approx(20.0 / 0.102, rel=0.02)
+
+
+def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffices():
+    """A user's function of time is not known before the run."""
+
+    def run(stiffness=None):
+        scene, rod, _ = level(0.0, stiffness)
+        scene.point_force(rod.at(0.5), lambda t: (0.0, -1e4 * t))
+        return ancf.simulate(scene, 0.05, 1e-3, integrator=ancf.EnergyMomentum())
+
+    with pytest.warns(ancf.PenetrationWarning, match=r"times its radius.*stiffness=") as caught:
+        run()
+    run(float(str(caught[0].message).split("stiffness=")[1]))
+
+
+def test_a_contact_that_nothing_is_known_to_press_needs_a_stiffness():
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam("thin", (0, 1), (1, 1), 8, SECTION, MATERIAL)
+    scene.contact(rod, FLOOR)
+    with pytest.raises(ancf.InputError, match="neither weight nor a known force"):
+        ancf.simulate(scene, 0.1, 1e-3)
 
 
 def test_the_rebound_is_of_second_order():

@@ -28,6 +28,7 @@ cdef struct Data:
     const double *impact_time  # of each point: duration of an impact [s]
     double *before  # penetrations in the last accepted state [m]
     double *last  # and forces of the pressures there [N]
+    double deepest  # largest penetration of an accepted state of the run [m]
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
     const double *base
@@ -88,6 +89,7 @@ cdef class Contact(CompiledContribution):
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
+        data.deepest = 0.0
         self.interface.context, self.interface.damped = data, friction > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
@@ -96,6 +98,11 @@ cdef class Contact(CompiledContribution):
         self.interface.set_step = set_step
         if friction > 0.0:
             self.interface.work = work
+
+    @property
+    def deepest(self):
+        """Largest penetration of an accepted state of the last run [m]."""
+        return self.data.deepest
 
     def forces(self, const double[::1] q, const double[::1] v):
         """Return normal force and friction on every point, (2, n, dim) [N]."""
@@ -149,9 +156,10 @@ cdef void set_step(void *context, double dt) noexcept nogil:
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
-    cdef const Data *self = <const Data *>context
+    cdef Data *self = <Data *>context
     cdef Place here
     cdef ptrdiff_t k
+    self.deepest = 0.0
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
         self.before[k] = here.e
@@ -159,11 +167,12 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
-    cdef const Data *self = <const Data *>context
+    cdef Data *self = <Data *>context
     cdef Place here
     cdef ptrdiff_t k
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
+        self.deepest = fmax(self.deepest, here.e)
         self.last[k] = damped_force(self, k, here.e)
         self.before[k] = here.e
 
@@ -320,7 +329,7 @@ cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, doubl
                         double *slope) noexcept nogil:
     """Set pressure and stiffness of a point; return whether there is any.
 
-    Where the last residual was evaluated they are those of its step.
+    Where the last residual was evaluated, they are as there.
     """
     if here.e == self.at[k]:
         pressure[0], slope[0] = self.force[k], self.slope[k]

@@ -8,15 +8,24 @@ import numpy as np
 
 from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
+from ancfsparse.errors import PenetrationWarning
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.force_elements.contact_stiffness import (
+    IMPACT_RATIO,
+    default_stiffness,
+)
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
+MAX_DEFAULT_PENETRATION = 3.0 * IMPACT_RATIO  # over the radius of the body
+
 
 class CompiledContact(Compiled, Protocol):
-    """A contact as a contribution (_contacts.pyx)."""
+    """A contact as a contribution (_contacts.pyx), with its largest penetration in a run [m]."""
+
+    deepest: float
 
     def forces(self, q: Vector, v: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
@@ -29,6 +38,7 @@ class ContactContribution(Contribution):
 
     def __init__(self, system: Discretization, contact: Contact) -> None:
         self._n_free, self.contact = system.n_free, contact
+        self.stiffness = contact.stiffness or default_stiffness(system, contact)
         self._points = PointSums.of(system, [[(1.0, point)] for point in contact.points])
         self._compiled: CompiledContact
 
@@ -45,8 +55,8 @@ class ContactContribution(Contribution):
             points.place,
             points.weight,
             points.slots(pattern, self._n_free),
-            contact.stiffness * contact.weights,
-            np.pi * np.sqrt(self._mass_per_length() / contact.stiffness),
+            self.stiffness * contact.weights,
+            np.pi * np.sqrt(self._mass_per_length() / self.stiffness),
             np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
             obstacle.projector,
@@ -84,6 +94,21 @@ class ContactContribution(Contribution):
         """Return the sum of all pressures."""
         forces = np.linalg.norm(self.forces(q, v)[:, 0], axis=2).sum(axis=1)
         return [(f"the pressure of {self.contact.what} [N]", forces)]
+
+    def run_warnings(self) -> list[Warning]:
+        """Return a warning if a stiffness that was not given is too small."""
+        contact, deepest = self.contact, self._compiled.deepest
+        ratio = deepest / contact.radius
+        if contact.stiffness is not None or ratio <= MAX_DEFAULT_PENETRATION:
+            return []
+        enough = self.stiffness * (ratio / IMPACT_RATIO) ** 2
+        return [
+            PenetrationWarning(
+                f"{contact.what} sank in by {deepest:.3g} m, {ratio:.2g} times its radius: the "
+                f"default stiffness of {self.stiffness:.3g} N/m2 follows from loads and speeds "
+                f"known before the run. Give contact the stiffness={enough:.2g}"
+            )
+        ]
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the normals at points that are pressed."""

@@ -1,0 +1,70 @@
+"""Stiffness of contacts that are given none, from data of the scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ancfsparse.errors import InputError
+from ancfsparse.scene.force_elements.contacts import Contact
+from ancfsparse.scene.loads.loads import DistributedForce, PointForce
+from ancfsparse.scene.records.signal import Signal
+from ancfsparse.scene.records.time_dependent import TimeDependentValue
+from ancfsparse.system.coordinates.discretization import Discretization
+
+REST_RATIO = 0.01  # penetration at rest, over the radius of the body
+IMPACT_RATIO = 0.1  # penetration of an impact, over the radius of the body
+LOAD_FACTOR = 2.0  # largest pressure over its mean: 1.25 to 1.5 along a wire around a drum
+
+
+def default_stiffness(system: Discretization, contact: Contact) -> float:
+    """Return a stiffness for known loads, tensions and speeds [N/m2].
+
+    A line of the weight w per length sinks in by w/k at rest, one under the tension T around a
+    round obstacle of radius R by T/(R k), and one of the mass mu per length that arrives with the
+    speed v by v sqrt(mu/k).
+
+    Raises
+    ------
+    InputError
+        If there are neither loads, tensions nor speeds.
+    """
+    body, obstacle, radius = contact.body, contact.obstacle, contact.radius
+    gravity = float(np.linalg.norm(system.scene.gravity))
+    stiffnesses = body.stiffnesses()
+    mass = float(np.max(stiffnesses["mass_per_length"]))
+    pressure = mass * gravity + sum(
+        _bound(load) for load in system.external_loads if isinstance(load, DistributedForce)
+    )
+    if obstacle.radius > 0.0:
+        pressure += _tension(system, contact) / (obstacle.radius + radius)
+    gaps = obstacle.distances(body.positions) - radius
+    squared_speed = 2.0 * gravity * float(np.max(gaps, initial=0.0))
+    if body.velocity is not None:
+        squared_speed += float(np.max(np.sum(body.velocity(body.positions) ** 2, axis=1)))
+    stiffness = max(
+        LOAD_FACTOR * pressure / (REST_RATIO * radius),
+        mass * squared_speed / (IMPACT_RATIO * radius) ** 2,
+    )
+    if stiffness == 0.0:
+        raise InputError(
+            f"the stiffness of {contact.what} is needed: neither weight nor a known force, tension "
+            "or speed presses them together. Give contact the stiffness= in N/m2"
+        )
+    return stiffness
+
+
+def _tension(system: Discretization, contact: Contact) -> float:
+    """Return the tension of the body at the start plus all known point forces [N]."""
+    body = contact.body
+    ends = body.positions[body.ends]
+    stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / body.lengths - 1.0
+    tension = body.stiffnesses()["axial_stiffness"] * np.maximum(stretch, 0.0)
+    forces = [_bound(load) for load in system.external_loads if isinstance(load, PointForce)]
+    return float(np.max(tension)) + sum(forces)
+
+
+def _bound(load: TimeDependentValue) -> float:
+    """Return the largest magnitude of a load; zero for a function, which is not known."""
+    if isinstance(load.value, Signal):
+        return load.value.bound
+    return 0.0 if callable(load.value) else float(np.linalg.norm(load.value))
