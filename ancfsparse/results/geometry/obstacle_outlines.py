@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.results.geometry.body_outlines import PACKED
+from ancfsparse.results.geometry.body_outlines import PACKED, RigidOutline, make_solid
 from ancfsparse.scene import Body
 from ancfsparse.scene.force_elements.contacts import Contact
 from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Drum, HalfSpace, Obstacle
@@ -27,9 +27,25 @@ MAX_ENLARGEMENT = 3.0  # extent of a picture with a drum or a ball, over that of
 
 
 def collect_obstacles(system: System, of: Body | None = None) -> list[Obstacle]:
-    """Return the obstacles of a system, or those that one of its bodies touches."""
-    contacts = (each for each in system.attachments if isinstance(each, Contact))
+    """Return the fixed obstacles of a system, or those that one of its bodies touches."""
+    contacts = (each for each in system.attachments if isinstance(each, Contact) and not each.on)
     return list(dict.fromkeys(each.obstacle for each in contacts if of in (None, each.body)))
+
+
+def make_moving_obstacles(system: System, of: Body | None = None) -> list[RigidOutline]:
+    """Return the obstacles on rigid bodies, or those on one of them."""
+    contacts = (each for each in system.attachments if isinstance(each, Contact))
+    moving = {(each.obstacle, each.on): each for each in contacts if each.on}
+    outlines = []
+    for (obstacle, body), contact in moving.items():
+        if body is not None and of in (None, body):
+            frame = make_solid(system, body, [])
+            centre = contact.base_point.offsets or (0.0,) * body.n_vectors
+            reach = np.full(3, obstacle.radius)
+            outlines.append(
+                RigidOutline(body.name, "sphere", frame.places, reach, np.array([centre]))
+            )
+    return outlines
 
 
 def write_obstacles(group: h5py.Group, obstacles: Iterable[Obstacle]) -> None:

@@ -28,6 +28,7 @@ from ancfsparse.results.geometry.connection_lines import (
 from ancfsparse.results.geometry.load_marks import make_load_marks
 from ancfsparse.results.geometry.obstacle_outlines import (
     collect_obstacles,
+    make_moving_obstacles,
     read_obstacles,
     write_obstacles,
 )
@@ -240,6 +241,7 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
         for body in bodies
         if isinstance(body, RigidBody)
     ]
+    solids += make_moving_obstacles(system, of)
     links = make_connections(system) if of is None else no_connections(system.scene.dim)
     obstacles = collect_obstacles(system, of)
     return Outline(system.scene.gravity, parts, solids, supports, links, obstacles)

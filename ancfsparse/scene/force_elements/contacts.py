@@ -1,4 +1,4 @@
-"""Contact of beams with fixed obstacles, with friction."""
+"""Contact of beams with obstacles, fixed or on rigid bodies, with friction."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Obstacle
 from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
@@ -37,13 +38,15 @@ class ContactSpec(Record):
     radius: float
     friction: float = 0.0
     slip_speed: float | None = None
+    on: BodyRef | None = None
     method = "contact"
     units: ClassVar = {"stiffness": "N/m2", "radius": "m", "slip_speed": "m/s"}
 
     def describe(self, at: At, made: Contact) -> str:
         """Describe both sides and the numbers."""
         numbers = self.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0
-        return f"contact ({self.body.body}; {self.obstacle!r}): {format_numbers(list(numbers))}"
+        on = "" if self.on is None else f" on {self.on.body}"
+        return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(list(numbers))}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,7 @@ class Contact(Attachment):
 
     Attributes
     ----------
-    body, obstacle, stiffness, radius, friction, slip_speed
+    body, obstacle, stiffness, radius, friction, slip_speed, on
         As in `Scene.contact`.
     """
 
@@ -62,6 +65,7 @@ class Contact(Attachment):
     radius: float
     friction: float
     slip_speed: float
+    on: RigidBody | None
     contribution = "force_elements.contacts"
 
     @property
@@ -74,6 +78,13 @@ class Contact(Attachment):
         """Quadrature points on the axis of the body, in the order of its elements."""
         xi = 0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]
         return [Point(self.body, e, x) for e in range(self.body.n_elements) for x in xi.tolist()]
+
+    @property
+    def base_point(self) -> Point:
+        """Point of the body `on` at the base of the obstacle."""
+        assert self.on is not None
+        offset = np.array(self.obstacle.base) - self.on.positions[0]
+        return self.on.at(self.on.vectors[0] @ offset)
 
     @property
     def weights(self) -> Vector:
@@ -94,6 +105,7 @@ class Contacts(SceneBase):
         radius: float | None = None,
         friction: float = 0.0,
         slip_speed: float | None = None,
+        on: RigidBody | None = None,
     ) -> Contact:
         """Let a beam or a mesh touch an obstacle.
 
@@ -113,9 +125,9 @@ class Contacts(SceneBase):
         stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
             it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
-            default 2 (w + T/R) over 1 % of the radius, with the initial tension and all point
-            forces that are constants or signals in T, or more, so that an impact after a fall from
-            where the body begins sinks in by a tenth of the radius.
+            default 2 (w + T/R) over 1 % of the radius, with the initial tension, all weights, and
+            all point forces that are constants or signals in T, or more, so that an impact after a
+            fall from where the body begins sinks in by a tenth of the radius.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
             `Circle` or `Tube`, and needed for other sections.
@@ -124,6 +136,9 @@ class Contacts(SceneBase):
         slip_speed : float, optional
             Sliding velocity at which friction has 0.71 of its full force [m/s]; needed with
             friction.
+        on : RigidBody, optional
+            The body that the obstacle is a part of: a ball, or in the plane a drum, whose `base` is
+            its position at the start.  It moves with the body, and the forces act on both.
 
         Returns
         -------
@@ -171,11 +186,13 @@ class Contacts(SceneBase):
             _radius(body, radius),
             check_coefficient(f"friction of the contact of {body.name}", friction),
             _slip_speed(body, friction, slip_speed),
+            None if on is None else self._own("a contact", _moving(obstacle, on)),
         )
         _check_start(contact)
         _check_elements(contact)
         for other in self.attachments:
-            if isinstance(other, Contact) and (other.body, other.obstacle) == (body, obstacle):
+            same = body, obstacle, on
+            if isinstance(other, Contact) and (other.body, other.obstacle, other.on) == same:
                 raise InputError(f"{contact.what} was added before: leave one of them out")
         record = ContactSpec(
             BodyRef(body.name),
@@ -184,8 +201,34 @@ class Contacts(SceneBase):
             contact.radius,
             contact.friction,
             slip_speed if slip_speed is None else contact.slip_speed,
+            None if on is None else BodyRef(on.name),
         )
         return self._attach(contact, record)
+
+
+def _moving(obstacle: Obstacle, on: object) -> RigidBody:
+    """Return the body of an obstacle, or refuse it."""
+    if not isinstance(on, RigidBody):
+        raise InputError(
+            f"on= of a contact needs a rigid body of this scene, got {format_value(on)}"
+        )
+    if on.n_vectors < obstacle.dim:
+        raise InputError(
+            f"the {obstacle.noun} is on {on.name}, a thin rod without rotation about its axis: "
+            "give the body an inertia in place of the shape Rod"
+        )
+    if obstacle.normal_vector is not None or not np.array_equal(
+        obstacle.projector, np.eye(obstacle.dim)
+    ):
+        raise InputError(
+            f"a {obstacle.noun} cannot move with {on.name}: take a Ball, or in the plane a Drum"
+        )
+    if obstacle.spin.any():
+        raise InputError(
+            f"the {obstacle.noun} turns with {on.name}: leave its angular_velocity out and give "
+            "that to the body, or drive its joint"
+        )
+    return on
 
 
 def _radius(body: ElasticBody, radius: float | None) -> float:

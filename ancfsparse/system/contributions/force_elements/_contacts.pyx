@@ -1,7 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
-"""Contact of quadrature points with a fixed obstacle.
+"""Contact of quadrature points with an obstacle, fixed or on a rigid body.
 
-A point x is at d = A (x - base) from the base of the obstacle; its surfaces touch where the
+A point x is at d = A (x - base) from the base of the obstacle, which may be a point of a rigid body
+with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch where the
 penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane.  The pressure p(e) of
 contact_law.pxi acts along n = d / |d|, and friction against the sliding velocity u.
 
@@ -21,6 +22,10 @@ include "contact_law.pxi"
 # GeneralizedAlpha(.9) return at most .9975 of their energy; 1.0023 with 1.5 in place of 2.
 cdef double STEPS_PER_IMPACT = 2.0
 
+cdef enum:
+    MAX_TERMS = 32  # coordinates of a point and the body of the obstacle
+
+
 cdef struct Data:
     Points points
     const int32_t *slot
@@ -35,6 +40,7 @@ cdef struct Data:
     const double *normal  # of a plane
     const double *projector  # (dim, dim)
     const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
+    const int32_t *turning  # of each coordinate of the points, whether it is of a vector u_i
     bint is_round
     double reach, layer, friction, slip_speed
     # Of the last residual: penetrations where its matrix is requested, halfway a step from state to
@@ -64,6 +70,8 @@ cdef class Contact(CompiledContribution):
         A point of the base [m]; outward normal of a plane.
     projector, spin : (dim, dim) float
         See `Obstacle`.
+    turning : (m,) int32
+        Of the coordinates of the points, 1 for those of the vectors of the body of the obstacle.
     is_round : bool
         False for a plane.
     reach : float
@@ -76,7 +84,7 @@ cdef class Contact(CompiledContribution):
 
     cdef Data data
 
-    def __cinit__(self, start, place, weight, slot, stiffness, impact_time, base, normal, projector, spin,
+    def __cinit__(self, start, place, weight, slot, stiffness, impact_time, base, normal, projector, spin, turning,
                   bint is_round, double reach, double layer, double friction, double slip_speed):
         cdef Data *data = &self.data
         take_points(&data.points, start, place, weight)
@@ -85,6 +93,9 @@ cdef class Contact(CompiledContribution):
         data.last = data.before + data.points.n
         data.base, data.normal = self.copy(base), self.copy(normal)
         data.projector, data.spin = self.copy(projector), self.copy(spin)
+        data.turning = integers(turning)
+        if np.max(np.diff(start)) > MAX_TERMS:
+            raise ValueError(f"a point has more than {MAX_TERMS} coordinates")
         data.is_round, data.reach, data.layer = is_round, reach, layer
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
@@ -111,6 +122,7 @@ cdef class Contact(CompiledContribution):
         cdef double[:, :, ::1] view = out
         cdef Place here
         cdef double pressure
+        cdef double[MAX_TERMS] weights
         cdef double[3] f
         for k in range(n):
             locate(&self.data, k, &q[0], &here)
@@ -119,11 +131,29 @@ cdef class Contact(CompiledContribution):
                 for c in range(dim):
                     view[0, k, c] = pressure * here.n[c]
                 if self.data.friction > 0.0:
-                    sum_up(&self.data.points, k, &v[0], NULL, &f[0])
+                    weigh(&self.data, k, &q[0], &q[0], &here, &weights[0])
+                    move(&self.data, k, &weights[0], &v[0], &f[0])
                     rub(&self.data, &here, pressure, &f[0])
                     for c in range(dim):
                         view[1, k, c] = f[c]
         return out
+
+    def power(self, const double[::1] q, const double[::1] v):
+        """Return the power of friction [W]."""
+        cdef ptrdiff_t k, c
+        cdef Place here
+        cdef double[MAX_TERMS] weights
+        cdef double[3] u
+        cdef double sum = 0.0
+        friction = self.forces(q, v)[1]
+        cdef double[:, ::1] f = friction
+        for k in range(self.data.points.n):
+            locate(&self.data, k, &q[0], &here)
+            weigh(&self.data, k, &q[0], &q[0], &here, &weights[0])
+            move(&self.data, k, &weights[0], &v[0], &u[0])
+            for c in range(self.data.points.dim):
+                sum += f[k, c] * u[c]
+        return sum
 
 
 cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
@@ -189,6 +219,48 @@ cdef inline double damped_force(const Data *self, ptrdiff_t k, double e) noexcep
     return self.stiffness[k] * law_force(e, self.layer)
 
 
+cdef void weigh(const Data *self, ptrdiff_t k, const double *q0, const double *q1,
+                const Place *here, double *weights) noexcept nogil:
+    """Set the weights of velocities in the motion of a point along the body of the obstacle.
+
+    The body moves there with the velocity of its base plus sum (u_i . d) / |u_i|^2 u_i', where u_i
+    are midway from q0 to q1.
+    """
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t i, c, first = points.start[k]
+    cdef double u, along, square
+    for i in range(first, points.start[k + 1]):
+        weights[i - first] = points.weight[i]
+        if self.turning[i]:
+            along = square = 0.0
+            for c in range(points.dim):
+                u = 0.5 * (q0[points.place[c * points.m + i]] + q1[points.place[c * points.m + i]])
+                along += u * here.d[c]
+                square += u * u
+            weights[i - first] -= along / square
+
+
+cdef void move(const Data *self, ptrdiff_t k, const double *weights, const double *v,
+               double *u) noexcept nogil:
+    """Set the sum of velocities with these weights."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t i, c, first = points.start[k]
+    for c in range(points.dim):
+        u[c] = 0.0
+        for i in range(first, points.start[k + 1]):
+            u[c] += weights[i - first] * v[points.place[c * points.m + i]]
+
+
+cdef void push_friction(const Data *self, ptrdiff_t k, const double *weights, const double *f,
+                        double *r) noexcept nogil:
+    """Subtract the force that does work on this motion from the residual."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t i, c, first = points.start[k]
+    for i in range(first, points.start[k + 1]):
+        for c in range(points.dim):
+            r[points.place[c * points.m + i]] -= weights[i - first] * f[c]
+
+
 cdef double slide(const Data *self, const Place *here, double *u) noexcept nogil:
     """Replace the velocity of a point by its sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
     cdef ptrdiff_t c, i, dim = self.points.dim
@@ -214,6 +286,7 @@ cdef void rub(const Data *self, const Place *here, double pressure, double *f) n
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef Place here
+    cdef double[MAX_TERMS] weights
     cdef double[3] f
     cdef double pressure, theta, e
     cdef ptrdiff_t k
@@ -228,9 +301,10 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         if pressure > 0.0:
             push_sum(&self.points, k, -pressure, &here.n[0], r)
             if self.friction > 0.0 and x.v != NULL:
-                sum_up(&self.points, k, x.v, NULL, &f[0])
+                weigh(self, k, x.q, x.q, &here, &weights[0])
+                move(self, k, &weights[0], x.v, &f[0])
                 rub(self, &here, pressure, &f[0])
-                push_sum(&self.points, k, -1.0, &f[0], r)
+                push_friction(self, k, &weights[0], &f[0], r)
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
@@ -238,6 +312,7 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef Data *self = <Data *>context
     cdef Place begin
     cdef Place end
+    cdef double[MAX_TERMS] weights
     cdef double[3] f
     cdef double pressure, both
     cdef ptrdiff_t k, c
@@ -258,9 +333,10 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         locate(self, k, x.q, &begin)
         self.at[k] = begin.e
         if self.friction > 0.0 and x.v != NULL:
-            sum_up(&self.points, k, x.v, NULL, &f[0])
+            weigh(self, k, x.q, x.q, &begin, &weights[0])
+            move(self, k, &weights[0], x.v, &f[0])
             rub(self, &begin, pressure, &f[0])
-            push_sum(&self.points, k, -1.0, &f[0], r)
+            push_friction(self, k, &weights[0], &f[0], r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
@@ -280,12 +356,11 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
     cdef const Data *self = <const Data *>context
     cdef Place begin
     cdef Place end
+    cdef double[MAX_TERMS] weights
     cdef double[3] f
-    cdef double[3] v
-    cdef double[3] x
-    cdef double[3] y
+    cdef double[3] u
     cdef double pressure, before, sum = 0.0
-    cdef ptrdiff_t k, c, dim = self.points.dim
+    cdef ptrdiff_t k, c
     if x0.v == NULL or x1.v == NULL:
         return 0.0
     for k in range(self.points.n):
@@ -294,22 +369,39 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
         pressure, before = damped_force(self, k, end.e), self.last[k]
         if begin.e <= 0.0 and end.e <= 0.0 and pressure <= 0.0 and before <= 0.0:
             continue
-        sum_up(&self.points, k, x0.q, NULL, &x[0])
-        sum_up(&self.points, k, x1.q, NULL, &y[0])
-        sum_up(&self.points, k, x0.v, NULL, &f[0])
-        sum_up(&self.points, k, x1.v, NULL, &v[0])
         if self.is_mean:
-            for c in range(dim):
-                f[c] = 0.5 * (f[c] + v[c])
-                v[c] = 0.0
             pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
             halve(self, &begin, &end)
+            weigh(self, k, x0.q, x1.q, &begin, &weights[0])
+            move(self, k, &weights[0], x0.v, &f[0])
+            move(self, k, &weights[0], x1.v, &u[0])
+            for c in range(self.points.dim):
+                f[c] = 0.5 * (f[c] + u[c])
             rub(self, &begin, pressure, &f[0])
+            sum += work_along(self, k, &weights[0], &f[0], x0.q, x1.q)
         else:
+            weigh(self, k, x0.q, x0.q, &begin, &weights[0])
+            move(self, k, &weights[0], x0.v, &f[0])
             rub(self, &begin, 0.5 * before, &f[0])
-            rub(self, &end, 0.5 * pressure, &v[0])
-        for c in range(dim):
-            sum += (f[c] + v[c]) * (y[c] - x[c])
+            sum += work_along(self, k, &weights[0], &f[0], x0.q, x1.q)
+            weigh(self, k, x1.q, x1.q, &end, &weights[0])
+            move(self, k, &weights[0], x1.v, &f[0])
+            rub(self, &end, 0.5 * pressure, &f[0])
+            sum += work_along(self, k, &weights[0], &f[0], x0.q, x1.q)
+    return sum
+
+
+cdef double work_along(const Data *self, ptrdiff_t k, const double *weights, const double *f,
+                       const double *q0, const double *q1) noexcept nogil:
+    """Work of a force on the motion with these weights from one state to another."""
+    cdef double[3] before
+    cdef double[3] after
+    cdef double sum = 0.0
+    cdef ptrdiff_t c
+    move(self, k, weights, q0, &before[0])
+    move(self, k, weights, q1, &after[0])
+    for c in range(self.points.dim):
+        sum += f[c] * (after[c] - before[c])
     return sum
 
 
@@ -340,14 +432,14 @@ cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, doubl
 
 
 cdef void point_block(const Data *self, ptrdiff_t k, int part, const ancf_state *x,
-                      const Place *here, double pressure, double slope,
+                      const Place *here, double pressure, double slope, const double *weights,
                       double *block) noexcept nogil:
     """Set the derivative of the force on a point by its position or velocity, (3, 3)."""
     cdef double across = 0.0, speed, factor
     cdef double[3] u
     cdef ptrdiff_t c, e, dim = self.points.dim
     if part == DAMPING:
-        sum_up(&self.points, k, x.v, NULL, &u[0])
+        move(self, k, weights, x.v, &u[0])
         speed = slide(self, here, &u[0])
         factor = self.friction * pressure / speed
         for c in range(dim):
@@ -370,7 +462,9 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef const int32_t *slot = self.slot
     cdef Place here
     cdef double[9] block
-    cdef double weights, pressure, slope
+    cdef double[MAX_TERMS] weights
+    cdef const double *factors
+    cdef double factor, pressure, slope
     cdef ptrdiff_t k, i, j, c, e, size, dim = points.dim
     if not (part == STIFFNESS or part == MATERIAL
             or part == DAMPING and self.friction > 0.0 and x.v != NULL):
@@ -381,12 +475,14 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
         if not respond(self, k, &here, &pressure, &slope):
             slot += size * (size + 1) // 2
             continue
-        point_block(self, k, part, x, &here, pressure, slope, &block[0])
+        weigh(self, k, x.q, x.q, &here, &weights[0])
+        factors = &weights[0] if part == DAMPING else points.weight + points.start[k]
+        point_block(self, k, part, x, &here, pressure, slope, &weights[0], &block[0])
         # Coordinates are numbered consecutively, with the directions of each together.
         for i in range(points.start[k], points.start[k + 1]):
             for c in range(dim):
                 for j in range(points.start[k], i + 1):
-                    weights = points.weight[i] * points.weight[j]
+                    factor = factors[i - points.start[k]] * factors[j - points.start[k]]
                     for e in range(dim if j < i else c + 1):
-                        values[slot[0]] += weights * block[3 * c + e]
+                        values[slot[0]] += factor * block[3 * c + e]
                         slot += 1

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.contacts import Contact
+from ancfsparse.scene.force_elements.masses import PointMass
 from ancfsparse.scene.loads.loads import DistributedForce, PointForce
 from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.records.time_dependent import TimeDependentValue
@@ -54,13 +57,21 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
 
 
 def _tension(system: Discretization, contact: Contact) -> float:
-    """Return the tension of the body at the start plus all known point forces [N]."""
+    """Return the tension of the body at the start plus all known point forces and weights [N]."""
     body = contact.body
     ends = body.positions[body.ends]
     stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / body.lengths - 1.0
     tension = body.stiffnesses()["axial_stiffness"] * np.maximum(stretch, 0.0)
     forces = [_bound(load) for load in system.external_loads if isinstance(load, PointForce)]
-    return float(np.max(tension)) + sum(forces)
+    masses = [each.mass for each in system.attachments if isinstance(each, PointMass)]
+    for other in system.bodies:
+        if isinstance(other, RigidBody):
+            masses.append(other.mass)
+        elif isinstance(other, ElasticBody):
+            per_length = other.stiffnesses()["mass_per_length"]
+            masses.append(float(np.sum(per_length * other.lengths)))
+    weight = sum(masses) * float(np.linalg.norm(system.scene.gravity))
+    return float(np.max(tension)) + sum(forces) + weight
 
 
 def _bound(load: TimeDependentValue) -> float:

@@ -1,4 +1,4 @@
-"""Contact of beams with fixed obstacles."""
+"""Contact of beams with obstacles."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import PenetrationWarning
+from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
@@ -30,6 +31,9 @@ class CompiledContact(Compiled, Protocol):
     def forces(self, q: Vector, v: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
 
+    def power(self, q: Vector, v: Vector, /) -> float:
+        """Return the power of friction [W]."""
+
 
 class ContactContribution(Contribution):
     """A contact of a system, a sum over quadrature points."""
@@ -39,11 +43,21 @@ class ContactContribution(Contribution):
     def __init__(self, system: Discretization, contact: Contact) -> None:
         self._n_free, self.contact = system.n_free, contact
         self.stiffness = contact.stiffness or default_stiffness(system, contact)
-        self._points = PointSums.of(system, [[(1.0, point)] for point in contact.points])
+        relative: list[tuple[float, Point]] = []
+        vectors = np.empty(0, dtype=np.int32)
+        if contact.on is not None:
+            # Sums have the vectors of the body among their coordinates also without weights.
+            body_points = [contact.on.at(unit) for unit in np.eye(system.dim)]
+            relative = [(-1.0, contact.base_point), *((0.0, each) for each in body_points)]
+            origin = system.point(contact.on.origin)[0][0]
+            places = np.concatenate([system.point(each)[0][0] for each in body_points])
+            vectors = np.setdiff1d(places, origin).astype(np.int32)
+        self._points = PointSums.of(system, [[(1.0, point), *relative] for point in contact.points])
+        self._turning = np.isin(self._points.place[0], vectors).astype(np.int32)
         self._compiled: CompiledContact
 
     def cliques(self) -> list[Indices]:
-        """Return the coordinates of each point."""
+        """Return the coordinates of each point, with those of the body of the obstacle."""
         return self._points.cliques(self._n_free)
 
     def compile(self, pattern: Pattern) -> Compiled:
@@ -57,10 +71,11 @@ class ContactContribution(Contribution):
             points.slots(pattern, self._n_free),
             self.stiffness * contact.weights,
             np.pi * np.sqrt(self._mass_per_length() / self.stiffness),
-            np.array(obstacle.base),
+            np.zeros(dim) if contact.on else np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
             obstacle.projector,
             obstacle.spin,
+            self._turning,
             normal is None,
             obstacle.radius + contact.radius,
             LAYER_RATIO * contact.radius,
@@ -81,12 +96,11 @@ class ContactContribution(Contribution):
         return np.array([self._compiled.forces(*map(np.ascontiguousarray, row)) for row in rows])
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
-        """Return the power of friction on the body, (k,) [W]."""
+        """Return the power of friction on the bodies, (k,) [W]."""
         if self.contact.friction == 0.0:
             return 0.0
-        points = self._points
-        velocities = np.add.reduceat(points.weight * v[:, points.place], points.start[:-1], axis=2)
-        return np.asarray(np.einsum("knc,kcn->k", self.forces(q, v)[:, 1], velocities))
+        rows = zip(q, v, strict=True)
+        return np.array([self._compiled.power(*map(np.ascontiguousarray, row)) for row in rows])
 
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector
