@@ -44,8 +44,7 @@ class MeshGrading:
         ends = np.array([0.0, *inner, 1.0])
         fractions = np.interp(ends, self.positions, self.element_fractions)
         out = [0.0]
-        for i, part in enumerate(np.diff(fractions)):
-            n = part_count(count, part)
+        for i, n in enumerate(part_counts(count, np.diff(fractions).tolist())):
             even = np.linspace(fractions[i], fractions[i + 1], n + 1)[1:-1]
             out += [
                 *np.interp(even, self.element_fractions, self.positions).tolist(),
@@ -60,14 +59,19 @@ class MeshGrading:
         return float(lengths.max() / lengths.min())
 
 
-def part_count(count: int, fraction: float) -> int:
-    """Return the number of elements of a part with a fraction of a mesh of about `count` elements.
+def part_counts(count: int, fractions: Sequence[float]) -> list[int]:
+    """Return the numbers of elements of parts with fractions of a mesh of `count` or more.
 
-    Successive meshes have more elements in every part, in short ones too.
+    Successive meshes have more elements in every part, in short ones too, and in one ratio: the
+    error depends on the ratios of the lengths of adjacent elements.
     """
-    coarse = COARSE_COUNT * fraction
-    smallest = max(round_half_up(coarse), min(1.0, MAX_DENSITY * coarse))
-    return max(1, math.ceil(smallest * count / COARSE_COUNT - HALF_TOLERANCE))
+    coarse = [COARSE_COUNT * each for each in fractions]
+    smallest = [max(round_half_up(each), min(1.0, MAX_DENSITY * each)) for each in coarse]
+    ratio = count / COARSE_COUNT
+    common = math.gcd(*(int(each) for each in smallest))
+    if ratio > 1.0 and common:
+        ratio = math.ceil(ratio * common - HALF_TOLERANCE) / common
+    return [max(1, math.ceil(each * ratio - HALF_TOLERANCE)) for each in smallest]
 
 
 def round_half_up(count: float) -> int:

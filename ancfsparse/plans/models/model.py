@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ancfsparse.errors import InputError
-from ancfsparse.plans.models.graded_mesh import MeshGrading, part_count, round_half_up
+from ancfsparse.plans.models.graded_mesh import MeshGrading, part_counts, round_half_up
 from ancfsparse.plans.models.rigid_links import rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided
@@ -291,7 +291,7 @@ def _mesh(count: int, inner: list[float]) -> dict[str, Any]:
     if not inner:
         return {"n_elements": max(1, count)}
     ends = np.array([0.0, *inner, 1.0])
-    parts = [part_count(count, each) for each in np.diff(ends)]
+    parts = part_counts(count, np.diff(ends).tolist())
     total = sum(parts)
     even = np.cumsum([0, *parts]) / total
     if np.allclose(even, ends, rtol=0.0, atol=1e-12):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.graded_mesh import part_count
+from ancfsparse.plans.models.graded_mesh import part_counts
 from ancfsparse.plans.models.model import MIN_NODE_DISTANCE, Model, build_model, refine_given_meshes
 from ancfsparse.plans.selection.element_hierarchy import CABLE
 from ancfsparse.scene.records.record import PointRef
@@ -117,9 +117,16 @@ def test_successive_meshes_differ_in_every_part(seed):
     """Where two meshes are the same, their difference hides the error there."""
     inner = np.sort(np.random.default_rng(seed).uniform(0.04, 0.96, 3))
     parts = np.diff([0.0, *inner, 1.0])
-    counts = np.array([[part_count(n, each) for each in parts] for n in (8, 12, 18, 27, 41)])
+    counts = np.array([part_counts(n, parts) for n in (8, 12, 18, 27, 41)])
     assert (np.diff(counts, axis=0)[:, parts > 0.04] > 0).all()
     assert (counts.sum(axis=1) <= np.array([8, 12, 18, 27, 41]) + 4 * len(parts)).all()
+
+
+@pytest.mark.parametrize("parts", [(0.2, 0.5, 0.3), (0.27, 0.73), (0.13, 0.41, 0.46)])
+def test_successive_meshes_are_similar(parts):
+    """The error depends on the ratios of lengths of adjacent elements, which varied by .1."""
+    counts = np.array([part_counts(n, parts) for n in (8, 12, 18, 27, 41, 61, 69, 92)])
+    assert (counts / counts[:1] == (counts / counts[:1])[:, :1]).all()
 
 
 def test_places_of_moments_are_nodes_of_every_mesh():
