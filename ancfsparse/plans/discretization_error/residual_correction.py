@@ -14,7 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from ancfsparse.errors import EquilibriumError, StepError
-from ancfsparse.plans.discretization_error.richardson import Estimate, from_observed_order
+from ancfsparse.plans.discretization_error.richardson import (
+    ASYMPTOTIC_RANGE,
+    Estimate,
+    from_observed_order,
+)
 from ancfsparse.plans.models.prolongation import prolongate
 from ancfsparse.plans.trial_runs.trial_runs import (
     TrialRun,
@@ -130,5 +134,7 @@ def estimate_from_corrections(
     if is_noise or len(changes) < 2 or changes[0] <= noise:
         error = last / (REFINEMENT**order - 1.0)
         return Estimate(n, error, order, is_noise, REFINEMENT, is_noise)
-    observed = math.log(changes[0] / last) / math.log(counts[-1] / counts[0])
-    return from_observed_order(n, last, order, observed, REFINEMENT)
+    growth = counts[-1] / counts[0]
+    observed = math.log(changes[0] / last) / math.log(growth)
+    smallest = changes[0] / growth ** (ASYMPTOTIC_RANGE[1] * order)
+    return from_observed_order(n, max(last, smallest), order, observed, REFINEMENT)

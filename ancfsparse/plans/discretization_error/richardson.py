@@ -4,6 +4,11 @@ A method of order p has the error e(x) = C x^-p at a resolution x, a number of e
 Two solutions differ by d = e(x) - e(r x), so e(r x) = d / (r^p - 1).  Three solutions show the
 order; if it differs from that of the method, the smaller of both is used, and the larger at lower
 resolutions.
+
+An error with two terms of opposite signs, such as A h^3 - B h^4, has an extremum in between, about
+which two solutions agree by chance.  The last difference is then far smaller than the previous one,
+and shows an order that no method has.  It is taken to be at least the previous one, reduced by the
+largest order of the asymptotic range.
 """
 
 from __future__ import annotations
@@ -104,8 +109,10 @@ def estimate(
         return Estimate(resolutions[-1], error, order, True, ratio)
     if len(differences) < 2 or differences[-2] <= noise:
         return Estimate(resolutions[-1], error, order, False, ratio, is_observed=False)
-    observed = observed_order(resolutions[-3:], differences[-2], last)
-    return from_observed_order(resolutions[-1], last, order, observed, ratio)
+    first, last_three = differences[-2], resolutions[-3:]
+    observed = observed_order(last_three, first, last)
+    smallest = first / _reduction(last_three, ASYMPTOTIC_RANGE[1] * order)
+    return from_observed_order(resolutions[-1], max(last, smallest), order, observed, ratio)
 
 
 def from_observed_order(
@@ -119,23 +126,25 @@ def from_observed_order(
 
 
 def observed_order(resolutions: Sequence[float], first: float, second: float) -> float:
-    """Return the order shown by two differences of three resolutions; -inf if none.
-
-    With ratios r and s of successive resolutions, d_1 / d_2 = (1 - r^-p) / (r^-p - (r s)^-p), which
-    grows with p; equal ratios give log(d_1 / d_2) / log r.
-    """
-    r, s = resolutions[1] / resolutions[0], resolutions[2] / resolutions[1]
+    """Return the order shown by two differences of three resolutions; -inf if none."""
     target = first / second
-
-    def quotient(p: float) -> float:
-        return float((1.0 - r**-p) / (r**-p - (r * s) ** -p))
-
     low, high = 1e-3, 32.0
-    if target <= quotient(low):
+    if target <= _reduction(resolutions, low):
         return -math.inf
-    if target >= quotient(high):
+    if target >= _reduction(resolutions, high):
         return high
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if quotient(middle) < target else (low, middle)
+        is_below = _reduction(resolutions, middle) < target
+        low, high = (middle, high) if is_below else (low, middle)
     return 0.5 * (low + high)
+
+
+def _reduction(resolutions: Sequence[float], p: float) -> float:
+    """Return the ratio of two differences of three resolutions by an order p.
+
+    With ratios r and s of successive resolutions, d_1 / d_2 = (1 - r^-p) / (r^-p - (r s)^-p), which
+    grows with p; equal ratios give r^p.
+    """
+    r, s = resolutions[1] / resolutions[0], resolutions[2] / resolutions[1]
+    return float((1.0 - r**-p) / (r**-p - (r * s) ** -p))

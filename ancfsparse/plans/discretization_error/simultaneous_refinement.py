@@ -19,7 +19,7 @@ import numpy as np
 
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.discretization_error.mesh_error import GROWTH
-from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
+from ancfsparse.plans.discretization_error.richardson import ASYMPTOTIC_RANGE, MIN_ORDER, Estimate
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
     elements_of,
@@ -170,9 +170,11 @@ def _resolutions(
 def _error(difference: float, before: float, ratio: float) -> float:
     """Return the error of the last run from its difference to the previous one.
 
-    Errors decrease by `ratio`, to a lower power if the differences of three runs show one.
+    Errors decrease by `ratio`, to a lower power if the differences of three runs show one.  A much
+    smaller difference is one by chance, see `richardson`.
     """
     power = UNOBSERVED_FRACTION
+    difference = max(difference, before / ratio ** ASYMPTOTIC_RANGE[1])
     if before > 0.0 and difference > 0.0:
         observed = math.log(before / difference) / math.log(ratio)
         power = min(1.0, max(MIN_OBSERVED_FRACTION, observed))

@@ -40,6 +40,25 @@ def test_the_error_of_the_mesh_agrees_with_a_fine_mesh(trials):
         assert true / 2.0 < error_model.estimates[0].at(count) < 5.0 * true
 
 
+def test_errors_of_strains_are_not_hidden_by_elements_of_different_lengths():
+    """Strains at nodes have an error by their difference, opposite to that of bending: 8.6 times.
+
+    Axial strains of a bent cantilever are of second order in its deflection.
+    """
+    length, force = 0.6685, ancf.Ramp((0.0, -1.745e-3), 0.082)
+    material = ancf.Material(1.122e11, 1226.6, axial_damping=1e-3, bending_damping=1e-3)
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 0), (length, 0), "auto", ancf.Circle(1.5425e-3), material)
+    scene.clamp(rod.start)
+    scene.point_force(rod.at(0.1339), force)
+    trials = build_trials(scene, 0.1513, ancf.strain(rod.at(0.4723)), "0.575 %")
+    error_model = mesh_error(trials, Model(), 8.0, 100, 4, lambda last: True)
+    last = error_model.runs[-1]
+    exact = trials.run(trials.with_mesh(Model(), 400), 100)
+    (true,) = goal_differences(trials.goals, last, exact)
+    assert 0.2 * error_model.estimates[0].error < true < 1.2 * error_model.estimates[0].error
+
+
 def test_the_work_of_a_longer_run_on_a_finer_mesh_is_foreseen(trials):
     for count, steps in ((MESH, 100), (MESH, 200), (MESH, 400), (12, 200)):
         trials.run(model(count), steps)

@@ -44,6 +44,10 @@ def test_two_trial_runs_show_the_order():
     assert not slow.is_asymptotic
     assert slow.at(32) == pytest.approx(1.0 / 1024.0)
     assert estimate_from_corrections([8, 16], [1e-3, 1e-9], 4, 1e-8).is_asymptotic
+    # An order that no element has shows that the error changes its sign.
+    hidden = estimate_from_corrections([8, 16], [1.0, 1e-6], 2, 0.0)
+    assert not hidden.is_asymptotic
+    assert hidden.error > 0.02
 
 
 def test_corrections_that_do_not_show_the_error_are_not_believed():

@@ -3,6 +3,7 @@
 import math
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from ancfsparse.plans.discretization_error.richardson import estimate, observed_order
@@ -50,6 +51,17 @@ def test_errors_at_lower_resolutions_are_not_below_those_that_were_seen(order):
     error_model = estimate((8, 16, 32), apart, 2)
     assert error_model.at(8) >= 0.99 * errors[0]
     assert error_model.resolution_for(errors[0]) >= 7.99
+
+
+@pytest.mark.parametrize("resolutions", [(8, 12, 18), (8, 16, 32), (12, 18, 27)])
+@pytest.mark.parametrize(("order", "other"), [(1, 2), (2, 3), (2, 4), (3, 4), (4, 6)])
+def test_an_extremum_of_the_error_does_not_hide_it(resolutions, order, other):
+    """Two terms of opposite signs agree at two resolutions; errors were hidden up to 1900 times."""
+    for extremum in np.geomspace(2.0, 60.0, 200):
+        factor = order / other * extremum ** (other - order)
+        errors = [x**-order - factor * x**-other for x in map(float, resolutions)]
+        error_model = estimate(resolutions, [abs(a - b) for a, b in pairwise(errors)], order)
+        assert abs(errors[-1]) <= 4.2 * error_model.error + 1e-15
 
 
 def test_what_diverges_is_not_settled_and_its_error_is_not_small():

@@ -63,3 +63,9 @@ def test_responses_are_measured_with_the_cheaper_of_two_like_trial_runs():
         assert error_model.coarse_run is (one if like[-1] else other)
         assert not like[-1] or one.cost.work < other.cost.work
     assert like == [False, True]
+
+
+def test_motions_that_agree_by_chance_do_not_hide_the_error():
+    """A difference a thousand times smaller than the one before shows no order of convergence."""
+    assert module._error(1e-3, 1.0, 4.0) > 0.02
+    assert module._error(0.25, 1.0, 4.0) == 0.25 / 3.0
