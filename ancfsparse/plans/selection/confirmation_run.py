@@ -58,7 +58,12 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         if error_model.excess(*known) <= 1.0:
             return replace(error_model, selected=known)
     reference_run = error_model.reference_run
-    error_model = replace(error_model, safety_factor=ASYMPTOTIC_FRACTION)
+    confirmed = replace(error_model, safety_factor=ASYMPTOTIC_FRACTION)
+    # A run from which errors were estimated does not confirm the estimates.
+    is_known = confirmed.optimum() == (longest_count(reference_run), reference_run.steps)
+    error_model = replace(
+        confirmed, safety_factor=error_model.error_fraction if is_known else ASYMPTOTIC_FRACTION
+    )
     for _ in range(MAX_SELECTIONS):
         selected = error_model.optimum()
         tried = _affordable(error_model, reference_run, selected)
