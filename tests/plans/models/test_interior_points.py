@@ -123,9 +123,9 @@ def test_successive_meshes_differ_in_every_part(seed):
 
 
 @pytest.mark.parametrize("parts", [(0.2, 0.5, 0.3), (0.27, 0.73), (0.13, 0.41, 0.46)])
-def test_successive_meshes_are_similar(parts):
+def test_successive_fine_meshes_are_similar(parts):
     """The error depends on the ratios of lengths of adjacent elements, which varied by .1."""
-    counts = np.array([part_counts(n, parts) for n in (8, 12, 18, 27, 41, 61, 69, 92)])
+    counts = np.array([part_counts(n, parts) for n in (8, 61, 94, 141, 212)])
     assert (counts / counts[:1] == (counts / counts[:1])[:, :1]).all()
 
 
