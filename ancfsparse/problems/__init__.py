@@ -4,7 +4,7 @@ They are shared by tests, benchmarks, the command line and the README.
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.contacts import capstan
+from ancfsparse.problems.contacts import belt_drive, capstan
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -34,6 +34,7 @@ __all__ = [
     "Net",
     "Problem",
     "andrews",
+    "belt_drive",
     "bend",
     "bricard",
     "cable_car",
