@@ -10,7 +10,7 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.force_elements.contacts import Contact
-from ancfsparse.system.contributions.force_elements.contacts import ContactContribution
+from ancfsparse.system.contributions.force_elements.contact.contacts import ContactContribution
 from ancfsparse.system.coordinates.coordinates import foreign_handle
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System

@@ -66,7 +66,7 @@ class Contact(Attachment):
     friction: float
     slip_speed: float
     on: RigidBody | None
-    contribution = "force_elements.contacts"
+    contribution = "force_elements.contact.contacts"
 
     @property
     def what(self) -> str:

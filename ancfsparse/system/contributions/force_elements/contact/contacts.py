@@ -12,7 +12,7 @@ from ancfsparse.errors import PenetrationWarning
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.force_elements.contact_stiffness import (
+from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (
     IMPACT_RATIO,
     default_stiffness,
 )

@@ -13,8 +13,8 @@ of the last accepted state and theta = min(1, (STEPS_PER_IMPACT dt / impact_time
 """
 from libc.math cimport NAN, sqrt
 
-include "../contribution.pxi"
-include "../points.pxi"
+include "../../contribution.pxi"
+include "../../points.pxi"
 include "contact_law.pxi"
 
 
