@@ -14,7 +14,8 @@ enum ancf_outcome {
     ANCF_MAY_GROW = 6,   /* the step */
     ANCF_INDEFINITE = 7, /* cause of an event: one of 1 to 3, with a factor of the wrong inertia */
     ANCF_WOULD_GAIN = 8, /* every solution found for a step gains energy: it was not accepted */
-    ANCF_HAD_GAINED = 9  /* detected at the end of a run, for some earlier step */
+    ANCF_HAD_GAINED = 9, /* detected at the end of a run, for some earlier step */
+    ANCF_PASSES_THROUGH = 10 /* bodies in contact could pass through each other in the step */
 };
 
 /* In the order in which they are tried; with incomplete seeds, descent follows a new seed. */

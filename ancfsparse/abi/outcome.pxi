@@ -11,6 +11,7 @@ cdef extern from "outcome.h":
         MAY_GROW "ANCF_MAY_GROW"
         INDEFINITE "ANCF_INDEFINITE"
         WOULD_GAIN "ANCF_WOULD_GAIN"
+        PASSES_THROUGH "ANCF_PASSES_THROUGH"
     ctypedef enum Rung "enum ancf_rung":
         METHOD "ANCF_METHOD"
         NEW_SEED "ANCF_NEW_SEED"

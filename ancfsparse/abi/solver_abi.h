@@ -65,6 +65,8 @@ typedef struct {
     /* Set the length of the implicit step that the next residuals and matrices belong to [s], 0
      * outside of one; null if none depends on it. */
     void (*set_step)(void *context, double dt);
+    /* Whether a step between two states lets no bodies pass through each other; null: any step. */
+    int (*admits)(void *context, const double *q0, const double *q1);
 } ancf_system;
 
 typedef struct {

@@ -30,6 +30,7 @@ cdef extern from "solver_abi.h":
         void (*begin)(void *, const ancf_state *) noexcept nogil
         void (*accept)(void *, const ancf_state *) noexcept nogil
         void (*set_step)(void *, double) noexcept nogil
+        int (*admits)(void *, const double *, const double *) noexcept nogil
 
     ctypedef struct ancf_seed:
         void *context

@@ -2,7 +2,7 @@
  * motion: PyCapsules named "ancf_contribution", as in solver_abi.h.
  *
  * A null function contributes nothing.  None of them clears its output before adding to it, none
- * allocates memory, and none needs Python, except for calls of user functions.
+ * allocates memory except for lists that grow, and none needs Python, except for calls of user functions.
  */
 #ifndef ANCF_SYSTEM_ABI_H
 #define ANCF_SYSTEM_ABI_H
@@ -59,6 +59,8 @@ typedef struct {
     /* Set what its energy depends on besides q, such as the length of a rope that is wound up: called
      * before its other functions with amplitudes that may have changed.  Null: q alone. */
     void (*tune)(void *context, const double *amplitudes);
+    /* Whether a step between two states lets no bodies pass through each other.  Null: any step. */
+    int (*admits)(void *context, const double *q0, const double *q1);
 } ancf_contribution;
 
 #endif

@@ -30,3 +30,4 @@ cdef extern from "system_abi.h":
         void (*set_step)(void *, double) noexcept nogil
         void (*rates)(void *, const double *, const double *, double *, double *) noexcept nogil
         void (*tune)(void *, const double *) noexcept nogil
+        int (*admits)(void *, const double *, const double *) noexcept nogil

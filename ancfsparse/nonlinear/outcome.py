@@ -23,6 +23,7 @@ class Outcome(IntEnum):
     INDEFINITE = 7, "did not converge on a seed whose pivots had a wrong sign"
     WOULD_GAIN = 8, "would gain energy that nothing has given"
     HAD_GAINED = 9, "had gained energy that nothing had given"
+    PASSES_THROUGH = 10, "would let beams pass through each other"
 
     def __new__(cls, code: int, message: str = "") -> Outcome:
         """Make a member of its code and its description."""

@@ -177,7 +177,8 @@ cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
 
 
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
-    return solver.solve(solver.context)
+    cdef int outcome = solver.solve(solver.context)
+    return PASSES_THROUGH if outcome == 0 and not is_admitted(self) else outcome
 
 
 cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:

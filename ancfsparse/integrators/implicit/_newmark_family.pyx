@@ -259,6 +259,8 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         if self.watch.steps >= WATCH_EVERY and ancf_watch_gains(&self.watch, False):
             return GAINED_ENERGY  # the likely cause
         return outcome
+    if not is_admitted(self):
+        return PASSES_THROUGH
     if control.seed != NULL and not accurate(
             control, self.system, self.dt, self.a0, self.a, self.r):
         return TOO_INACCURATE

@@ -76,6 +76,8 @@ cdef inline bint conserves_better(const ancf_watch *now, const ancf_watch *best,
 cdef bint see(Motion *self, bint strict) noexcept nogil:
     """Evaluate the energy after the current step; return whether the gain is too large.
 
+    Neither does a solution pass in which bodies pass through each other.
+
     The new velocity temporarily takes the place of the old one, which needs no extra memory.
     """
     add_work(self)
@@ -88,7 +90,7 @@ cdef bint see(Motion *self, bint strict) noexcept nogil:
     self.scheme.refused = self.watch
     if strict:
         self.scheme.refused.exchanged = self.watch.kinetic
-    return ancf_watch_gains(&self.watch, strict)
+    return ancf_watch_gains(&self.watch, strict) or not is_admitted(self)
 
 
 cdef void unsee(Motion *self, const ancf_watch *before) noexcept nogil:

@@ -55,6 +55,12 @@ cdef inline void set_step(const Motion *self, double dt) noexcept nogil:
         self.system.set_step(self.system.context, dt)
 
 
+cdef inline bint is_admitted(const Motion *self) noexcept nogil:
+    """Return True if no bodies pass through each other in the current step."""
+    return (self.system.admits == NULL
+            or self.system.admits(self.system.context, self.q0, self.q))
+
+
 cdef void accept(Motion *self) noexcept nogil:
     if not self.ahead:
         add_work(self)

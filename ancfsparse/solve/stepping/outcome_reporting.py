@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 CAUSE_NAMES = {outcome: outcome.name.lower().replace("_", " ") for outcome in Outcome}
 CAUSE_NAMES[Outcome.WOULD_GAIN] = CAUSE_NAMES[Outcome.GAINED_ENERGY]
 # Outcomes after which a step may be solved in another way.
-RECOVERABLE_OUTCOMES = (Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE, Outcome.WOULD_GAIN)
+RECOVERABLE_OUTCOMES = (
+    *(Outcome.TOO_MANY, Outcome.DIVERGED, Outcome.NOT_FINITE),
+    *(Outcome.WOULD_GAIN, Outcome.PASSES_THROUGH),
+)
 LOOP_COUNTS = (
     *("iterations", "last_corrections", "residual_evaluations", "factorizations", "indefinite"),
     *("material_seeds", "rotating_seeds", "single_seeds", "shifted_seeds"),

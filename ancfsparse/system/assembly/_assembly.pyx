@@ -56,7 +56,7 @@ cdef class Assembly:
                   const int64_t[::1] indptr, contributions):
         cdef Flat *flat = &self.flat
         cdef const ancf_contribution *each
-        cdef bint keeps = False, works = False, steps = False
+        cdef bint keeps = False, works = False, steps = False, chooses = False
         # Kept alive: the structures below hold pointers to these.
         self.contributions, self.indptr = tuple(contributions), indptr
         flat.n_contributions = len(self.contributions)
@@ -73,6 +73,7 @@ cdef class Assembly:
             keeps |= each.n_memory > 0
             works |= each.work != NULL
             steps |= each.set_step != NULL
+            chooses |= each.admits != NULL
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
@@ -95,6 +96,8 @@ cdef class Assembly:
             self.interface.begin, self.interface.accept = begin, accept
         if steps:
             self.interface.set_step = set_step
+        if chooses:
+            self.interface.admits = admits
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def __dealloc__(self):

@@ -236,3 +236,14 @@ cdef void set_step(void *context, double dt) noexcept nogil:
         each = self.contributions[k]
         if each.set_step != NULL:
             each.set_step(each.context, dt)
+
+
+cdef int admits(void *context, const double *q0, const double *q1) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t k
+    for k in range(self.n_contributions):
+        each = self.contributions[k]
+        if each.admits != NULL and not each.admits(each.context, q0, q1):
+            return False
+    return True
