@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.results.fields.contact_forces import ContactForce
+    from ancfsparse.results.fields.contact_forces import BeamContactForce, ContactForce
     from ancfsparse.results.fields.joint_forces import JointForce
     from ancfsparse.results.fields.section_forces import SectionForce, SectionPoints
+    from ancfsparse.scene.force_elements.beam_contacts import BeamContact
     from ancfsparse.scene.force_elements.contacts import Contact
     from ancfsparse.scene.force_elements.ropes import Rope
     from ancfsparse.scene.mechanisms.winch import Winch
@@ -169,26 +170,36 @@ class Solution(Configurations):
         states = StateHistory(*map(np.asarray, self._states_of_forces))
         return self._select(fields.tension(self.system, rope, states))
 
-    def contact_force(self, contact: Contact) -> ContactForce:
+    @overload
+    def contact_force(self, contact: Contact) -> ContactForce: ...
+
+    @overload
+    def contact_force(self, contact: BeamContact) -> BeamContactForce: ...
+
+    def contact_force(self, contact: Contact | BeamContact) -> Any:
         """Return pressure, friction and resultant force of a contact.
 
         Parameters
         ----------
-        contact : Contact
+        contact : Contact or BeamContact
             A contact of the scene, as ``scene.contact`` returned it.
 
         Returns
         -------
-        ContactForce
-            ``pressure`` (k, n) and ``friction`` (k, n, dim) per length [N/m] at n points of the
-            body with the arc coordinates ``s`` [m], and their resultant ``force`` (k, dim) [N].
+        ContactForce or BeamContactForce
+            Of an obstacle, ``pressure`` (k, n) and ``friction`` (k, n, dim) per length [N/m] at n
+            points of the body with the arc coordinates ``s`` [m], and their resultant ``force``
+            (k, dim) [N].
+            Of two bodies, the resultant ``force`` (k, dim) on the first one, the sum of the sizes
+            of all forces ``size`` (k,) [N], and the largest ``penetration`` (k,) [m].
 
         Raises
         ------
         InputError
             If the contact does not belong to the scene.
         """
-        return self._select(fields.contact_force(self.system, contact, self._states))
+        values: Any = fields.contact_force(self.system, contact, self._states)
+        return self._select(values)
 
     def strain(self, body: ElasticBody, s: SectionPoints = None) -> Vector:
         """Return the strain of the axis.

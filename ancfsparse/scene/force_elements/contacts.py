@@ -1,10 +1,10 @@
-"""Contact of beams with obstacles, fixed or on rigid bodies, with friction."""
+"""Contact of beams with obstacles, fixed or on rigid bodies, with friction, and with each other."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_not_negative, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
+from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -20,6 +21,9 @@ from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, Record
 from ancfsparse.scene.sections.standard_sections import Circle, Tube
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 
 GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
@@ -33,20 +37,23 @@ class ContactSpec(Record):
     """The record of `Scene.contact`."""
 
     body: BodyRef
-    obstacle: Obstacle
+    obstacle: Obstacle | BodyRef
     stiffness: float | None
-    radius: float
+    radius: float | None
     friction: float = 0.0
     slip_speed: float | None = None
     on: BodyRef | None = None
     method = "contact"
     units: ClassVar = {"stiffness": "N/m2", "radius": "m", "slip_speed": "m/s"}
 
-    def describe(self, at: At, made: Contact) -> str:
+    def describe(self, at: At, made: Contact | BeamContact) -> str:
         """Describe both sides and the numbers."""
-        numbers = self.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0
+        if not isinstance(made, Contact):
+            numbers = [made.stiffness, *made.radii]
+            return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}"
+        numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
         on = "" if self.on is None else f" on {self.on.body}"
-        return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(list(numbers))}"
+        return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(numbers)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +103,7 @@ class Contact(Attachment):
 class Contacts(SceneBase):
     """Contacts of a scene."""
 
+    @overload
     def contact(
         self,
         body: ElasticBody,
@@ -106,8 +114,30 @@ class Contacts(SceneBase):
         friction: float = 0.0,
         slip_speed: float | None = None,
         on: RigidBody | None = None,
-    ) -> Contact:
-        """Let a beam or a mesh touch an obstacle.
+    ) -> Contact: ...
+
+    @overload
+    def contact(
+        self,
+        body: ElasticBody,
+        obstacle: ElasticBody,
+        *,
+        stiffness: float,
+        radius: float | None = None,
+    ) -> BeamContact: ...
+
+    def contact(
+        self,
+        body: ElasticBody,
+        obstacle: Obstacle | ElasticBody,
+        *,
+        stiffness: float | None = None,
+        radius: float | None = None,
+        friction: float = 0.0,
+        slip_speed: float | None = None,
+        on: RigidBody | None = None,
+    ) -> Contact | BeamContact:
+        """Let a beam or a mesh touch an obstacle, another beam or mesh, or itself.
 
         The obstacle presses on the body with a force per length of the penetration e,
         k (e^3/D^2 - e^4/(2 D^3)) up to D = radius/1000 and k (e - D/2) beyond, and has a potential.
@@ -120,8 +150,8 @@ class Contacts(SceneBase):
         ----------
         body : Beam or Mesh
             The body, with given element and number of elements.
-        obstacle : HalfSpace, Drum or Ball
-            The obstacle.
+        obstacle : HalfSpace, Drum, Ball, Beam or Mesh
+            The obstacle, or another body; `body` again if it touches itself.
         stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
             it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
@@ -130,7 +160,7 @@ class Contacts(SceneBase):
             fall from where the body begins sinks in by a tenth of the radius.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
-            `Circle` or `Tube`, and needed for other sections.
+            `Circle` or `Tube`, and needed for other sections.  If given, it is that of both bodies.
         friction : float, optional
             Coefficient of friction mu [-].
         slip_speed : float, optional
@@ -142,7 +172,7 @@ class Contacts(SceneBase):
 
         Returns
         -------
-        Contact
+        Contact or BeamContact
             The handle, for ``run.contact_force(contact)``.
 
         Raises
@@ -157,6 +187,10 @@ class Contacts(SceneBase):
         the energy of an impact with any step.  With other implicit integrators an impact loses
         energy if it takes few steps: 1 % with 15, all with two.  In statics there is no sliding,
         and therefore no friction.
+
+        Two bodies need a stiffness, and press on each other, without friction, with k e per length,
+        integrated where they overlap; planar ones lie in one plane.  A body touches itself where
+        the arc between two places is longer than half a turn of its radius and two elements.
         """
         if not isinstance(body, ElasticBody):
             raise InputError(
@@ -168,10 +202,16 @@ class Contacts(SceneBase):
                 f"contact of {body.name} has its points inside elements: give element and "
                 f"n_elements instead of 'auto' for {' and '.join(body.automatic)}"
             )
+        if isinstance(obstacle, ElasticBody):
+            if on is not None:
+                raise InputError(
+                    f"on= of a contact is for obstacles: leave it out for {obstacle.name}"
+                )
+            return self._contact_of_beams(body, obstacle, stiffness, radius, friction, slip_speed)
         if not isinstance(obstacle, Obstacle):
             raise InputError(
-                f"contact of {body.name} needs one of {', '.join(OBSTACLE_TYPES)}, got "
-                f"{format_value(obstacle)}"
+                f"contact of {body.name} needs one of {', '.join(OBSTACLE_TYPES)}, a beam or a "
+                f"mesh, got {format_value(obstacle)}"
             )
         if obstacle.dim != self.dim:
             raise InputError(
@@ -202,6 +242,34 @@ class Contacts(SceneBase):
             contact.friction,
             slip_speed if slip_speed is None else contact.slip_speed,
             None if on is None else BodyRef(on.name),
+        )
+        return self._attach(contact, record)
+
+    def _contact_of_beams(
+        self,
+        body: ElasticBody,
+        other: ElasticBody,
+        stiffness: float | None,
+        radius: float | None,
+        friction: float,
+        slip_speed: float | None,
+    ) -> BeamContact:
+        self._own("a contact", other)
+        if other.automatic:
+            raise InputError(
+                f"contact of {body.name} with {other.name} needs element and n_elements of "
+                f"{other.name} instead of 'auto' for {' and '.join(other.automatic)}"
+            )
+        if stiffness is None:
+            raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
+        radii = _radius(body, radius), _radius(other, radius)
+        check_coefficient(f"friction of the contact of {body.name}", friction)
+        has_friction = friction != 0.0 or slip_speed is not None
+        contact = force_elements.make_beam_contact(
+            body, other, stiffness, radii, has_friction, self.attachments
+        )
+        record = ContactSpec(
+            BodyRef(body.name), BodyRef(other.name), contact.stiffness, radius and radii[0]
         )
         return self._attach(contact, record)
 

@@ -1,1 +1,1 @@
-"""Contact of beams with obstacles."""
+"""Contact of beams with obstacles and with each other."""

@@ -1,4 +1,4 @@
-"""Contact of beams with obstacles."""
+"""Contact of beams with obstacles, and the contributions of all contacts."""
 
 from __future__ import annotations
 
@@ -10,8 +10,12 @@ from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import PenetrationWarning
 from ancfsparse.scene import Point
+from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.force_elements.contact.beam_contacts import (
+    BeamContactContribution,
+)
 from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (
     IMPACT_RATIO,
     default_stiffness,
@@ -144,7 +148,12 @@ class ContactContribution(Contribution):
         return sp.csr_array(entries, shape=(len(rows), len(q)))
 
 
-def of(system: Discretization) -> list[ContactContribution]:
+def of(system: Discretization) -> list[Contribution]:
     """Return the contacts of a system."""
-    contacts = [each for each in system.attachments if isinstance(each, Contact)]
-    return [ContactContribution(system, each) for each in contacts]
+    contacts: list[Contribution] = []
+    for each in system.attachments:
+        if isinstance(each, Contact):
+            contacts.append(ContactContribution(system, each))
+        if isinstance(each, BeamContact):
+            contacts.append(BeamContactContribution(system, each))
+    return contacts

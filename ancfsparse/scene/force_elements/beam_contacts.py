@@ -1,0 +1,119 @@
+"""Contact of beams with each other and with themselves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.array_types import Indices, Integers
+from ancfsparse.checks import check_positive
+from ancfsparse.errors import InputError
+from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.loads.attachment import Attachment
+
+# Arc over the radius within which a body does not touch itself: half a turn after which it lies at
+# its own side.
+NEIGHBOUR_ARC_RATIO = math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContact(Attachment):
+    """Contact of a beam or a mesh with another one or with itself.
+
+    Attributes
+    ----------
+    body, other, stiffness
+        As in `Scene.contact`; `other` is `body` if it touches itself.
+    radii : tuple of float
+        Distances of the surfaces of both from their axes [m].
+    """
+
+    body: ElasticBody
+    other: ElasticBody
+    stiffness: float
+    radii: tuple[float, float]
+    contribution = "force_elements.contact.contacts"
+
+    @property
+    def what(self) -> str:
+        """Name in messages."""
+        other = "itself" if self.is_within else self.other.name
+        return f"the contact of {self.body.name} with {other}"
+
+    @property
+    def is_within(self) -> bool:
+        """True if the body touches itself."""
+        return self.body is self.other
+
+    @property
+    def bodies(self) -> tuple[ElasticBody, ...]:
+        """The bodies, each once."""
+        return (self.body,) if self.is_within else (self.body, self.other)
+
+    def point(self, element: int, xi: float) -> Point:
+        """Return a point by the number of its element among those of both bodies."""
+        own = self.body.n_elements
+        body, index = (self.body, element) if element < own else (self.other, element - own)
+        return Point(body, index, xi)
+
+
+def make_beam_contact(
+    body: ElasticBody,
+    other: ElasticBody,
+    stiffness: float,
+    radii: tuple[float, float],
+    has_friction: bool,
+    before: Iterable[Attachment],
+) -> BeamContact:
+    """Return the contact of two bodies of a scene, or of one with itself; see `Scene.contact`."""
+    stiffness = check_positive(f"stiffness of the contact of {body.name}", stiffness, "N/m2")
+    contact = BeamContact(body, other, stiffness, radii)
+    if has_friction:
+        raise InputError(
+            f"{contact.what} has no friction yet: leave out friction and slip_speed, which are for "
+            "obstacles"
+        )
+    for each in before:
+        if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:
+            raise InputError(f"{contact.what} was added before: leave one of them out")
+    return contact
+
+
+def neighbours(body: ElasticBody, arc: float) -> list[Indices]:
+    """Return the elements closer to each element than an arc along the body, and itself."""
+    nodes = body.row_nodes[body.ends].tolist()
+    lengths = body.lengths.tolist()
+    at: list[list[int]] = [[] for _ in range(body.n_nodes)]
+    for e, pair in enumerate(nodes):
+        for node in pair:
+            at[node].append(e)
+    tables: list[Indices] = []
+    for pair in nodes:
+        near: dict[int, float] = dict.fromkeys(pair, 0.0)
+        queue = list(near)
+        elements: set[int] = set()
+        for node in queue:  # which grows
+            for e in at[node]:
+                elements.add(e)
+                reached = near[node] + lengths[e]
+                for end in nodes[e]:
+                    if reached < min(arc, near.get(end, math.inf)):
+                        near[end] = reached
+                        queue.append(end)
+        tables.append(np.array(sorted(elements), dtype=np.int32))
+    return tables
+
+
+def free_ends(body: ElasticBody) -> Integers:
+    """Return whether no element continues the axis of each element at either end, (n, 2).
+
+    At a node of a string the axis has a corner, where neither element continues the other.
+    """
+    if body.kind.is_string:
+        return np.ones((body.n_elements, 2), dtype=np.int32)
+    tails, heads = body.ends.T
+    return np.stack([~np.isin(tails, heads), ~np.isin(heads, tails)], axis=1).astype(np.int32)

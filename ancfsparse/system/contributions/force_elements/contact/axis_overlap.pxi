@@ -1,0 +1,296 @@
+"""Parts of the axes of two elements that are closer than a distance; an include file.
+
+The gap is measured from points z of one axis a to their feet u on the other axis b, both from 0 to 1.
+Where the foot passes from b to the next element, a point passes through the plane normal to b
+there, so the points of a with feet on b lie between two roots of a cubic.
+"""
+from libc.math cimport fabs, fmax, fmin, sqrt
+from libc.string cimport memcpy
+
+cdef enum:
+    LEVELS = 3  # halvings of an element where extrema of the gap are sought
+    MOST_PARTS = 64  # overlaps of two elements
+    MOST_CORRECTIONS = 60
+cdef double EXACT = 1e-13  # of a root, over its interval
+
+
+cdef struct Cubic:
+    double[4][3] point  # control points
+    double[4][3] factor  # of the powers of the parameter
+
+
+cdef struct Foot:
+    double u
+    double[3] n  # from the foot to the point, of unit length
+    double distance
+
+
+cdef struct Gap:
+    double e  # penetration, positive in contact
+    double slope  # de/dz
+
+
+cdef struct Sides:
+    const Cubic *a
+    const Cubic *b
+    double reach  # distance at which surfaces touch
+    double steep  # bound of |da/dz|
+    int n, first  # overlaps, and the first one in the present interval
+    double[MOST_PARTS][2] part
+
+
+cdef void expand(const double *points, Cubic *out) noexcept nogil:
+    """Set a cubic from its control points."""
+    cdef int c
+    cdef double p0, p1, p2, p3
+    memcpy(out.point, points, 12 * sizeof(double))
+    for c in range(3):
+        p0, p1, p2, p3 = points[c], points[3 + c], points[6 + c], points[9 + c]
+        out.factor[0][c] = p0
+        out.factor[1][c] = 3.0 * (p1 - p0)
+        out.factor[2][c] = 3.0 * (p2 - 2.0 * p1 + p0)
+        out.factor[3][c] = p3 - p0 + 3.0 * (p1 - p2)
+
+
+cdef inline void place_at(const Cubic *self, double z, double *x) noexcept nogil:
+    cdef int c
+    for c in range(3):
+        x[c] = self.factor[0][c] + z * (
+            self.factor[1][c] + z * (self.factor[2][c] + z * self.factor[3][c]))
+
+
+cdef inline void slope_at(const Cubic *self, double z, double *x) noexcept nogil:
+    cdef int c
+    for c in range(3):
+        x[c] = self.factor[1][c] + z * (2.0 * self.factor[2][c] + 3.0 * z * self.factor[3][c])
+
+
+cdef inline double dot(const double *a, const double *b) noexcept nogil:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+cdef inline double beyond(const Cubic *b, const double *x, double u, double *apart,
+                          double *slope) noexcept nogil:
+    """Return (x - b(u)) . b'(u), and set x - b and b'."""
+    cdef int c
+    place_at(b, u, apart)
+    slope_at(b, u, slope)
+    for c in range(3):
+        apart[c] = x[c] - apart[c]
+    return dot(apart, slope)
+
+
+cdef void find_foot(const Cubic *b, const double *x, double guess, Foot *out) noexcept nogil:
+    """Find the point of an axis nearest to x: where x - b is normal to b, or an end."""
+    cdef double[3] apart
+    cdef double[3] slope
+    cdef double[3] bend
+    cdef double low = 0.0, high = 1.0, u = guess, h, change, curved
+    cdef int k, c
+    cdef double before = beyond(b, x, 0.0, apart, slope)
+    cdef double after = beyond(b, x, 1.0, apart, slope)
+    if before <= 0.0 or after >= 0.0:
+        u = 0.0 if before <= 0.0 else 1.0
+        if before <= 0.0 and after >= 0.0 and (
+                distance(x, b.point[3]) < distance(x, b.point[0])):
+            u = 1.0
+    else:
+        if not 0.0 < u < 1.0:
+            u = before / (before - after)
+        for k in range(MOST_CORRECTIONS):
+            h = beyond(b, x, u, apart, slope)
+            if h > 0.0:
+                low = u
+            else:
+                high = u
+            for c in range(3):
+                bend[c] = 2.0 * b.factor[2][c] + 6.0 * u * b.factor[3][c]
+            curved = dot(slope, slope) - dot(apart, bend)
+            change = h / curved if curved > 0.0 else high - low
+            if not low < u + change < high:
+                change = 0.5 * (low + high) - u
+            u += change
+            if fabs(change) <= EXACT:
+                break
+    beyond(b, x, u, apart, slope)
+    out.u, out.distance = u, sqrt(dot(apart, apart))
+    for c in range(3):
+        out.n[c] = apart[c] / out.distance
+
+
+cdef inline double distance(const double *a, const double *b) noexcept nogil:
+    cdef double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2]
+    return sqrt(x * x + y * y + z * z)
+
+
+cdef Gap gap_at(const Sides *self, double z, double *guess) noexcept nogil:
+    cdef Gap out
+    cdef Foot foot
+    cdef double[3] x
+    place_at(self.a, z, x)
+    find_foot(self.b, x, guess[0], &foot)
+    guess[0] = foot.u
+    slope_at(self.a, z, x)
+    out.e, out.slope = self.reach - foot.distance, -dot(foot.n, x)
+    return out
+
+
+cdef double zero_of(const Sides *self, double low, double high, bint of_slope, bint rising,
+                    double guess) noexcept nogil:
+    """Find the zero of the penetration, or a maximum of it or a place of contact near one."""
+    cdef double z = 0.5 * (low + high), value, next_z, last = 1.0, width = high - low
+    cdef double other_z = 0.0, other = 0.0
+    cdef Gap gap
+    cdef int k
+    for k in range(MOST_CORRECTIONS):
+        gap = gap_at(self, z, &guess)
+        if of_slope and gap.e > 0.0:
+            return z
+        value = gap.slope if of_slope else gap.e
+        if (value < 0.0) == rising:
+            low = z
+        else:
+            high = z
+        if of_slope:  # secants, as the derivative of the slope is unknown
+            next_z = z - value * (z - other_z) / (value - other) if k and value != other else low
+            other_z, other = z, value
+        else:
+            next_z = z - value / gap.slope if gap.slope != 0.0 else low
+        if not low < next_z < high or fabs(next_z - z) > 0.5 * last * width:
+            next_z = 0.5 * (low + high)
+        last = fabs(next_z - z) / width
+        z = next_z
+        if last <= EXACT or high - low <= EXACT:
+            break
+    return z
+
+
+cdef void add_part(Sides *self, double begin, double end) noexcept nogil:
+    """Add an overlap, or extend the last one."""
+    if self.n > self.first and begin <= self.part[self.n - 1][1]:
+        self.part[self.n - 1][1] = end
+    elif self.n < MOST_PARTS:
+        self.part[self.n][0], self.part[self.n][1] = begin, end
+        self.n += 1
+
+
+cdef void search(Sides *self, double low, Gap at_low, double high, Gap at_high, int level,
+                 double guess) noexcept nogil:
+    """Add the parts of [low, high] in contact; no point is nearer than its way from the ends allows."""
+    cdef double middle = 0.5 * (low + high), most = 0.5 * self.steep * (high - low)
+    cdef double mean = 0.5 * (at_low.e + at_high.e)
+    cdef Gap gap
+    if mean + most <= 0.0:
+        return
+    if mean - most >= 0.0:
+        add_part(self, low, high)
+        return
+    if level < LEVELS:
+        gap = gap_at(self, middle, &guess)
+        search(self, low, at_low, middle, gap, level + 1, guess)
+        search(self, middle, gap, high, at_high, level + 1, guess)
+    elif at_low.e > 0.0 and at_high.e > 0.0:
+        add_part(self, low, high)
+    elif at_low.e > 0.0:
+        add_part(self, low, zero_of(self, low, high, False, False, guess))
+    elif at_high.e > 0.0:
+        add_part(self, zero_of(self, low, high, False, True, guess), high)
+    elif at_low.slope > 0.0 and at_high.slope < 0.0:
+        middle = zero_of(self, low, high, True, False, guess)
+        gap = gap_at(self, middle, &guess)
+        if gap.e > 0.0:
+            add_part(self, zero_of(self, low, middle, False, True, guess),
+                     zero_of(self, middle, high, False, False, guess))
+
+
+cdef int add_roots(const Cubic *a, const double *normal, const double *origin, double *z,
+                   int n) noexcept nogil:
+    """Add where an axis passes through a plane, in (0, 1)."""
+    cdef double[4] f
+    cdef double[4] stop
+    cdef double low, high, middle, at_low, value, root
+    cdef int k, i, n_stops = 1
+    for k in range(4):
+        f[k] = dot(a.factor[k], normal)
+    f[0] -= dot(origin, normal)
+    # Between its extrema a cubic has one root at most.
+    stop[0] = 0.0
+    value = f[2] * f[2] - 3.0 * f[3] * f[1]
+    if value > 0.0:
+        value = -f[2] - (sqrt(value) if f[2] > 0.0 else -sqrt(value))
+        low = f[1] / value if value != 0.0 else -1.0
+        high = value / (3.0 * f[3]) if f[3] != 0.0 else -1.0
+        if 0.0 < fmin(low, high) < 1.0:
+            stop[n_stops] = fmin(low, high)
+            n_stops += 1
+        if 0.0 < fmax(low, high) < 1.0 and low != high:
+            stop[n_stops] = fmax(low, high)
+            n_stops += 1
+    stop[n_stops] = 1.0
+    for i in range(n_stops):
+        low, high = stop[i], stop[i + 1]
+        at_low = cubic(f, low)
+        if (at_low < 0.0) == (cubic(f, high) < 0.0):
+            continue
+        root = 0.5 * (low + high)
+        for k in range(MOST_CORRECTIONS):
+            value = cubic(f, root)
+            if (value < 0.0) == (at_low < 0.0):
+                low = root
+            else:
+                high = root
+            middle = f[1] + root * (2.0 * f[2] + 3.0 * root * f[3])
+            middle = root - value / middle if middle != 0.0 else low
+            if not low < middle < high:
+                middle = 0.5 * (low + high)
+            value = fabs(middle - root)
+            root = middle
+            if value <= EXACT:
+                break
+        z[n] = root
+        n += 1
+    return n
+
+
+cdef inline double cubic(const double *f, double z) noexcept nogil:
+    return f[0] + z * (f[1] + z * (f[2] + z * f[3]))
+
+
+cdef void find_overlaps(Sides *self, bint starts, bint ends) noexcept nogil:
+    """Find the parts of axis a that are closer to axis b than their reach.
+
+    Only points with a foot on b count; where b has a free end, also those beyond that end.
+    """
+    cdef double[3] first
+    cdef double[3] last
+    cdef double[3] x
+    cdef double[8] z
+    cdef double swap, guess = 0.5
+    cdef const double *origin = self.b.point[0]
+    cdef const double *tip = self.b.point[3]
+    cdef Gap at_low
+    cdef Gap at_high
+    cdef int n = 1, i, k
+    self.n, self.steep, z[0] = 0, 0.0, 0.0
+    for k in range(3):
+        self.steep = fmax(self.steep, 3.0 * distance(self.a.point[k], self.a.point[k + 1]))
+    slope_at(self.b, 0.0, first)
+    slope_at(self.b, 1.0, last)
+    n = add_roots(self.a, first, origin, z, n)
+    n = add_roots(self.a, last, tip, z, n)
+    for i in range(2, n):
+        for k in range(i, 1, -1):
+            if z[k] < z[k - 1]:
+                swap = z[k]
+                z[k] = z[k - 1]
+                z[k - 1] = swap
+    z[n] = 1.0
+    for i in range(n):
+        place_at(self.a, 0.5 * (z[i] + z[i + 1]), x)
+        if z[i + 1] - z[i] > EXACT and (
+                starts or dot(x, first) >= dot(origin, first)) and (
+                ends or dot(x, last) < dot(tip, last)):
+            self.first = self.n  # the gap is smooth only between two planes
+            at_low = gap_at(self, z[i], &guess)
+            at_high = gap_at(self, z[i + 1], &guess)
+            search(self, z[i], at_low, z[i + 1], at_high, 0, guess)

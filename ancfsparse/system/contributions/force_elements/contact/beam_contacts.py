@@ -1,0 +1,170 @@
+"""Contact of beams with each other and with themselves."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from ancfsparse.array_types import Indices, Integers, Vector
+from ancfsparse.dispatch import compiled_module
+from ancfsparse.errors import InputError
+from ancfsparse.kernels.hermite import position_weights
+from ancfsparse.scene.force_elements.beam_contacts import (
+    NEIGHBOUR_ARC_RATIO,
+    BeamContact,
+    free_ends,
+    neighbours,
+)
+from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.interface import (
+    Compiled,
+    Contribution,
+    matrix_unknowns,
+    offsets_of,
+)
+from ancfsparse.system.coordinates.discretization import Discretization
+
+# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
+# have a hundredth, ones that were placed into each other by mistake mostly more.
+MAX_START_DEPTH_RATIO = 0.05
+
+
+class CompiledBeamContact(Compiled, Protocol):
+    """A contact of beams as a contribution (_beam_contacts.pyx)."""
+
+    renewals: int
+
+    def touches(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
+        """Return elements, positions in them, forces and penetrations of points in contact."""
+
+    def pairs(self, q: Vector, /) -> Integers:
+        """Return the pairs of elements that may touch, (k, 2)."""
+
+    def admits(self, q0: Vector, q1: Vector, /) -> bool:
+        """Return whether no axes pass through each other between two states."""
+
+
+class BeamContactContribution(Contribution):
+    """A contact of beams of a system."""
+
+    is_load = True
+
+    def __init__(self, system: Discretization, contact: BeamContact) -> None:
+        self._system, self.contact = system, contact
+        self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
+        self.compiled: CompiledBeamContact
+
+    @property
+    def _straight(self) -> Integers:
+        flags = [np.full(body.n_elements, body.kind.is_string) for body in self.contact.bodies]
+        return np.concatenate(flags).astype(np.int32)
+
+    def cliques(self) -> list[Indices]:
+        """Return the coordinates of each element."""
+        n = len(self._indices)
+        unknowns = matrix_unknowns(self._indices.copy(), self._system.n_free)
+        unknowns[self._straight.astype(bool), 1::2] = -1
+        return [unknowns.reshape(n, -1)]
+
+    def compile(self, pattern: Pattern) -> Compiled:
+        """Return the compiled contact; raise if bodies begin inside each other."""
+        contact, system = self.contact, self._system
+        sizes = [body.n_elements for body in contact.bodies]
+        arc = NEIGHBOUR_ARC_RATIO * contact.radii[0]
+        none = [np.empty(0, dtype=np.int32)] * sum(sizes)
+        near = neighbours(contact.body, arc) if contact.is_within else none
+        self.compiled = compiled_module("beam_contacts").BeamContact(
+            self._indices,
+            pattern.slots(self.cliques()[0]),
+            np.concatenate([body.lengths for body in contact.bodies]),
+            np.repeat(contact.radii[: len(sizes)], sizes),
+            self._straight,
+            np.repeat(np.arange(len(sizes), dtype=np.int32), sizes),
+            np.concatenate([free_ends(body) for body in contact.bodies]),
+            offsets_of(near),
+            np.concatenate([np.empty(0, dtype=np.int32), *near]).astype(np.int32),
+            contact.is_within,
+            contact.stiffness,
+        )
+        if np.array_equal(system.q0, system.q_ref):
+            self._check_start(system.q0)
+        return self.compiled
+
+    def _check_start(self, q: Vector) -> None:
+        """Refuse bodies that begin inside each other."""
+        try:
+            elements, positions, _, depths = self.compiled.touches(q)
+        except ValueError as crowded:
+            raise InputError(
+                f"{self.contact.what}: {crowded}; take fewer elements or a smaller radius"
+            ) from None
+        limit = MAX_START_DEPTH_RATIO * sum(self.contact.radii)
+        if len(depths) and depths.max() > limit:
+            k = int(np.argmax(depths))
+            one, other = (
+                self.contact.point(int(e), float(xi))
+                for e, xi in zip(elements[k], positions[k], strict=True)
+            )
+            raise InputError(
+                f"{self.contact.what} begins with a penetration of {depths[k]:.3g} m at "
+                f"{one!r} and {other!r}: move them apart, or start from an equilibrium"
+            )
+
+    def forces(self, q: Vector) -> tuple[Vector, Vector, Vector]:
+        """Return resultant on the first body, sum of sizes and largest penetration in states."""
+        n, own = len(q), self.contact.body.n_elements
+        resultant, sizes, deepest = np.zeros((n, self._system.dim)), np.zeros(n), np.zeros(n)
+        for k, row in enumerate(q):
+            elements, _, force, depths = self.compiled.touches(np.ascontiguousarray(row))
+            on_body = (elements < own).astype(float)
+            resultant[k] = (on_body[:, 0] - on_body[:, 1]) @ force
+            sizes[k] = np.linalg.norm(force, axis=1).sum()
+            deepest[k] = depths.max(initial=0.0)
+        return resultant, sizes, deepest
+
+    def unilateral_forces(
+        self, q: Vector, v: Vector, amplitudes: Vector
+    ) -> list[tuple[str, Vector]]:
+        """Return the sum of all pressures."""
+        return [(f"the pressure of {self.contact.what} [N]", self.forces(q)[1])]
+
+    def resisted_motions(self, q: Vector) -> Any:
+        """Return the directions of approach of all points in contact."""
+        import scipy.sparse as sp
+
+        elements, positions, force, _ = self.compiled.touches(np.ascontiguousarray(q))
+        if not len(elements):
+            return None
+        normals = force / np.linalg.norm(force, axis=1)[:, None]
+        lengths = np.concatenate([body.lengths for body in self.contact.bodies])
+        values = []
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            weights = position_weights(positions[:, side], lengths[elements[:, side]])
+            straight = self._straight[elements[:, side]].astype(bool)
+            weights[straight] = 0.0
+            weights[straight, 0] = 1.0 - positions[straight, side]
+            weights[straight, 2] = positions[straight, side]
+            values.append(sign * weights[:, :, None] * normals[:, None, :])
+        columns = self._indices[elements].reshape(len(elements), -1)
+        rows = np.repeat(np.arange(len(elements)), columns.shape[1])
+        entries = np.stack(values, axis=1).ravel(), (rows, columns.ravel())
+        return sp.csr_array(entries, shape=(len(elements), len(q)))
+
+    def omitted_coupling(self, q: Vector, amplitudes: Vector) -> str:
+        """Return a sentence if any points touch: the matrix has no blocks of two elements."""
+        if not len(self.compiled.touches(np.ascontiguousarray(q))[0]):
+            return ""
+        return f"{self.contact.what} couples elements that the matrix does not couple"
+
+
+def _axis_indices(system: Discretization, body: Any) -> Integers:
+    """Return the indices of position and slope at both ends of each element, (n, 4, dim)."""
+    body = system.resolve(body)
+    kind = system.kind_of(body)
+    ends = system.elements(body).reshape(body.n_elements, 2, -1)
+    indices = np.zeros((body.n_elements, 4, system.dim), dtype=np.int32)
+    indices[:, ::2] = ends[:, :, kind.columns("r")]
+    if not kind.is_string:
+        indices[:, 1::2] = ends[:, :, kind.columns("r_x")]
+    return indices

@@ -1,0 +1,111 @@
+"""Mean forces between two states; an include file."""
+
+cdef double[3] SIMPSON = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
+# Weight of forces between control points in the correction, against pressures: where points slide
+# without a change of their penetrations, pressures can do no work.
+cdef double ALONG = 1e-3
+
+
+cdef double total_work(Data *self, Touches *list, double share, double *square) noexcept nogil:
+    """Turn the normals of touching points to those halfway; return the work of their mean force.
+
+    ``square`` increases by that of pressures in proportion to the changes of penetrations.
+    """
+    cdef Touch *each
+    cdef double[3] before
+    cdef double[3] after
+    cdef double size, sum = 0.0
+    cdef ptrdiff_t k
+    cdef int c
+    for k in range(list.n):
+        each = list.touch + k
+        blend(self.begin, each, before)
+        blend(self.end, each, after)
+        for c in range(3):
+            each.n[c] = before[c] + after[c]
+        size = sqrt(dot(each.n, each.n))
+        each.change = 0.0
+        for c in range(3):
+            each.n[c] /= size
+            each.change -= each.n[c] * (after[c] - before[c])
+        sum += share * each.stiffness * each.e * each.change
+        square[0] += share * each.stiffness * each.change * each.change
+    return sum
+
+
+cdef void push_all(Data *self, const Touches *list, double share, double factor) noexcept nogil:
+    cdef const Touch *each
+    cdef ptrdiff_t k
+    for k in range(list.n):
+        each = list.touch + k
+        push(self, each, share * each.stiffness * (each.e + factor * each.change))
+
+
+cdef double central(Data *self, const Touches *list, double factor) noexcept nogil:
+    """Add forces between the control points of touching elements, in proportion to their approach.
+
+    Returns their work for the factor 1.
+    """
+    cdef const Touch *each
+    cdef const double *p
+    cdef const double *s
+    cdef double[3] before
+    cdef double[3] after
+    cdef double one, two, stiffness, size, sum = 0.0
+    cdef ptrdiff_t k, i, j
+    cdef int c
+    for k in range(list.n):
+        each = list.touch + k
+        if k > 0 and each.a == list.touch[k - 1].a and each.b == list.touch[k - 1].b:
+            continue
+        stiffness = ALONG / 16.0 * self.stiffness * self.length[each.a]
+        for i in range(12 * each.a, 12 * each.a + 12, 3):
+            for j in range(12 * each.b, 12 * each.b + 12, 3):
+                for c in range(3):
+                    before[c] = self.begin[i + c] - self.begin[j + c]
+                    after[c] = self.end[i + c] - self.end[j + c]
+                one, two = sqrt(dot(before, before)), sqrt(dot(after, after))
+                if one + two == 0.0:
+                    continue
+                sum += stiffness * (two - one) * (two - one)
+                size = factor * stiffness * (two - one) / (one + two)
+                for c in range(3):
+                    self.push[i + c] -= size * (before[c] + after[c])
+                    self.push[j + c] += size * (before[c] + after[c])
+    return sum
+
+
+cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
+                  double *r, double *phi) noexcept nogil:
+    cdef Data *self = <Data *>context
+    cdef double missing, square = 0.0, factor
+    cdef ptrdiff_t k
+    set_points(self, q0, self.begin)
+    set_points(self, q1, self.end)
+    set_points(self, x.q, self.held)
+    for k in range(12 * self.n):
+        self.halfway[k] = 0.5 * (self.begin[k] + self.end[k])
+    if not (cover(&self.search, self.begin, self.end)
+            and collect(self, self.begin, &self.at_begin)
+            and collect(self, self.halfway, &self.at_halfway)
+            and collect(self, self.end, &self.at_end)):
+        self.held[0] = NAN
+        fail(self, r)
+        return
+    if self.at_begin.n + self.at_halfway.n + self.at_end.n == 0:
+        return
+    missing = stored(&self.at_end) - stored(&self.at_begin)
+    missing -= total_work(self, &self.at_begin, SIMPSON[0], &square)
+    missing -= total_work(self, &self.at_halfway, SIMPSON[1], &square)
+    missing -= total_work(self, &self.at_end, SIMPSON[2], &square)
+    memset(self.push, 0, 12 * self.n * sizeof(double))
+    square += (central(self, &self.at_begin, 0.0) + central(self, &self.at_halfway, 0.0)
+               + central(self, &self.at_end, 0.0))
+    factor = missing / square if square > 0.0 else 0.0
+    push_all(self, &self.at_begin, SIMPSON[0], factor)
+    push_all(self, &self.at_halfway, SIMPSON[1], factor)
+    push_all(self, &self.at_end, SIMPSON[2], factor)
+    central(self, &self.at_begin, factor)
+    central(self, &self.at_halfway, factor)
+    central(self, &self.at_end, factor)
+    distribute(self, r)

@@ -1,0 +1,223 @@
+"""Gauss points of overlaps, and their forces on elements; an include file."""
+from libc.string cimport memcmp
+
+cdef enum:
+    GAUSS = 5  # points of an overlap
+cdef double[GAUSS] GAUSS_PLACE = [
+    0.046910077030668, 0.230765344947158455, 0.5, 0.769234655052841545, 0.953089922969332]
+cdef double[GAUSS] GAUSS_WEIGHT = [
+    0.118463442528094544, 0.239314335249683234, 0.284444444444444444, 0.239314335249683234,
+    0.118463442528094544]
+
+
+cdef struct Touch:
+    int32_t a, b
+    double z, u  # places of the point on a, and of its foot on b
+    double[3] n  # from the foot to the point
+    double e
+    double stiffness  # times the length of the point [N/m]
+    double change  # of the penetration in a step
+
+
+cdef struct Touches:
+    Touch *touch
+    ptrdiff_t n, room
+
+
+cdef struct Data:
+    ptrdiff_t n, dim
+    const int32_t *place  # (n, 4, dim)
+    const int32_t *slot
+    const double *length
+    const int32_t *straight
+    const int32_t *tips
+    double stiffness
+    Search search
+    double *tight  # (n, 6): boxes of the axes in one state
+    # Control points (n, 4, 3) in a step, those halfway the last one, and forces on them.
+    double *begin
+    double *halfway
+    double *end
+    double *held
+    double *push
+    Touches at_begin, at_halfway, at_end
+
+
+cdef void set_points(const Data *self, const double *q, double *points) noexcept nogil:
+    """Set the control points of all elements."""
+    cdef ptrdiff_t e, c
+    cdef const int32_t *place
+    cdef double *x
+    cdef double third
+    for e in range(self.n):
+        place, x, third = self.place + 4 * self.dim * e, points + 12 * e, self.length[e] / 3.0
+        for c in range(self.dim):
+            x[c], x[9 + c] = q[place[c]], q[place[2 * self.dim + c]]
+            if self.straight[e]:
+                x[3 + c] = (2.0 * x[c] + x[9 + c]) / 3.0
+                x[6 + c] = (x[c] + 2.0 * x[9 + c]) / 3.0
+            else:
+                x[3 + c] = x[c] + third * q[place[self.dim + c]]
+                x[6 + c] = x[9 + c] - third * q[place[3 * self.dim + c]]
+
+
+cdef inline void bernstein(double z, double *w) noexcept nogil:
+    """Set the weights of control points."""
+    cdef double y = 1.0 - z
+    w[0], w[1], w[2], w[3] = y * y * y, 3.0 * y * y * z, 3.0 * y * z * z, z * z * z
+
+
+cdef void blend(const double *points, const Touch *each, double *d) noexcept nogil:
+    """Set the vector from the foot of a touching point to it, in another state."""
+    cdef double[4] of_a
+    cdef double[4] of_b
+    cdef int k, c
+    bernstein(each.z, of_a)
+    bernstein(each.u, of_b)
+    for c in range(3):
+        d[c] = 0.0
+        for k in range(4):
+            d[c] += of_a[k] * points[12 * each.a + 3 * k + c]
+            d[c] -= of_b[k] * points[12 * each.b + 3 * k + c]
+
+
+cdef bint collect(Data *self, const double *points, Touches *out) noexcept nogil:
+    """List the touching points of all pairs in a state; return False if memory is lacking."""
+    cdef const int32_t *pair
+    cdef const double *box
+    cdef const double *other
+    cdef double reach
+    cdef ptrdiff_t k, e
+    cdef int c
+    cdef bint apart
+    cdef Cubic a
+    cdef Cubic b
+    out.n = 0
+    for e in range(self.n):
+        for c in range(3):
+            self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = points[12 * e + c]
+        bounds(points + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+    for k in range(self.search.n_pairs):
+        pair = self.search.pair + 2 * k
+        box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]
+        reach = self.search.radius[pair[0]] + self.search.radius[pair[1]]
+        apart = False
+        for c in range(3):
+            apart = apart or box[c] > other[3 + c] + reach or other[c] > box[3 + c] + reach
+        if apart:
+            continue
+        expand(points + 12 * pair[0], &a)
+        expand(points + 12 * pair[1], &b)
+        if not (add_touches(self, &a, &b, pair[0], pair[1], reach, out)
+                and add_touches(self, &b, &a, pair[1], pair[0], reach, out)):
+            return False
+    return True
+
+
+cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t of_a, int32_t of_b,
+                      double reach, Touches *out) noexcept nogil:
+    """Add the Gauss points on axis a in its overlaps with axis b."""
+    cdef Sides sides
+    cdef Foot foot
+    cdef Touch *each
+    cdef void *more
+    cdef double[3] x
+    cdef double span, guess = 0.5
+    cdef int i, k
+    sides.a, sides.b, sides.reach = a, b, reach
+    find_overlaps(&sides, self.tips[2 * of_b], self.tips[2 * of_b + 1])
+    for i in range(sides.n):
+        span = sides.part[i][1] - sides.part[i][0]
+        for k in range(GAUSS):
+            if out.n == out.room:
+                more = realloc(out.touch, (2 * out.room + 64) * sizeof(Touch))
+                if more == NULL:
+                    return False
+                out.touch, out.room = <Touch *>more, 2 * out.room + 64
+            each = out.touch + out.n
+            each.a, each.b, each.z = of_a, of_b, sides.part[i][0] + span * GAUSS_PLACE[k]
+            place_at(a, each.z, x)
+            find_foot(b, x, guess, &foot)
+            guess = each.u = foot.u
+            each.e = reach - foot.distance
+            if each.e <= 0.0:
+                continue
+            memcpy(each.n, foot.n, 3 * sizeof(double))
+            each.stiffness = 0.5 * self.stiffness * self.length[of_a] * span * GAUSS_WEIGHT[k]
+            out.n += 1
+    return True
+
+
+cdef double stored(const Touches *self) noexcept nogil:
+    """Return the energy of a state."""
+    cdef double sum = 0.0
+    cdef ptrdiff_t k
+    for k in range(self.n):
+        sum += 0.5 * self.touch[k].stiffness * self.touch[k].e * self.touch[k].e
+    return sum
+
+
+cdef void push(Data *self, const Touch *each, double size) noexcept nogil:
+    """Add a force on the control points of both elements, along the normal."""
+    cdef double[4] w
+    cdef int k, c
+    bernstein(each.z, w)
+    for k in range(4):
+        for c in range(3):
+            self.push[12 * each.a + 3 * k + c] += w[k] * size * each.n[c]
+    bernstein(each.u, w)
+    for k in range(4):
+        for c in range(3):
+            self.push[12 * each.b + 3 * k + c] -= w[k] * size * each.n[c]
+
+
+cdef void distribute(const Data *self, double *r) noexcept nogil:
+    """Subtract the forces on control points from a residual."""
+    cdef ptrdiff_t e, c, dim = self.dim
+    cdef const int32_t *place
+    cdef const double *f
+    cdef double third
+    for e in range(self.n):
+        place, f, third = self.place + 4 * dim * e, self.push + 12 * e, self.length[e] / 3.0
+        for c in range(dim):
+            if self.straight[e]:
+                r[place[c]] -= f[c] + (2.0 * f[3 + c] + f[6 + c]) / 3.0
+                r[place[2 * dim + c]] -= f[9 + c] + (f[3 + c] + 2.0 * f[6 + c]) / 3.0
+            else:
+                r[place[c]] -= f[c] + f[3 + c]
+                r[place[dim + c]] -= third * f[3 + c]
+                r[place[2 * dim + c]] -= f[6 + c] + f[9 + c]
+                r[place[3 * dim + c]] += third * f[6 + c]
+
+
+cdef void add_blocks(const Data *self, const Touches *list, double factor,
+                     double *values) noexcept nogil:
+    cdef const Touch *each
+    cdef ptrdiff_t k
+    for k in range(list.n):
+        each = list.touch + k
+        add_block(self, each.a, each.z, each, factor * each.stiffness, values)
+        add_block(self, each.b, each.u, each, factor * each.stiffness, values)
+
+
+cdef void add_block(const Data *self, ptrdiff_t e, double z, const Touch *each, double stiffness,
+                    double *values) noexcept nogil:
+    """Add s (S^T n) (S^T n)^T of one element to the matrix."""
+    cdef double[4] w
+    cdef double[4] of_nodes
+    cdef double[12] g
+    cdef ptrdiff_t dim = self.dim, i, j
+    cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
+    bernstein(z, w)
+    if self.straight[e]:
+        of_nodes[0], of_nodes[1], of_nodes[2], of_nodes[3] = 1.0 - z, 0.0, z, 0.0
+    else:
+        of_nodes[0], of_nodes[1] = w[0] + w[1], self.length[e] / 3.0 * w[1]
+        of_nodes[2], of_nodes[3] = w[2] + w[3], -self.length[e] / 3.0 * w[2]
+    for i in range(4):
+        for j in range(dim):
+            g[dim * i + j] = of_nodes[i] * each.n[j]
+    for i in range(4 * dim):
+        for j in range(i + 1):
+            values[slot[0]] += stiffness * g[i] * g[j]
+            slot += 1
