@@ -262,3 +262,15 @@ def test_the_matrix_lacks_the_coupling_of_bodies_that_touch():
     up = np.zeros(len(touching))
     up[system.vectors("r")[1][:, 2]] = 1.0
     assert np.all(normals @ up > 0.9)  # at points of the lower cable, and of the upper one
+
+
+@pytest.mark.parametrize("angle", [math.pi / 2, 1.0, 0.3])
+def test_no_overlap_is_missed_wherever_cables_cross(angle, rng):
+    """Down to depths of 1e-6 radii, whose overlaps are a ten-thousandth of an element."""
+    for _ in range(100):
+        depth = RADIUS * 10.0 ** rng.uniform(-6.0, -1.0)
+        shift = (*(20.0 * RADIUS * rng.uniform(-1.0, 1.0, 2)), 0.0)
+        _, part, q = lowered(angle, depth, shift=shift, n=8)
+        expected = 4.0 / 3.0 * math.sqrt(2.0 * REACH) * STIFFNESS * depth**1.5 / math.sin(angle)
+        force = part.forces(q[None])[0][0]
+        assert -force[2] == pytest.approx(expected, rel=0.06)

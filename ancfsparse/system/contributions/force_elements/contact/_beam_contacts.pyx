@@ -9,8 +9,6 @@ The energy k e^2 / 2 is zero at these ends, so they do not contribute to its der
 Between two states the force is its mean over the straight path between them, by Simpson's rule, along
 the vectors d halfway, and a correction without momentum that makes its work the change of the energy.
 """
-from libc.math cimport NAN
-
 include "../../contribution.pxi"
 include "axis_overlap.pxi"
 include "pair_search.pxi"
@@ -59,9 +57,9 @@ cdef class BeamContact(CompiledContribution):
         search.skin = 2.0 * max(radius)
         search.box = self.copy(np.zeros(6 * n))
         data.tight = self.copy(np.zeros(6 * n))
-        data.begin, data.halfway, data.end, data.push, data.held = (
-            self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n)),
-            self.copy(np.zeros(12 * n)), self.copy(np.full(12 * n, np.nan)))
+        data.now, data.push = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
+        data.begin, data.halfway = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
+        data.end, data.middle = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
@@ -73,6 +71,7 @@ cdef class BeamContact(CompiledContribution):
         free(data.search.bucket)
         free(data.search.order)
         free(data.search.pair)
+        free(data.at_now.touch)
         free(data.at_begin.touch)
         free(data.at_halfway.touch)
         free(data.at_end.touch)
@@ -94,18 +93,17 @@ cdef class BeamContact(CompiledContribution):
         cdef Data *data = &self.data
         cdef const Touch *each
         cdef ptrdiff_t k, c, dim = data.dim
-        set_points(data, &q[0], data.end)
-        if not cover(&data.search, data.end, NULL) or not collect(data, data.end, &data.at_end):
+        set_points(data, &q[0], data.now)
+        if not cover(&data.search, data.now, NULL) or not collect(data, data.now, &data.at_now):
             raise ValueError(CROWDED)
-        data.held[0] = NAN  # the touching points of the last step are gone
-        k = data.at_end.n
+        k = data.at_now.n
         elements, places = np.zeros((k, 2), np.int32), np.zeros((k, 2))
         force, depth = np.zeros((k, dim)), np.zeros(k)
         cdef int32_t[:, ::1] e_view = elements
         cdef double[:, ::1] p_view = places, f_view = force
         cdef double[::1] d_view = depth
-        for k in range(data.at_end.n):
-            each = data.at_end.touch + k
+        for k in range(data.at_now.n):
+            each = data.at_now.touch + k
             e_view[k, 0], e_view[k, 1] = each.a, each.b
             p_view[k, 0], p_view[k, 1] = each.z, each.u
             d_view[k] = each.e
@@ -117,9 +115,8 @@ cdef class BeamContact(CompiledContribution):
         """Return the listed pairs of elements ``(k, 2)``, which include all that touch."""
         cdef Data *data = &self.data
         cdef ptrdiff_t k
-        set_points(data, &q[0], data.end)
-        data.held[0] = NAN
-        if not cover(&data.search, data.end, NULL):
+        set_points(data, &q[0], data.now)
+        if not cover(&data.search, data.now, NULL):
             raise ValueError(CROWDED)
         return np.array([(data.search.pair[2 * k], data.search.pair[2 * k + 1])
                          for k in range(data.search.n_pairs)], dtype=np.int32).reshape(-1, 2)
@@ -145,27 +142,25 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     cdef Data *self = <Data *>context
     cdef const Touch *each
     cdef ptrdiff_t k
-    set_points(self, x.q, self.end)
-    self.held[0] = NAN
-    if not cover(&self.search, self.end, NULL) or not collect(self, self.end, &self.at_end):
+    set_points(self, x.q, self.now)
+    if not cover(&self.search, self.now, NULL) or not collect(self, self.now, &self.at_now):
         fail(self, r)
         return
-    if self.at_end.n == 0:
+    if self.at_now.n == 0:
         return
     memset(self.push, 0, 12 * self.n * sizeof(double))
-    for k in range(self.at_end.n):
-        each = self.at_end.touch + k
+    for k in range(self.at_now.n):
+        each = self.at_now.touch + k
         push(self, each, each.stiffness * each.e)
     distribute(self, r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
     cdef Data *self = <Data *>context
-    set_points(self, q, self.end)
-    self.held[0] = NAN
-    if not cover(&self.search, self.end, NULL) or not collect(self, self.end, &self.at_end):
+    set_points(self, q, self.now)
+    if not cover(&self.search, self.now, NULL) or not collect(self, self.now, &self.at_now):
         return NAN
-    return stored(&self.at_end)
+    return stored(&self.at_now)
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
@@ -173,9 +168,13 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef Data *self = <Data *>context
     if part != STIFFNESS and part != MATERIAL:
         return
-    set_points(self, x.q, self.begin)
-    if memcmp(self.begin, self.held, 12 * self.n * sizeof(double)) == 0:
+    set_points(self, x.q, self.now)
+    if is_at(self, self.middle):
         add_blocks(self, &self.at_halfway, 2.0 * SIMPSON[1] * 0.5, values)
         add_blocks(self, &self.at_end, 2.0 * SIMPSON[2], values)
-    elif cover(&self.search, self.begin, NULL) and collect(self, self.begin, &self.at_begin):
+    elif is_at(self, self.begin):
         add_blocks(self, &self.at_begin, 1.0, values)
+    elif is_at(self, self.end):
+        add_blocks(self, &self.at_end, 1.0, values)
+    elif cover(&self.search, self.now, NULL) and collect(self, self.now, &self.at_now):
+        add_blocks(self, &self.at_now, 1.0, values)

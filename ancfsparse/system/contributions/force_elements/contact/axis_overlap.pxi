@@ -4,7 +4,7 @@ The gap is measured from points z of one axis a to their feet u on the other axi
 Where the foot passes from b to the next element, a point passes through the plane normal to b
 there, so the points of a with feet on b lie between two roots of a cubic.
 """
-from libc.math cimport fabs, fmax, fmin, sqrt
+from libc.math cimport NAN, fabs, fmax, fmin, sqrt
 from libc.string cimport memcpy
 
 cdef enum:
@@ -12,6 +12,9 @@ cdef enum:
     MOST_PARTS = 64  # overlaps of two elements
     MOST_CORRECTIONS = 60
 cdef double EXACT = 1e-13  # of a root, over its interval
+# Correction by Newton's method, over the interval, that leaves an error of rounding.  It is the last one:
+# those of rounding do not change a number, and would be taken to leave the interval.
+cdef double SETTLED = 1e-8
 
 
 cdef struct Cubic:
@@ -107,11 +110,12 @@ cdef void find_foot(const Cubic *b, const double *x, double guess, Foot *out) no
                 bend[c] = 2.0 * b.factor[2][c] + 6.0 * u * b.factor[3][c]
             curved = dot(slope, slope) - dot(apart, bend)
             change = h / curved if curved > 0.0 else high - low
+            if fabs(change) <= SETTLED:
+                u = fmin(fmax(u + change, low), high)
+                break
             if not low < u + change < high:
                 change = 0.5 * (low + high) - u
             u += change
-            if fabs(change) <= EXACT:
-                break
     beyond(b, x, u, apart, slope)
     out.u, out.distance = u, sqrt(dot(apart, apart))
     for c in range(3):
@@ -152,15 +156,17 @@ cdef double zero_of(const Sides *self, double low, double high, bint of_slope, b
         else:
             high = z
         if of_slope:  # secants, as the derivative of the slope is unknown
-            next_z = z - value * (z - other_z) / (value - other) if k and value != other else low
+            next_z = z - value * (z - other_z) / (value - other) if k and value != other else NAN
             other_z, other = z, value
         else:
-            next_z = z - value / gap.slope if gap.slope != 0.0 else low
+            next_z = z - value / gap.slope if gap.slope != 0.0 else NAN
+        if fabs(next_z - z) <= SETTLED * width:
+            return fmin(fmax(next_z, low), high)
         if not low < next_z < high or fabs(next_z - z) > 0.5 * last * width:
             next_z = 0.5 * (low + high)
         last = fabs(next_z - z) / width
         z = next_z
-        if last <= EXACT or high - low <= EXACT:
+        if high - low <= EXACT * width:
             break
     return z
 
@@ -240,13 +246,11 @@ cdef int add_roots(const Cubic *a, const double *normal, const double *origin, d
             else:
                 high = root
             middle = f[1] + root * (2.0 * f[2] + 3.0 * root * f[3])
-            middle = root - value / middle if middle != 0.0 else low
-            if not low < middle < high:
-                middle = 0.5 * (low + high)
-            value = fabs(middle - root)
-            root = middle
-            if value <= EXACT:
+            middle = root - value / middle if middle != 0.0 else NAN
+            if fabs(middle - root) <= SETTLED:
+                root = fmin(fmax(middle, low), high)
                 break
+            root = middle if low < middle < high else 0.5 * (low + high)
         z[n] = root
         n += 1
     return n

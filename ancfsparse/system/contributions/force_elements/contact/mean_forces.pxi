@@ -75,21 +75,29 @@ cdef double central(Data *self, const Touches *list, double factor) noexcept nog
     return sum
 
 
+cdef bint is_at(const Data *self, const double *points) noexcept nogil:
+    """Return True if the present control points are some of the last step."""
+    return self.stepped and memcmp(self.now, points, 12 * self.n * sizeof(double)) == 0
+
+
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
                   double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef double missing, square = 0.0, factor
+    cdef bint same
     cdef ptrdiff_t k
-    set_points(self, q0, self.begin)
+    set_points(self, q0, self.now)
     set_points(self, q1, self.end)
-    set_points(self, x.q, self.held)
+    set_points(self, x.q, self.middle)
+    same = is_at(self, self.begin)
+    memcpy(self.begin, self.now, 12 * self.n * sizeof(double))
     for k in range(12 * self.n):
         self.halfway[k] = 0.5 * (self.begin[k] + self.end[k])
-    if not (cover(&self.search, self.begin, self.end)
-            and collect(self, self.begin, &self.at_begin)
-            and collect(self, self.halfway, &self.at_halfway)
-            and collect(self, self.end, &self.at_end)):
-        self.held[0] = NAN
+    self.stepped = (cover(&self.search, self.begin, self.end)
+                    and (same or collect(self, self.begin, &self.at_begin))
+                    and collect(self, self.halfway, &self.at_halfway)
+                    and collect(self, self.end, &self.at_end))
+    if not self.stepped:
         fail(self, r)
         return
     if self.at_begin.n + self.at_halfway.n + self.at_end.n == 0:

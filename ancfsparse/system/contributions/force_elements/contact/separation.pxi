@@ -73,15 +73,15 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
     cdef ptrdiff_t k, e
     cdef int c
     cdef bint apart
-    set_points(self, q0, self.begin)
-    set_points(self, q1, self.end)
-    if not cover(&self.search, self.begin, self.end):
+    set_points(self, q0, self.now)
+    set_points(self, q1, self.halfway)
+    if not cover(&self.search, self.now, self.halfway):
         return False
     for e in range(self.n):
         for c in range(3):
-            self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = self.begin[12 * e + c]
-        bounds(self.begin + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
-        bounds(self.end + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+            self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = self.now[12 * e + c]
+        bounds(self.now + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+        bounds(self.halfway + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
     for k in range(self.search.n_pairs):
         pair = self.search.pair + 2 * k
         box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]
@@ -89,7 +89,7 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
         for c in range(3):
             apart = apart or box[c] > other[3 + c] or other[c] > box[3 + c]
         if not apart and not stay_apart(
-                self.begin + 12 * pair[0], self.begin + 12 * pair[1],
-                self.end + 12 * pair[0], self.end + 12 * pair[1]):
+                self.now + 12 * pair[0], self.now + 12 * pair[1],
+                self.halfway + 12 * pair[0], self.halfway + 12 * pair[1]):
             return False
     return True

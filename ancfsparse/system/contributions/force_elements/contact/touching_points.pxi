@@ -34,12 +34,16 @@ cdef struct Data:
     double stiffness
     Search search
     double *tight  # (n, 6): boxes of the axes in one state
-    # Control points (n, 4, 3) in a step, those halfway the last one, and forces on them.
+    # Control points (n, 4, 3) of a state, and forces on them.
+    double *now
+    double *push
+    Touches at_now
+    # In the last step between two states; its midpoint also as rounded by the integrator.
+    bint stepped
     double *begin
     double *halfway
     double *end
-    double *held
-    double *push
+    double *middle
     Touches at_begin, at_halfway, at_end
 
 
