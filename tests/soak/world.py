@@ -262,7 +262,7 @@ GIVEN = {
     "Scene.universal": lambda w: {"axis_a": (1, 0, 0), "axis_b": w.axis},
     "Scene.spring": lambda w: {"a": w.rod.end, "b": w.at(3, 0), "stiffness": 1.0},
     "Scene.contact": lambda w: {"radius": 0.01},
-    "Scene.contact, of beams": lambda w: {"obstacle": w.net, "radius": 0.01},
+    "Scene.contact, of beams": lambda w: {"obstacle": w.net, "radius": 0.01, "stiffness": 1.0},
     "Scene.contact, with friction": lambda w: {"radius": 0.01, "friction": 0.1, "slip_speed": 0.01},
     "Scene.drive_joint": lambda w: {"value": 0.0},
     "Scene.joint_spring": lambda w: {"stiffness": 1.0},
