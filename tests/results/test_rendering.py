@@ -9,6 +9,7 @@ from PIL import Image
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.problems import cantilever, pendulum
+from ancfsparse.results import plotting
 
 
 def box_of(path):
@@ -35,7 +36,9 @@ def test_sections_have_their_size_and_axes_their_directions(tmp_path):
 
 def test_a_missing_pyvista_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyvista", None)
+    # Another test may have loaded both.
     monkeypatch.delitem(sys.modules, "ancfsparse.results.plotting.rendering", raising=False)
+    monkeypatch.delitem(vars(plotting), "render", raising=False)
     run = ancf.simulate(pendulum(n_elements=2).scene, 0.002, 1e-3)
     with pytest.raises(InputError, match=r"pip install 'ancfsparse\[view\]', or take run.plot"):
         run.render(tmp_path / "a.png")
