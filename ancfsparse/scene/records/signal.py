@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -97,24 +97,47 @@ class Signal(ABC):
 
     def __mul__(self, factor: float) -> Signal:
         """Return the signal with its values multiplied by a number."""
-        return self._multiply(check_finite("the factor of a signal", factor))
+        return self._scale(np.multiply, check_finite("the factor of a signal", factor))
 
     __rmul__ = __mul__
 
+    def __truediv__(self, divisor: float) -> Signal:
+        """Return the signal with its values divided by a number."""
+        number = check_finite("the divisor of a signal", divisor)
+        if number == 0.0:
+            raise InputError("the divisor of a signal must not be zero")
+        return self._scale(np.divide, number)
+
     def __neg__(self) -> Signal:
         """Return the signal with opposite values."""
-        return self._multiply(-1.0)
+        return self._scale(np.multiply, -1.0)
+
+    def __pos__(self) -> Signal:
+        """Return the signal itself."""
+        return self
 
     def __sub__(self, other: Signal | ArrayLike) -> Signal:
         """Return the difference from another signal or a constant."""
-        return self + (-other if isinstance(other, Signal) else -np.asarray(other, dtype=float))
+        if isinstance(other, Signal):
+            return self + -other
+        return self + np.negative(checked_value("the subtrahend of a signal", other))
 
     def __rsub__(self, other: ArrayLike) -> Signal:
         """Return the difference of a constant from the signal."""
         return -self + other
 
-    def _multiply(self, factor: float) -> Signal:
-        """Return the signal with its values multiplied by a checked number."""
+    def _no_operation(self, *_: object) -> NoReturn:
+        """Refuse an operation whose result is no signal."""
+        raise InputError(
+            f"{self!r} can be added to signals and numbers, multiplied by a number and divided by "
+            "one: write other operations as a function of t"
+        )
+
+    __rtruediv__ = __floordiv__ = __rfloordiv__ = __mod__ = __rmod__ = _no_operation
+    __pow__ = __rpow__ = __matmul__ = __rmatmul__ = __abs__ = _no_operation
+
+    def _scale(self, operation: np.ufunc, number: float) -> Signal:
+        """Return the signal with its values multiplied or divided by a checked number."""
         raise InputError(f"{self!r} has no multiples: multiply the values that define it")
 
     # Arrays must leave a sum with a signal to the signal.
@@ -172,9 +195,9 @@ class Sum(Signal):
         """The signals that it is the sum of, sums resolved."""
         return tuple(each for part in self.parts for each in part.summands)
 
-    def _multiply(self, factor: float) -> Sum:
-        constant = checked_value("constant of a sum", np.multiply(factor, self.constant))
-        return Sum(tuple(part * factor for part in self.parts), constant)
+    def _scale(self, operation: np.ufunc, number: float) -> Sum:
+        constant = scaled_value(operation, self.constant, number)
+        return Sum(tuple(part._scale(operation, number) for part in self.parts), constant)
 
     def __call__(self, t: ArrayLike) -> Vector:
         """Return the value at a time [s], or one row for each of an array of times (k,)."""
@@ -227,3 +250,9 @@ def checked_value(what: str, value: object) -> Value:
     if not np.isfinite(numbers).all():
         raise InputError(f"{what} must be finite, got {format_value(value)}")
     return tuple(numbers.tolist()) if numbers.ndim else float(numbers)
+
+
+def scaled_value(operation: np.ufunc, value: Value, number: float) -> Value:
+    """Return a checked product or quotient of a value and a number."""
+    with np.errstate(over="ignore"):
+        return checked_value("the multiple of a signal", operation(value, number))

@@ -3,7 +3,7 @@
 A signal is called with a time t [s] and returns a value, or with an array (k,) of times and returns
 k values.  A value is a number or a vector in the unit of the load: N, N m or N/m.
 ``Ramp(...) + Sine(...)`` is their sum, ``Ramp(...) + (2.0, 0.0)`` a ramp from another value, and
-``-2.0 * Ramp(...)`` a multiple.
+``-2.0 * Ramp(...)`` and ``Ramp(...) / 3.0`` are multiples.
 """
 
 from __future__ import annotations
@@ -27,7 +27,14 @@ from ancfsparse.checks import (
 )
 from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum, format_value
-from ancfsparse.scene.records.signal import ScaledSignal, Signal, TimeScale, Value, checked_value
+from ancfsparse.scene.records.signal import (
+    ScaledSignal,
+    Signal,
+    TimeScale,
+    Value,
+    checked_value,
+    scaled_value,
+)
 
 # Relative rounding of a time as a multiple of a step.  Without it a pulse from 0.05012 s to
 # 0.05018 s acted for 31 steps of 2 us.
@@ -139,8 +146,9 @@ class Table(Signal):
         """Largest magnitude of its values."""
         return float(np.linalg.norm(self.values.reshape(len(self.values), -1), axis=1).max())
 
-    def _multiply(self, factor: float) -> Table:
-        return replace(self, values=factor * self.values)
+    def _scale(self, operation: np.ufunc, number: float) -> Table:
+        with np.errstate(over="ignore"):
+            return replace(self, values=operation(self.values, number))
 
     def rate(self, t: ArrayLike, order: int = 1) -> Vector:
         """Return its first or second derivative, shaped like its values."""
@@ -219,8 +227,8 @@ class Ramp(ScaledSignal):
         """Its duration, begin and end."""
         return TimeScale(self.end - self.start, (self.start, self.end))
 
-    def _multiply(self, factor: float) -> Ramp:
-        return replace(self, value=_multiple(self.value, factor))
+    def _scale(self, operation: np.ufunc, number: float) -> Ramp:
+        return replace(self, value=scaled_value(operation, self.value, number))
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value, or a derivative of it [1/s, 1/s2]."""
@@ -273,8 +281,8 @@ class Sine(ScaledSignal):
         """Half its period."""
         return TimeScale(0.5 / self.frequency)
 
-    def _multiply(self, factor: float) -> Sine:
-        return replace(self, amplitude=_multiple(self.amplitude, factor))
+    def _scale(self, operation: np.ufunc, number: float) -> Sine:
+        return replace(self, amplitude=scaled_value(operation, self.amplitude, number))
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the sine, or a derivative of it [1/s, 1/s2]."""
@@ -322,8 +330,8 @@ class Pulse(ScaledSignal):
         corners = {self.start, self.start + self.rise, self.end - self.rise, self.end}
         return TimeScale(self.end - self.start - self.rise, tuple(sorted(corners)))
 
-    def _multiply(self, factor: float) -> Pulse:
-        return replace(self, value=_multiple(self.value, factor))
+    def _scale(self, operation: np.ufunc, number: float) -> Pulse:
+        return replace(self, value=scaled_value(operation, self.value, number))
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value."""
@@ -334,11 +342,6 @@ class Pulse(ScaledSignal):
             return ((self.start <= early) & (early < self.end)).astype(float)
         distance = np.minimum(t - self.start, self.end - t)
         return np.clip(distance / self.rise, 0.0, 1.0)
-
-
-def _multiple(value: Value, factor: float) -> Value:
-    """Return a checked multiple of a value."""
-    return checked_value("multiple of a signal", np.multiply(factor, value))
 
 
 def _interval(what: str, start: object, end: object) -> tuple[float, float]:

@@ -202,14 +202,48 @@ def test_signals_state_their_time_scale(signal, shortest, times):
 def test_signals_scale(signal):
     values = signal(TIMES)
     for made, factor in ((signal * 2, 2.0), (-0.5 * signal, -0.5), (np.float64(3) * signal, 3.0),
-                         (-signal, -1.0), (signal - 3 * signal, -2.0)):  # fmt: skip
+                         (-signal, -1.0), (signal - 3 * signal, -2.0), (signal / 4, 0.25),
+                         (signal / np.float64(-0.1), -10.0), (+signal, 1.0)):  # fmt: skip
         np.testing.assert_allclose(made(TIMES), factor * values, rtol=1e-14, atol=1e-14)
     np.testing.assert_allclose(((1.0, 2.0) - signal)(TIMES), (1.0, 2.0) - values, atol=1e-14)
     assert type(signal * 2) is type(signal)
     assert pickle.loads(pickle.dumps(2 * signal)) == 2 * signal
 
 
+def test_quotients_of_signals_are_those_of_their_values():
+    assert ancf.Ramp(0.3, 1.0) / 3 == ancf.Ramp(0.3 / 3, 1.0)
+    assert (ancf.Sine((0.3, 0.7), 2.0) + 1.1) / 7.0 == ancf.Sine((0.3 / 7, 0.7 / 7), 2.0) + 1.1 / 7
+
+
 @pytest.mark.parametrize("factor", [(1.0, 2.0), "2", None, np.inf, ancf.Ramp(1.0, 1.0)])
 def test_factors_of_signals_are_finite_numbers(factor):
     with pytest.raises(InputError, match="factor of a signal must be"):
         ancf.Ramp(1.0, 1.0) * factor
+    with pytest.raises(InputError, match="divisor of a signal must be"):
+        ancf.Ramp(1.0, 1.0) / factor
+
+
+@pytest.mark.parametrize(
+    ("nonsense", "message"),
+    [
+        (lambda signal: signal / 0, "the divisor of a signal must not be zero"),
+        (lambda signal: signal / 1e-300 / 1e-300, "the multiple of a signal must be finite"),
+        (lambda signal: 1e300 * signal * 1e300, "the multiple of a signal must be finite"),
+        (lambda signal: signal + "1", "the summand of a signal must be a number"),
+        (lambda signal: None + signal, "the summand of a signal must be a number"),
+        (lambda signal: signal - "1", "the subtrahend of a signal must be a number"),
+        (lambda signal: "1" - signal, "the summand of a signal must be a number"),
+        (lambda signal: 2.0 / signal, "can be added to signals and numbers"),
+        (lambda signal: np.ones(2) / signal, "can be added to signals and numbers"),
+        (lambda signal: signal // 2, "can be added to signals and numbers"),
+        (lambda signal: signal % 2, "can be added to signals and numbers"),
+        (lambda signal: signal**2, "can be added to signals and numbers"),
+        (lambda signal: 2**signal, "can be added to signals and numbers"),
+        (lambda signal: signal @ signal, "can be added to signals and numbers"),
+        (abs, "can be added to signals and numbers"),
+    ],
+)
+@pytest.mark.parametrize("signal", [ancf.Ramp(1.0, 1.0), ancf.Sine(1.0, 1.0) + 2.0])
+def test_operations_without_a_signal_as_result_are_refused(signal, nonsense, message):
+    with pytest.raises(InputError, match=message):
+        nonsense(signal)
