@@ -1,0 +1,71 @@
+"""Errors of the iteration in all steps of a run to an accuracy, which differ in length."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.solve.error_control import implicit_candidate
+from ancfsparse.solve.error_control.implicit_candidate import (
+    ELASTIC_ITERATIONS_RATIO,
+    ITERATIONS_RATIO,
+    ImplicitCandidate,
+)
+from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.stepping.sampled_states import distance
+from ancfsparse.system import System
+
+LENGTH, T_END, ACCURACY = 0.4, 0.08, 1.5e-6
+GROWTH = 2.0 ** np.arange(7)  # steps as they grow from the first
+STEPS_OF_A_LENGTH = 600
+
+
+def beam(hold):
+    """A soft beam in space under its weight and an oscillating force."""
+    scene = ancf.Scene((0.0, -9.81, 0.0))
+    section, material = ancf.Rectangle(1e-3, 1e-3), ancf.Material(9e6, 570.0, 0.45)
+    made = scene.add_beam("thin", (0, 0, 0), (LENGTH, 0, 0), 9, section, material)
+    hold(scene, made)
+    scene.point_force(made.end, ancf.Sine((-0.002, -0.01, 0.001), 12.0))
+    return scene
+
+
+def body(_):
+    """A box that swings about a corner."""
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    made = scene.add_body(ancf.Box(length=0.4, width=0.1, height=0.2), mass=1.0, position=(0, 0, 0))
+    scene.pin(made.at((-0.2, 0.05, 0.1)))
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("make", "hold"),
+    [
+        (beam, lambda scene, made: (scene.pin(made.start), scene.rod(made.end, (0.3, -0.4, 0.1)))),
+        (beam, lambda scene, made: scene.pin(made.start)),
+        (beam, lambda scene, made: scene.clamp(made.start)),
+        (beam, lambda scene, made: None),
+        (body, None),
+    ],
+    ids=["rod", "pin", "clamp", "free", "rigid"],
+)
+def test_iterations_cause_a_small_fraction_of_the_accuracy_in_steps_of_any_length(
+    monkeypatch, make, hold
+):
+    def states(factor):
+        monkeypatch.setattr(implicit_candidate, "ITERATIONS_RATIO", factor * ITERATIONS_RATIO)
+        elastic_ratio = factor * ELASTIC_ITERATIONS_RATIO
+        monkeypatch.setattr(implicit_candidate, "ELASTIC_ITERATIONS_RATIO", elastic_ratio)
+        system, t = System(make(hold)), np.linspace(0.0, T_END, 21)
+        candidate = ImplicitCandidate(
+            *(system, t, ACCURACY, ancf.HHT(0.05), "auto", math.inf, 1),
+            *(LoadDiscontinuities(system, 0.0, T_END), lambda states: None),
+        )
+        lengths = T_END / STEPS_OF_A_LENGTH * GROWTH / GROWTH.sum()
+        pattern = [[(dt, STEPS_OF_A_LENGTH) for dt in lengths.tolist()]]
+        return system, candidate._controller(pattern=pattern, iteration_error=math.inf).run()
+
+    system, found = states(1.0)
+    _, exact = states(1e-3)
+    assert distance(system, found, exact) < ELASTIC_ITERATIONS_RATIO * ACCURACY
