@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 N_REFINEMENTS = 3  # solutions with one factor; each gains the digits that regularization costs
 MAX_REFINEMENTS = 100  # with friction by joint forces, which each solution changes
@@ -42,11 +47,11 @@ def recover_forces(system: System, states: StateHistory, saves_means: bool) -> S
     )
     solver = _ConstrainedSolver(system)
     amplitudes = system.loads.amplitudes(states.t)
+    motion = system.prescribed.history(states.t)
+    a[:, first:] = motion.a
     for k, (q, v) in enumerate(zip(states.q, states.v, strict=True)):
-        motion = system.prescribed.at(float(states.t[k]))
         rate = -system.constraints.curvature(q, v)
-        rate[first_equation:] += motion.s_second
-        a[k, first:] = motion.a
+        rate[first_equation:] += motion.s_second[k]
         solver.correct(q, v, a[k], lam[k], rate, amplitudes[k], keeps_residual=not saves_means)
     return StateHistory(states.q, states.v, a, lam, states.t)
 
@@ -73,7 +78,7 @@ class _ConstrainedSolver:
         """Correct accelerations and multipliers of a state in place."""
         system, n = self._system, self._system.n_free
         phi_q = system.constraints.jacobian(q)
-        self._factor(q, lam, amplitudes)
+        self._factor(q, lam, amplitudes, phi_q[:, :n])
         state = q, v, a, lam, system.dead_load, amplitudes
         retained = system.assembly.residual(*state)[0][:n] if keeps_residual else np.zeros(n)
         n_refinements = MAX_REFINEMENTS if system.depends_on_reactions else N_REFINEMENTS
@@ -86,11 +91,10 @@ class _ConstrainedSolver:
             if np.max(np.abs(change[n:]), initial=0.0) <= REFINEMENT_TOLERANCE * largest:
                 break
 
-    def _factor(self, q: Vector, lam: Vector, amplitudes: Vector) -> None:
+    def _factor(self, q: Vector, lam: Vector, amplitudes: Vector, phi_q: sp.csr_array) -> None:
         """Factor the matrix of a state, if it differs from that of the last."""
         system, n, diagonal = self._system, self._system.n_free, self._diagonal
         values = np.array(system.assembly.matrix(1.0, 0.0, q, lam, amplitudes))
-        phi_q = system.constraints.jacobian(q)[:, :n]
         values[diagonal[n:]] = -REGULARIZATION * (phi_q.power(2) @ (1.0 / values[diagonal[:n]]))
         if not np.array_equal(values, self._factored):
             self._seed.factor(values)

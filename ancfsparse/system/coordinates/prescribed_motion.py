@@ -123,17 +123,20 @@ class PrescribedMotions:
         LoadError
             If a function fails.
         """
-        courses, rheonomic, failure = self._evaluate(np.array([time]))
-        if failure is not None:
-            raise failure
-        return PrescribedValues(*courses[0], *rheonomic[0])
+        return PrescribedValues(*(each[0] for each in self.history(np.array([time]))))
 
-    def rates(self, times: Vector) -> tuple[Vector, Vector]:
-        """Return velocities (k, n) and rates of equations (k, n_equations) [m/s]."""
+    def history(self, times: Vector) -> PrescribedValues:
+        """Return prescribed values at times (k,) [s], each with k rows.
+
+        Raises
+        ------
+        LoadError
+            If a function fails.
+        """
         courses, rheonomic, failure = self._evaluate(times)
         if failure is not None:
             raise failure
-        return courses[:, 1], rheonomic[:, 1]
+        return PrescribedValues(*courses.swapaxes(0, 1), *rheonomic.swapaxes(0, 1))
 
     def course_of(self, k: int) -> PrescribedMotion:
         """Return the motion of prescribed coordinate k."""

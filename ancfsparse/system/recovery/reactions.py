@@ -60,10 +60,11 @@ def reaction(system: System, node: Point, states: StateHistory) -> Vector:
 def drive_power(system: System, states: StateHistory) -> Vector:
     """Return the power of prescribed coordinates and equations, shape (k,) [W]."""
     power = np.zeros(len(states.t))
-    velocities, rates = system.prescribed.rates(states.t)
+    motion = system.prescribed.history(states.t)
     first, first_equation = _first_prescribed(system, states)
     for k, (_, residual) in enumerate(_residuals(system, states)):
-        power[k] = residual[first:] @ velocities[k] - states.lam[k, first_equation:] @ rates[k]
+        power[k] = residual[first:] @ motion.v[k]
+        power[k] -= states.lam[k, first_equation:] @ motion.s_rate[k]
     return power
 
 
