@@ -196,15 +196,18 @@ def test_crane():
         pushed = 2.0 * length.rate(t) * rate + travel.rate(t, 2) * math.cos(angle)
         return rate, -(pushed + G * math.sin(angle)) / length(t)
 
-    found = solve_ivp(
-        slopes, (0.0, 8.0), (0.0, 0.0), method="DOP853", rtol=1e-12, atol=1e-13, max_step=0.02
-    )
-    angle, rate = found.y[:, -1]
-    place = (5.0 + 4.0 * math.sin(angle), 10.0 - 4.0 * math.cos(angle))
-    np.testing.assert_allclose(value_of("crane"), place, rtol=0.0, atol=1e-7)
-    scene = crane()
-    tension = 500.0 * (G * math.cos(angle) + 4.0 * rate**2)
-    run = ancf.simulate(scene.scene, 8.0, 1e-3)
-    quantities = scene.quantities(run)
-    np.testing.assert_allclose(quantities["load"][-1], place, rtol=0.0, atol=2e-5)
-    assert quantities["tension"][-1] == pytest.approx(tension, rel=1e-3)
+    def moved(end):
+        """Return angle, rate, and place of the load."""
+        options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 0.02}
+        angle, rate = solve_ivp(slopes, (0.0, end), (0.0, 0.0), **options).y[:, -1]
+        arm = length(end) * np.array([math.sin(angle), -math.cos(angle)])
+        return angle, rate, arm + (travel(end), 10.0)
+
+    np.testing.assert_allclose(value_of("crane"), moved(8.0)[2], rtol=0.0, atol=1e-7)
+    scene, end = crane(), 2.0  # while trolley and winch accelerate
+    angle, rate, place = moved(end)
+    pushed = travel.rate(end, 2) * math.sin(angle) + length.rate(end, 2)
+    tension = 500.0 * (G * math.cos(angle) + length(end) * rate**2 - pushed)
+    run = ancf.simulate(scene.scene, end, 1e-3)
+    np.testing.assert_allclose(scene.quantities(run)["load"][-1], place, rtol=0.0, atol=2e-5)
+    assert scene.quantities(run)["tension"][-1] == pytest.approx(tension, rel=1e-3)
