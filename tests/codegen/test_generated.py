@@ -89,8 +89,11 @@ def test_sums_match_the_files():
 
 
 def test_emission_does_not_depend_on_the_hash_seed(tmp_path):
-    cables = ["l2t2", "thin_spatial_green"]
-    for seed, names in (("1", cables), ("2", [*cables, "thick_planar_axis_nodal"])):
+    # As committed under other seeds; one element under two.
+    for seed, names in (
+        ("1", ["l2t2", "thin_spatial_green"]),
+        ("2", ["l2t2", "thick_planar_axis_nodal"]),
+    ):
         folder = tmp_path / seed
         shutil.copytree(GENERATED, folder)
         for name in names:

@@ -1,7 +1,5 @@
 """Quasi-Newton methods complete every named scene that Newton's method completes."""
 
-import warnings
-
 import numpy as np
 import pytest
 
@@ -17,31 +15,29 @@ LIMITED = {
 # Their dense inverse takes minutes beyond a thousand unknowns.
 DENSE = {update: ancf.QuasiNewton(update) for update in UPDATES}
 MOST = 1000
-STEPS = 200
+STEPS = 100
 # Longer than the steps that give the digits of the table, for all.
 COARSER = 2.0
 
 
-def run_of(name, solver):
+@pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraintsWarning")
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_all_methods_complete_what_newton_completes(name):
     case = MECHANISMS[name]
     problem, dt = case.make(), COARSER * case.dt
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ancf.RedundantConstraintsWarning)
-        start = ancf.solve_static(problem.scene) if problem.settles else None
+    start = ancf.solve_static(problem.scene) if problem.settles else None
+
+    def run_by(solver):
         return ancf.simulate(
             problem.scene, STEPS * dt, dt, integrator=case.integrator, solver=solver, start=start,
             save_every=STEPS,
         )  # fmt: skip
 
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", MECHANISMS)
-def test_all_methods_complete_what_newton_completes(name):
-    newton = run_of(name, ancf.Newton())
+    newton = run_by(ancf.Newton())
     size = np.abs(newton.q).max()
     methods = LIMITED | (DENSE if newton.q.shape[1] < MOST else {})
     for label, solver in methods.items():
-        run = run_of(name, solver)
+        run = run_by(solver)
         assert run.t[-1] == newton.t[-1], label
         # At the default tolerance of the iteration.
         assert np.abs(run.q[-1] - newton.q[-1]).max() < 1e-3 * size, label
