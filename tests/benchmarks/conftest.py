@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from benchmarks import commands
@@ -17,9 +18,9 @@ from benchmarks.common.charts import LETTER_SIZE, NOTE_SIZE, WIDTH
 def _check(figure):
     """Assert that a chart can be read on a page: letters, edges, and nothing over anything."""
     assert figure.get_figwidth() <= WIDTH
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    canvas.draw()  # labels that moved in the first layout have settled in the second
+    FigureCanvasAgg(figure)
+    figure.draw_without_rendering()
+    figure.draw_without_rendering()  # labels moved in the first layout settle in the second
     page = figure.bbox.padded(1.0)
     for text in figure.findobj(Text):
         if text.get_text().strip() and text.get_visible():
@@ -57,9 +58,18 @@ class Written(NamedTuple):
     page: str
 
 
+def _save_without_layout(figure, *args, _save=Figure.savefig, **options):
+    """Save a chart whose layout another test checks: it takes most of the time."""
+    engine = figure.get_layout_engine()
+    figure.set_layout_engine("none")
+    _save(figure, *args, **options)
+    figure.set_layout_engine(engine)
+
+
 @pytest.fixture
-def run_study(tmp_path, capsys):
+def run_study(tmp_path, capsys, monkeypatch):
     """Return a function that runs the command of a study and reads what it has written."""
+    monkeypatch.setattr(Figure, "savefig", _save_without_layout)
 
     def run(words, *options):
         study, page = commands.STUDIES[words], tmp_path / "page.md"
