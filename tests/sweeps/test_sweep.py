@@ -103,10 +103,11 @@ def test_points_that_fail_are_rows_with_a_reason():
 def test_a_point_that_kills_its_worker_fails_alone(cluster):
     if cluster:
         pytest.importorskip("dask.distributed")
-    points = ancf.grid(length=LENGTHS)
+    lengths = LENGTHS[:4] if cluster else LENGTHS  # a cluster tries a deadly point several times
+    points = ancf.grid(length=lengths)
     table = ancf.sweep(deadly, points, QUANTITIES, 0.1, workers=2, dt=1e-3, cluster=cluster)
-    assert list(table["reason"] == "") == [True] * 3 + [False] * 3
-    assert table["reason"][4] == "the process of its worker ended"
+    assert list(table["reason"] == "") == [length <= 1.5 for length in lengths]
+    assert table["reason"][3] == "the process of its worker ended"
 
 
 def test_a_sweep_goes_on_from_its_file(tmp_path):
@@ -160,7 +161,7 @@ SCRIPT = """
         return scene, rod
 
     if __name__ == "__main__":
-        points = ancf.grid(length=[1.0 + 0.01 * k for k in range(100)])
+        points = ancf.grid(length=[1.0 + 0.01 * k for k in range(40)])
         quantities = {"tip": lambda run, rod: run.position(rod.end)[-1, 1]}
         table = ancf.sweep(build, points, quantities, 1.0, file=sys.argv[1], workers=2, dt=1e-3)
         table.drop(columns="seconds").to_json(sys.argv[2], double_precision=15)
@@ -175,15 +176,15 @@ def test_a_sweep_that_was_killed_gives_the_same_table(tmp_path):
     subprocess.run([sys.executable, script, tmp_path / "other.jsonl", whole], check=True)
     process = subprocess.Popen([sys.executable, script, file, again], start_new_session=True)
     while process.poll() is None:
-        if file.exists() and file.read_bytes().count(b"\n") > 20:
+        if file.exists() and file.read_bytes().count(b"\n") > 8:
             os.killpg(process.pid, signal.SIGKILL)
         time.sleep(0.01)
     process.wait()
     done = file.read_bytes().count(b"\n") - 1
-    assert 20 <= done < 100
+    assert 8 <= done < 40
     subprocess.run([sys.executable, script, file, again], check=True)
     assert again.read_text() == whole.read_text()
-    assert file.read_bytes().count(b"\n") == 101
+    assert file.read_bytes().count(b"\n") == 41
 
 
 @pytest.mark.parametrize(
