@@ -32,7 +32,7 @@ demo: setup ## Reproduce the paper's table 1 and figures 1 and 2
 	$(ONE_THREAD) $(BIN)/python -m benchmarks table1 $(ARGS)
 
 test: all-sets ## Run the tests, e.g. ARGS="-m 'not slow'"
-	$(BIN)/python -m pytest -n 2 --dist loadfile $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder $(ARGS)
 
 test-fresh: ## Run the set-up commands and examples of README.md in a bare Debian 12; as root, a quarter of an hour
 	tools/test_fresh.sh $(ARGS)

@@ -21,6 +21,12 @@ def pytest_sessionstart():
             pytest.exit(check.stderr.strip(), returncode=pytest.ExitCode.USAGE_ERROR)
 
 
+def pytest_collection_modifyitems(items):
+    """Begin with files of slow tests, so that all processes end together."""
+    slow = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in slow)
+
+
 @pytest.fixture
 def rng(request):
     """Return a generator that makes the same numbers in every run."""

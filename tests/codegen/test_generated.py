@@ -88,6 +88,7 @@ def test_sums_match_the_files():
     assert names | {"SHA256SUMS"} == {p.name for p in GENERATED.iterdir()}
 
 
+@pytest.mark.slow
 def test_emission_does_not_depend_on_the_hash_seed(tmp_path):
     # As committed under other seeds; one element under two.
     for seed, names in (

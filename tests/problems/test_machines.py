@@ -149,6 +149,7 @@ def test_bend():
     )
 
 
+@pytest.mark.slow
 def test_spring_antenna():
     """A helix between a clamp and a plate that moves along its axis alone, under 6 N."""
     radius, rise, turns, d = 0.05, 0.03 / (2.0 * math.pi), 6.0, 0.003

@@ -10,7 +10,10 @@ from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
 
-@pytest.mark.parametrize("name", MECHANISMS)
+SLOW = {"crane": pytest.mark.slow}
+
+
+@pytest.mark.parametrize("name", [pytest.param(x, marks=SLOW.get(x, ())) for x in MECHANISMS])
 def test_known_numbers(name, capsys):
     """By the command with its usual setting, to the tolerance that the table states."""
     case = MECHANISMS[name]

@@ -230,6 +230,7 @@ def drawn(shipped):
     return {"stability": integrator_chart(shipped), "stability-solvers": solver_chart(shipped)}
 
 
+@pytest.mark.slow
 def test_charts_and_tables_come_from_the_table_too(run_study, drawn, tmp_path, monkeypatch):
     charts = {name: lambda _, figure=figure: figure for name, figure in drawn.items()}
     assert STUDY.charts.keys() == charts.keys()

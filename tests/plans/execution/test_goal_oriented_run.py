@@ -162,9 +162,7 @@ def planned(counted):
         )
     ],
 )
-def test_a_run_to_an_error_is_that_of_its_plan_and_made_once(
-    build, name, runs, planned, tmp_path
-):
+def test_a_run_to_an_error_is_that_of_its_plan_and_made_once(build, name, runs, planned, tmp_path):
     dim = 3 if name in ("none", "output", "save_nodes") else 2
     *_, t_end, error = build(dim)
     given = dict(OPTIONS[name])
