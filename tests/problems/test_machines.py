@@ -201,8 +201,8 @@ def test_crane():
         """Return angle, rate, and place of the load."""
         options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 0.02}
         angle, rate = solve_ivp(slopes, (0.0, end), (0.0, 0.0), **options).y[:, -1]
-        arm = length(end) * np.array([math.sin(angle), -math.cos(angle)])
-        return angle, rate, arm + (travel(end), 10.0)
+        x, y = length(end) * math.sin(angle), -length(end) * math.cos(angle)
+        return angle, rate, (travel(end) + x, 10.0 + y)
 
     np.testing.assert_allclose(value_of("crane"), moved(8.0)[2], rtol=0.0, atol=1e-7)
     scene, end = crane(), 2.0  # while trolley and winch accelerate

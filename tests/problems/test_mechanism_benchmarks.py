@@ -9,7 +9,6 @@ import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
-
 SLOW = {"crane": pytest.mark.slow}
 
 

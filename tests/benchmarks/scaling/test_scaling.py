@@ -150,8 +150,9 @@ def test_missed_targets_and_missing_results_are_stated():
 def test_panels_without_data_are_blank(readable):
     result = by_hand()
     result = Scaling([r for r in result.rows if r.job.case == "chain"], result.counts, QUICK, {})
-    readable(chart(result))
-    title = chart(result).axes[2].texts[0].get_text()
+    figure = chart(result)
+    readable(figure)
+    title = figure.axes[2].texts[0].get_text()
     assert title == "Net falling from rest: not run"
     for row in result.rows:
         row.record = {"note": "too large"}

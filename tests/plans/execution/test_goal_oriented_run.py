@@ -108,19 +108,21 @@ class Planned(NamedTuple):
 def counted():
     """List motions and paths of equilibria as they are made."""
     made = []
+
+    def count(patch, module, name):
+        original = getattr(module, name)
+
+        def run(*args, **options):
+            made.append(name)
+            return original(*args, **options)
+
+        patch.setattr(module, name, run)
+
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in (
-            (trial_runs, "run_request"),
-            (run_plan, "simulate"),
-            (solution_methods, "quasi_static"),
-            (solution_methods, "modal_response"),
-        ):
-
-            def count(*args, original=getattr(module, name), name=name, **options):
-                made.append(name)
-                return original(*args, **options)
-
-            patch.setattr(module, name, count)
+        count(patch, trial_runs, "run_request")
+        count(patch, run_plan, "simulate")
+        count(patch, solution_methods, "quasi_static")
+        count(patch, solution_methods, "modal_response")
         yield made
 
 
