@@ -1,7 +1,7 @@
 """What is answered where an element of a user's own cannot be built, loaded or used."""
 
 import pickle
-import re
+import sys
 from dataclasses import replace
 from types import ModuleType
 
@@ -10,9 +10,10 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.building import build_element
+from ancfsparse.kernels.building import build_element, compile_c
 from ancfsparse.kernels.catalog import element_kind
 from ancfsparse.kernels.element_kind import external_element, from_module
+from codegen.__main__ import main as generate
 
 HEAD = "from codegen.declarations import Element, Term, interpolate, parameter\n"
 CABLE = """
@@ -40,11 +41,12 @@ ELEMENT = Element(
         (CABLE.replace('((parameter("mass_per_length"), r),)', "()"), "an inertia"),
     ],
 )  # fmt: skip
-def test_a_file_that_describes_no_element(tmp_path, text, words):
+def test_a_file_that_describes_no_element(tmp_path, monkeypatch, capsys, text, words):
     file = tmp_path / "mine.py"
     file.write_text(HEAD + text)
-    with pytest.raises(InputError, match=f"the generator refused: .*{re.escape(words)}"):
-        build_element(file, tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])  # the generator adds the folder of the file
+    assert generate(["--element", str(file), "--folder", str(tmp_path)]) == 2
+    assert words in capsys.readouterr().err
 
 
 def test_what_cannot_be_external_element(tmp_path, monkeypatch):
@@ -53,10 +55,12 @@ def test_what_cannot_be_external_element(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="'sse9' is not one of the instruction sets x86_64, "):
         build_element(tmp_path / "missing.py", tmp_path, ["sse9"])
     file = tmp_path / "mine.py"
-    file.write_text(HEAD + CABLE)
+    file.write_text(HEAD + "1 / 0")
+    with pytest.raises(InputError, match=r"the generator refused: .*division by zero"):
+        build_element(file, tmp_path)
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(InputError, match=r"the C compiler cannot be run: .*no-such-compiler"):
-        build_element(file, tmp_path)
+        compile_c(tmp_path / "mine.c", tmp_path / "mine.so")
 
 
 def test_packages_that_cannot_be_loaded(tmp_path, monkeypatch):
