@@ -89,7 +89,7 @@ def belt_drive(
     creep_speed: float = 1e-2,
     n_elements: int = 120,
 ) -> Mechanism:
-    """Return a belt drive: two equal pulleys, of which one is driven and the other one loaded.
+    """Return a belt drive: a driven pulley, a belt, and an equal pulley under load.
 
     The axis of the belt runs around the pulleys at 0.1 m, whose centres are 0.4 m apart; it has
     E A = 2e4 N and 0.1 kg/m, and is stretched by 1 % at the start.  The driver reaches the angular
@@ -115,12 +115,12 @@ def belt_drive(
         """Mean over the middle half of a span, where other parts of the belt pass."""
 
         def mean(run: Trajectory) -> Vector:
-            forces, places = [], []
+            forces, positions = [], []
             for part in belt:
                 middles = 0.5 * (part.arcs[1:] + part.arcs[:-1])
                 forces.append(run.section_force(part, middles).N)
-                places.append(np.stack([run.position(part.at(s)) for s in middles], axis=1))
-            x, y = np.moveaxis(np.concatenate(places, axis=1), 2, 0)
+                positions.append(np.stack([run.position(part.at(s)) for s in middles], axis=1))
+            x, y = np.moveaxis(np.concatenate(positions, axis=1), 2, 0)
             is_there = (np.abs(x / CENTRE_DISTANCE - 0.5) < 0.25) & (side * y > 0.0)
             return np.asarray(
                 np.sum(np.concatenate(forces, axis=1) * is_there, axis=1) / is_there.sum(axis=1)
@@ -128,7 +128,7 @@ def belt_drive(
 
         return mean
 
-    def speed(run: Trajectory, pulley: RigidBody) -> Vector:
+    def compute_speed(run: Trajectory, pulley: RigidBody) -> Vector:
         rim = run.velocity(pulley.at((1.0, 0.0))) - run.velocity(pulley.origin)
         return np.asarray(np.linalg.norm(rim, axis=1))
 
@@ -148,8 +148,10 @@ def belt_drive(
     watched = {
         "tight": tension(-1.0),
         "slack": tension(1.0),
-        "omega_driven": lambda run: speed(run, driven),
-        "loss": lambda run: 1.0 - speed(run, driven) / np.maximum(speed(run, driver), 1e-9),
+        "omega_driven": lambda run: compute_speed(run, driven),
+        "loss": lambda run: (
+            1.0 - compute_speed(run, driven) / np.maximum(compute_speed(run, driver), 1e-9)
+        ),
         "slip_driver": slip_arc(driver),
         "slip_driven": slip_arc(driven),
     }

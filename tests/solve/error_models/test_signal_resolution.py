@@ -211,19 +211,16 @@ def test_steps_shorten_until_they_balance_energy(signal, integrator):
 
 @pytest.mark.filterwarnings("ignore::ancfsparse.PlanChangedWarning")
 @pytest.mark.parametrize(
-    ("signal", "error"),
+    "signal",
     [
-        (ancf.Pulse((0.0, 30.0), 0.05012, 0.05018), "30 %"),
-        (
-            ancf.Ramp((0.0, 30.0), 0.05015, 0.05012) - ancf.Ramp((0.0, 30.0), 0.05018, 0.05015),
-            "30 %",
-        ),
-        (ancf.Sine((0.0, 3.0), 999.0), "10 %"),
+        ancf.Pulse((0.0, 30.0), 0.05012, 0.05018),
+        ancf.Ramp((0.0, 30.0), 0.05015, 0.05012) - ancf.Ramp((0.0, 30.0), 0.05018, 0.05015),
+        ancf.Sine((0.0, 3.0), 999.0),
     ],
 )
-def test_plans_have_steps_that_see_a_signal(signal, error):
+def test_plans_have_steps_that_see_a_signal(signal):
     scene, rod = cantilever(signal)
-    plan = ancf.plan(scene, T_END, ancf.position(rod.end), error)
+    plan = ancf.plan(scene, T_END, ancf.position(rod.end), "10 %")
     assert T_END / plan.steps < signal.time_scale.shortest
     run = plan.run()
     fine, exact = cantilever(signal, "thin", 16)

@@ -1,7 +1,7 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Contact of quadrature points with an obstacle, fixed or on a rigid body.
 
-A point x is at d = A (x - base) from the base of the obstacle, which may be a point of a rigid body
+A point x is at d = A (x - base) from the base of the obstacle, fixed or a point of a rigid body
 with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch where the
 penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane.  The pressure p(e) of
 contact_law.pxi acts along n = d / |d|, and friction against the sliding velocity u.
@@ -71,7 +71,7 @@ cdef class Contact(CompiledContribution):
     projector, spin : (dim, dim) float
         See `Obstacle`.
     turning : (m,) int32
-        Of the coordinates of the points, 1 for those of the vectors of the body of the obstacle.
+        Of the coordinates of the points, 1 for vectors of the body of the obstacle.
     is_round : bool
         False for a plane.
     reach : float

@@ -54,14 +54,14 @@ class ContactContribution(Contribution):
             body_points = [contact.on.at(unit) for unit in np.eye(system.dim)]
             relative = [(-1.0, contact.base_point), *((0.0, each) for each in body_points)]
             origin = system.point(contact.on.origin)[0][0]
-            places = np.concatenate([system.point(each)[0][0] for each in body_points])
-            vectors = np.setdiff1d(places, origin).astype(np.int32)
+            indices = np.concatenate([system.point(each)[0][0] for each in body_points])
+            vectors = np.setdiff1d(indices, origin).astype(np.int32)
         self._points = PointSums.of(system, [[(1.0, point), *relative] for point in contact.points])
         self._turning = np.isin(self._points.place[0], vectors).astype(np.int32)
         self._compiled: CompiledContact
 
     def cliques(self) -> list[Indices]:
-        """Return the coordinates of each point, with those of the body of the obstacle."""
+        """Return the coordinates of each point and of the body of the obstacle."""
         return self._points.cliques(self._n_free)
 
     def compile(self, pattern: Pattern) -> Compiled:
