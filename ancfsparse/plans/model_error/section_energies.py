@@ -67,7 +67,7 @@ def resolves_bending(run: Trajectory, bodies: Iterable[ElasticBody]) -> bool:
     """Return True unless bending moments change their signs inside elements.
 
     From the middle of an element to its ends the moment changes by half the length times the shear
-    force.  Where waves are resolved, these changes have less energy than moments in the middle.
+    force, whose energy is at most that of the moments in the middle if waves are resolved.
     """
     middle = change = np.zeros(len(run.t))
     for body in bodies:
