@@ -3,7 +3,7 @@
 from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.problems.contacts import belt_drive, capstan
+from ancfsparse.problems.contacts import capstan
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -87,10 +87,6 @@ CASES = (
     Case(
         capstan, 1e-3, "held", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",
         GeneralizedAlpha(0.5),
-    ),
-    Case(
-        belt_drive, 2e-4, "omega_driven", 0.35, (99.505962,), 0.02,
-        "creep theory of an elastic belt, (1 + Ts/EA) / (1 + Tt/EA)", GeneralizedAlpha(0.5),
     ),
 )  # fmt: skip
 MECHANISMS = {case.make.__name__: case for case in CASES}

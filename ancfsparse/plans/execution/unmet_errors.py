@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ancfsparse.errors import ErrorNotMetWarning
 from ancfsparse.plans.execution.plan_data import PlanData, Prediction
-from ancfsparse.plans.selection.element_hierarchy import METHOD_EFFECTS, SOURCE_NAMES, UNRESOLVED
+from ancfsparse.plans.selection.element_hierarchy import METHOD_EFFECTS, SOURCE_NAMES
 
 LARGER_ERROR = "or request a larger error"
 ADVICE = {
@@ -18,7 +18,6 @@ ADVICE = {
         f"bending_damping), {LARGER_ERROR}"
     ),
     "mesh and steps": "smooth loads that jump, damp vibrations, " + LARGER_ERROR,
-    UNRESOLVED: f"damp vibrations (axial_damping, bending_damping), {LARGER_ERROR}",
 }
 """Advice by source."""
 ADVICE_FOR_METHODS = "plan with integrator=GeneralizedAlpha(0.9), " + LARGER_ERROR

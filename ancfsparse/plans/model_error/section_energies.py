@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -61,22 +60,6 @@ def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
         axial_spread.sum(axis=1),
         force.N,
     )
-
-
-def resolves_bending(run: Trajectory, bodies: Iterable[ElasticBody]) -> bool:
-    """Return True unless bending moments change their signs inside elements.
-
-    From the middle of an element to its ends the moment changes by half the length times the shear
-    force, whose energy is at most that of the moments in the middle if waves are resolved.
-    """
-    middle = change = np.zeros(len(run.t))
-    for body in bodies:
-        force, half = run.section_force(body), 0.5 * body.lengths
-        weights = half / body.stiffnesses()["bending_stiffness_z"]
-        shape = (len(run.t), body.n_elements, -1)
-        middle = middle + np.square(force.M).reshape(shape).sum(axis=2) @ weights
-        change = change + np.square(force.Q).reshape(shape).sum(axis=2) @ (weights * half**2)
-    return bool(change.max() <= middle.max())
 
 
 def strain_spread(run: Trajectory, body: ElasticBody, point: Point) -> float:

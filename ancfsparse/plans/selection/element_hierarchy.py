@@ -33,8 +33,6 @@ HIERARCHY = (STRING, CABLE, TWISTED, SHEARED)
 FLOOR = "stretch"
 # Effects that every element neglects in a motion without time integration.
 METHOD_EFFECTS = frozenset({"inertia", "nonlinearity", "modes", "flexibility"})
-# A richer element removes an effect only on a mesh that resolves the bending in which it acts.
-UNRESOLVED = "unresolved bending"
 SOURCE_NAMES = {
     "mesh": "mesh",
     "time": "steps",
@@ -48,7 +46,6 @@ SOURCE_NAMES = {
     "nonlinearity": "nonlinear forces",
     "flexibility": "flexibility of rigid rods",
     "modes": "modes left out",
-    UNRESOLVED: "bending in waves shorter than elements",
 }
 """Names of the sources of errors in sentences."""
 # Shorter steps and finer meshes for the rest take less work than richer elements.

@@ -7,14 +7,12 @@ from dataclasses import replace
 
 from ancfsparse.errors import InputError, LoadError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
-from ancfsparse.plans.model_error.section_energies import resolves_bending
 from ancfsparse.plans.models.model import ElementChoice
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
     NEGLIGIBLE_FRACTION,
     STRING,
-    UNRESOLVED,
     candidates,
     cheapest_sufficient,
     effects_neglected,
@@ -32,8 +30,8 @@ from ancfsparse.plans.selection.element_per_beam import (
     beams_rejecting,
     beams_without_bending,
 )
-from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRun, TrialRuns
-from ancfsparse.scene import ElasticBody, Scene
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns
+from ancfsparse.scene import Scene
 
 MAX_COARSE_RATIO = 10.0  # of the bending of coarse cables to that of fine strings
 
@@ -87,14 +85,7 @@ def select_elements(
         fixed |= {name: element for name in names if name not in kept}
         model = model_of(scene, first, fixed)
         error_model = search(trials, model, finer, fixed_steps, error_model)
-        if not _resolves_bending(error_model.reference_run):
-            lost = [sum(effects_neglected(each, first).values()) for each in effects]
-            errors = [own | {UNRESOLVED: x} for own, x in zip(errors, lost, strict=True)]
-            why.append(
-                "bending moments change their signs inside elements, so effects of waves shorter "
-                "than these are not known"
-            )
-        elif kept:
+        if kept:
             why.append(f"{' and '.join(kept)} may remain {first}")
             names, errors = kept, kept_errors
     if first == CABLE:
@@ -115,13 +106,6 @@ def select_elements(
     error_model = replace(error_model, floors=floors(effects))
     pairs = zip(errors, effects, strict=True)
     return error_model.with_effects([own | method_effects(each) for own, each in pairs]), why
-
-
-def _resolves_bending(trial: TrialRun) -> bool:
-    """Return True unless bending moments change their signs inside elements of automatic meshes."""
-    scene = trial.run.system.scene
-    bodies = [b for b in scene.beams if b.name in trial.model.counts and isinstance(b, ElasticBody)]
-    return not bodies or resolves_bending(trial.run, bodies)
 
 
 def _elements_without_cables(
