@@ -12,10 +12,9 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_not_negative, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
-from ancfsparse.scene import force_elements
+from ancfsparse.scene import bodies, force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Obstacle
 from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
@@ -23,6 +22,7 @@ from ancfsparse.scene.records.record import At, BodyRef, Record
 from ancfsparse.scene.sections.standard_sections import Circle, Tube
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 
 GAUSS_POINTS = 3  # per element, which are exact to degree five
@@ -276,7 +276,7 @@ class Contacts(SceneBase):
 
 def _moving(obstacle: Obstacle, on: object) -> RigidBody:
     """Return the body of an obstacle, or refuse it."""
-    if not isinstance(on, RigidBody):
+    if not isinstance(on, bodies.RigidBody):
         raise InputError(
             f"on= of a contact needs a rigid body of this scene, got {format_value(on)}"
         )
