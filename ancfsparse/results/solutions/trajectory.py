@@ -110,7 +110,7 @@ class Trajectory(TrajectoryOutput):
     @cached_property
     def _states_of_forces(self) -> StateHistory:
         if self.system.is_driven and (self.system.n_multipliers or self._saves_means):
-            return fields.recover_forces(self.system, self._states, self._saves_means)
+            return fields.recover_forces(self.system, self._states)
         return self._states
 
     @property
