@@ -2,6 +2,8 @@
 
 import dataclasses
 import json
+import multiprocessing
+import re
 import subprocess
 import sys
 import threading
@@ -132,6 +134,32 @@ def test_no_damage_of_a_file_is_read_as_a_run():
     assert [report.finds for report in reports if report.finds] == []
     refused = sum(report.outcome == "refused" for report in reports)
     assert refused > 90  # some places of a file hold nothing
+
+
+def load_with_damaged_chunks(path):
+    """Load a file with sizes and filter masks of chunks that no file has, in all its tables."""
+    data, _ = files.good_file()
+    indices = [m.start() for m in re.finditer(b"TREE\x01", data)]
+    assert len(indices) > 15
+    for place in indices:
+        for size, mask in ((0, 0), (1, 0), (4, 0), (2**31, 0), (None, 1), (None, 2**32 - 1)):
+            damaged = bytearray(data)
+            if size is not None:
+                damaged[place + 24 : place + 28] = size.to_bytes(4, "little")
+            damaged[place + 28 : place + 32] = mask.to_bytes(4, "little")
+            path.write_bytes(damaged)
+            with pytest.raises(InputError, match="damaged"):
+                load(path, files.pendulum()[0])
+
+
+def test_damaged_chunks_are_refused_before_hdf5_reads_them(tmp_path):
+    # HDF5 ended the process.
+    process = multiprocessing.get_context("spawn").Process(
+        target=load_with_damaged_chunks, args=(tmp_path / "run.h5",)
+    )
+    process.start()
+    process.join()
+    assert process.exitcode == 0
 
 
 def test_a_file_is_written_by_one_run_at_a_time(tmp_path):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import RUN_MARK, begins_with
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 FORMAT = 3  # number of the format, an attribute
 USER_BLOCK = 512  # bytes before those of HDF5, the smallest number it allows
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+CHECKSUM_SIZE = 4  # bytes of the checksum of a chunk
 FIRST_BYTES = 48  # bytes that HDF5 writes first
 FIRST_ATTRIBUTES = {"settings", "scene", "run", "coordinates"}
 """Attributes of files of format 1."""
@@ -60,7 +62,9 @@ def open_file(
     try:
         with file:
             check_format(path, file)
-            if run is not None and read_text(file, "run") != run:
+            if run is None:  # opened for the first time
+                _check_chunks(path, file)
+            elif read_text(file, "run") != run:
                 raise InputError(
                     f"{path} was rewritten by a later run, which replaced the states of this one: "
                     "give every run an output of its own"
@@ -90,6 +94,38 @@ def check_format(path: Path, file: h5py.File) -> None:
         raise InputError(describe_damage(path))
     elif not is_of_first_format(file):
         raise InputError(f"{path} is not a file that simulate wrote")
+
+
+def _check_chunks(path: Path, file: h5py.File) -> None:
+    """Refuse a file with chunks that HDF5 cannot read or would read without their checksum.
+
+    The index of chunks has no checksum.  HDF5 ends the process at a chunk of size zero, and skips
+    the checksum of one that is marked as written without it.
+    """
+    import h5py
+
+    largest = path.stat().st_size
+
+    def check(_: str, table: object) -> None:
+        if not isinstance(table, h5py.Dataset) or table.chunks is None:
+            return
+        smallest = CHECKSUM_SIZE + 1
+        if table.fletcher32 and table.compression is None:
+            smallest = math.prod(table.chunks) * table.dtype.itemsize + CHECKSUM_SIZE
+        for chunk in _chunks(table):
+            if chunk.filter_mask or not smallest <= chunk.size <= largest:
+                raise InputError(describe_damage(path))
+
+    file.visititems(check)
+
+
+def _chunks(table: h5py.Dataset) -> list[Any]:
+    """Return size and filter mask of the chunks of a table."""
+    if not hasattr(table.id, "chunk_iter"):  # before HDF5 1.12.3
+        return [table.id.get_chunk_info(k) for k in range(table.id.get_num_chunks())]
+    chunks: list[Any] = []
+    table.id.chunk_iter(chunks.append)
+    return chunks
 
 
 def is_of_first_format(file: h5py.File) -> bool:
