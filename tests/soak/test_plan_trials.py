@@ -1,8 +1,10 @@
 """Trials of plans that once promised too much."""
 
+from types import SimpleNamespace
+
 import pytest
 
-from tests.soak.trials import plans
+from tests.soak.trials import interior_points, plans
 
 
 @pytest.mark.parametrize(
@@ -35,3 +37,11 @@ def test_no_error_of_a_met_plan_exceeds_the_tolerance(seed, index):
     report = plans.run(seed, index)
     assert report.outcome != "exceeded"
     assert report.finds == []
+
+
+def test_a_plan_that_is_not_met_is_not_run(monkeypatch):
+    # One needed 1.8 million steps: the trial took minutes, and counted as one that hangs.
+    plan = SimpleNamespace(is_met=False)  # without a method `run`
+    monkeypatch.setattr(interior_points, "plan_of", lambda *_: plan)
+    report = interior_points.run(0, 0)
+    assert (report.outcome, report.finds) == ("not met", [])

@@ -19,11 +19,11 @@ def run(seed, index):
     tried = f"{drawn.words}, to {error}"
     try:
         plan = plan_of(drawn, error)
+        if not plan.is_met:  # and might take any time
+            return Report("not met", [], tried)
         ratio, uncertain = missed(drawn, plan)
     except ancf.AncfError as refused:
         return Report(f"refused ({type(refused).__name__})", [], tried)
-    if not plan.is_met:
-        return Report("not met", [], tried)
     if uncertain > MAX_UNCERTAINTY:
         return Report("not judged", [], tried)
     finds = []
