@@ -35,6 +35,9 @@ VIEWPOINT = 22.0, -60.0  # degrees, elevation and azimuth
 LABEL_MARGINS = {"left": 0.65, "bottom": 1.1, "right": 0.85, "top": 0.4}
 """Margins for ticks and labels of a figure in perspective [inch]."""
 LABEL_PAD = 10.0  # pt, between ticks and label of the vertical axis in perspective
+LABEL_OFFSET = 21.0  # pt, that matplotlib adds to the pad of a label
+TICK_OFFSET = 8.0  # pt, the same of a tick
+DEFAULT_TICK_PAD = 3.5  # pt
 TICK_PAD = 2.5  # pt for each letter of the widest tick, of the others, above half of that
 MAX_TICK_LETTERS = 5  # letters of ticks in perspective; five wider ones overlap
 MAX_WIDE_TICKS = 3  # intervals between ticks that are wider
@@ -106,7 +109,7 @@ class Canvas:
         if isinstance(self.ax, Axes3D):
             elevation, azimuth = view if isinstance(view, tuple) else VIEWPOINT
             self.ax.view_init(elev=elevation, azim=azimuth)
-            _set_label_pads(self.ax)
+            _set_label_pads(self.ax, np.ptp(limits, axis=0))
             if self._new:
                 left = LEGEND_WIDTH if legend else 0.0
                 _fill_figure(self.ax, self.figure, limits, LABEL_MARGINS["left"] + left)
@@ -327,14 +330,20 @@ def _make_axes(limits: Vector, right: float) -> Axes:
     return figure.add_axes((LEFT / across, BOTTOM / up, width / across, height / up))
 
 
-def _set_label_pads(ax: Any) -> None:
-    """Move the labels of axes in perspective away from their ticks, by the width of these."""
-    for axis in (ax.xaxis, ax.yaxis):
+def _set_label_pads(ax: Any, size: Vector) -> None:
+    """Move ticks and labels of axes in perspective apart, by the width of the ticks.
+
+    Matplotlib takes distances from an axis in proportion to the extent of the box across it.
+    """
+    for k, axis in enumerate((ax.xaxis, ax.yaxis, ax.zaxis)):
         ticks = axis.get_major_formatter().format_ticks(axis.get_major_locator()())
-        if len(ticks) > MAX_WIDE_TICKS + 2 and max(map(len, ticks)) > MAX_TICK_LETTERS:
+        widest = max(map(len, ticks), default=0)
+        if axis is not ax.zaxis and len(ticks) > MAX_WIDE_TICKS + 2 and widest > MAX_TICK_LETTERS:
             axis.set_major_locator(MaxNLocator(MAX_WIDE_TICKS))
-        axis.labelpad = 0.5 * LABEL_PAD + TICK_PAD * max(map(len, ticks), default=0)
-    ax.zaxis.labelpad = LABEL_PAD
+        pad = LABEL_PAD if axis is ax.zaxis else 0.5 * LABEL_PAD + TICK_PAD * widest
+        stretch = size.max() / np.delete(size, k).max()
+        axis.labelpad = stretch * (pad + LABEL_OFFSET) - LABEL_OFFSET
+        axis.set_tick_params(pad=stretch * (DEFAULT_TICK_PAD + TICK_OFFSET) - TICK_OFFSET)
 
 
 def _fill_figure(ax: Any, figure: Any, limits: Vector, left: float) -> None:
