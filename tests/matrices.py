@@ -22,3 +22,15 @@ def stiffness(system, q, lam=None, amplitudes=None):
     if amplitudes is None:
         amplitudes = np.zeros(system.loads.n_amplitudes)
     return symmetric(system, system.assembly.matrix(0.0, 1.0, q, lam, amplitudes))
+
+
+def derivative_of_step(march, n, size=1e-8):
+    """Return the derivative of a step's residual by its first n unknowns, by differences."""
+
+    def residual(move):
+        march.correct(move)
+        r = march.residual()
+        march.correct(-move)
+        return r
+
+    return np.array([residual(e) - residual(-e) for e in size * np.eye(n)]).T / (2.0 * size)

@@ -15,11 +15,12 @@ LIMITED = {
 # Their dense inverse takes minutes beyond a thousand unknowns.
 DENSE = {update: ancf.QuasiNewton(update) for update in UPDATES}
 MOST = 1000
-STEPS = 100
+STEPS = 200
 # Longer than the steps that give the digits of the table, for all.
 COARSER = 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraintsWarning")
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_all_methods_complete_what_newton_completes(name):

@@ -12,7 +12,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import Contact
-from ancfsparse.system.contributions.force_elements.contact.beam_contacts import (
+from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
 )
 from ancfsparse.system.contributions.force_elements.contact.contacts import ContactContribution

@@ -158,6 +158,8 @@ def _highest_eigenvalue(
     from scipy.sparse.linalg import LinearOperator, eigsh
 
     n = mass.shape[0]
+    if not matrix.data.any():  # such as that of friction before a contact; ARPACK refuses it
+        return 0.0
     if n <= MAX_DENSE_COORDINATES:
         # A search for the largest alone fails where many are equal or zero.
         eigenvalues = eigh(matrix.toarray(), mass.toarray(), eigvals_only=True)

@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
-from tests.matrices import full
+from tests.matrices import derivative_of_step, full
 
 SECTION, MATERIAL = ancf.Circle(0.004), ancf.Material(1e9, 1e3)
 
@@ -89,15 +89,7 @@ def test_the_matrix_of_a_step_is_the_derivative_of_its_residual_without_friction
         system, 1e-3, ancf.GeneralizedAlpha(0.9), ancf.Newton(), 1e-9, math.inf
     )
     march.prepare(np.zeros((1, 0)))
-
-    def residual(move):
-        march.correct(move)
-        r = march.residual()
-        march.correct(-move)
-        return r
-
-    units = 1e-8 * np.eye(system.n_free + system.n_multipliers)
-    derivative = np.array([residual(e) - residual(-e) for e in units]).T / 2e-8
+    derivative = derivative_of_step(march, system.n_free + system.n_multipliers)
     march.residual()
     found, n = full(system, march.matrix()), system.n_free
     # Mass is added to the coordinates of the body along its constraints, which changes no solution.

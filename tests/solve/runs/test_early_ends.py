@@ -185,7 +185,7 @@ def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, t
     options = {"save_every": 10, "output": tmp_path / "run.h5" if to_file else None}
     whole = np.asarray(ancf.simulate(scene, 0.1, 1e-3).q)
     places = 0
-    for n in range(1, 10_000, 11):
+    for n in range(1, 10_000, 5):
         interrupter, before = Interrupter(n), sys.gettrace()
         try:
             sys.settrace(interrupter)

@@ -1,1 +1,1 @@
-"""Contact of beams with obstacles and with each other."""
+"""Contact of beams with obstacles."""

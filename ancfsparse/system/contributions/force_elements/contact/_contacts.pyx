@@ -22,10 +22,6 @@ include "contact_law.pxi"
 # GeneralizedAlpha(.9) return at most .9975 of their energy; 1.0023 with 1.5 in place of 2.
 cdef double STEPS_PER_IMPACT = 2.0
 
-cdef enum:
-    MAX_TERMS = 32  # coordinates of a point and the body of the obstacle
-
-
 cdef struct Data:
     Points points
     const int32_t *slot
@@ -40,6 +36,7 @@ cdef struct Data:
     const double *normal  # of a plane
     const double *projector  # (dim, dim)
     const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
+    double *weights  # workspace for `weigh`
     const int32_t *turning  # of each coordinate of the points, whether it is of a vector u_i
     bint is_round
     double reach, layer, friction, slip_speed
@@ -94,8 +91,7 @@ cdef class Contact(CompiledContribution):
         data.base, data.normal = self.copy(base), self.copy(normal)
         data.projector, data.spin = self.copy(projector), self.copy(spin)
         data.turning = integers(turning)
-        if np.max(np.diff(start)) > MAX_TERMS:
-            raise ValueError(f"a point has more than {MAX_TERMS} coordinates")
+        data.weights = self.copy(np.zeros(np.max(np.diff(start))))
         data.is_round, data.reach, data.layer = is_round, reach, layer
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
@@ -122,7 +118,6 @@ cdef class Contact(CompiledContribution):
         cdef double[:, :, ::1] view = out
         cdef Place here
         cdef double pressure
-        cdef double[MAX_TERMS] weights
         cdef double[3] f
         for k in range(n):
             locate(&self.data, k, &q[0], &here)
@@ -131,8 +126,8 @@ cdef class Contact(CompiledContribution):
                 for c in range(dim):
                     view[0, k, c] = pressure * here.n[c]
                 if self.data.friction > 0.0:
-                    weigh(&self.data, k, &q[0], &q[0], &here, &weights[0])
-                    move(&self.data, k, &weights[0], &v[0], &f[0])
+                    weigh(&self.data, k, &q[0], &q[0], &here)
+                    move(&self.data, k, &v[0], &f[0])
                     rub(&self.data, &here, pressure, &f[0])
                     for c in range(dim):
                         view[1, k, c] = f[c]
@@ -142,15 +137,14 @@ cdef class Contact(CompiledContribution):
         """Return the power of friction [W]."""
         cdef ptrdiff_t k, c
         cdef Place here
-        cdef double[MAX_TERMS] weights
         cdef double[3] u
         cdef double sum = 0.0
         friction = self.forces(q, v)[1]
         cdef double[:, ::1] f = friction
         for k in range(self.data.points.n):
             locate(&self.data, k, &q[0], &here)
-            weigh(&self.data, k, &q[0], &q[0], &here, &weights[0])
-            move(&self.data, k, &weights[0], &v[0], &u[0])
+            weigh(&self.data, k, &q[0], &q[0], &here)
+            move(&self.data, k, &v[0], &u[0])
             for c in range(self.data.points.dim):
                 sum += f[k, c] * u[c]
         return sum
@@ -219,74 +213,9 @@ cdef inline double damped_force(const Data *self, ptrdiff_t k, double e) noexcep
     return self.stiffness[k] * law_force(e, self.layer)
 
 
-cdef void weigh(const Data *self, ptrdiff_t k, const double *q0, const double *q1,
-                const Place *here, double *weights) noexcept nogil:
-    """Set the weights of velocities in the motion of a point along the body of the obstacle.
-
-    The body moves there with the velocity of its base plus sum (u_i . d) / |u_i|^2 u_i', where u_i
-    are midway from q0 to q1.
-    """
-    cdef const Points *points = &self.points
-    cdef ptrdiff_t i, c, first = points.start[k]
-    cdef double u, along, square
-    for i in range(first, points.start[k + 1]):
-        weights[i - first] = points.weight[i]
-        if self.turning[i]:
-            along = square = 0.0
-            for c in range(points.dim):
-                u = 0.5 * (q0[points.place[c * points.m + i]] + q1[points.place[c * points.m + i]])
-                along += u * here.d[c]
-                square += u * u
-            weights[i - first] -= along / square
-
-
-cdef void move(const Data *self, ptrdiff_t k, const double *weights, const double *v,
-               double *u) noexcept nogil:
-    """Set the sum of velocities with these weights."""
-    cdef const Points *points = &self.points
-    cdef ptrdiff_t i, c, first = points.start[k]
-    for c in range(points.dim):
-        u[c] = 0.0
-        for i in range(first, points.start[k + 1]):
-            u[c] += weights[i - first] * v[points.place[c * points.m + i]]
-
-
-cdef void push_friction(const Data *self, ptrdiff_t k, const double *weights, const double *f,
-                        double *r) noexcept nogil:
-    """Subtract the force that does work on this motion from the residual."""
-    cdef const Points *points = &self.points
-    cdef ptrdiff_t i, c, first = points.start[k]
-    for i in range(first, points.start[k + 1]):
-        for c in range(points.dim):
-            r[points.place[c * points.m + i]] -= weights[i - first] * f[c]
-
-
-cdef double slide(const Data *self, const Place *here, double *u) noexcept nogil:
-    """Replace the velocity of a point by its sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
-    cdef ptrdiff_t c, i, dim = self.points.dim
-    cdef double normal = 0.0, square = self.slip_speed * self.slip_speed
-    for c in range(dim):
-        for i in range(dim):
-            u[c] -= self.spin[dim * c + i] * here.d[i]
-        normal += here.n[c] * u[c]
-    for c in range(dim):
-        u[c] -= normal * here.n[c]
-        square += u[c] * u[c]
-    return sqrt(square)
-
-
-cdef void rub(const Data *self, const Place *here, double pressure, double *f) noexcept nogil:
-    """Replace the velocity of a point by the friction on it."""
-    cdef ptrdiff_t c
-    cdef double speed = slide(self, here, f)
-    for c in range(self.points.dim):
-        f[c] *= -self.friction * pressure / speed
-
-
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef Place here
-    cdef double[MAX_TERMS] weights
     cdef double[3] f
     cdef double pressure, theta, e
     cdef ptrdiff_t k
@@ -301,10 +230,10 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         if pressure > 0.0:
             push_sum(&self.points, k, -pressure, &here.n[0], r)
             if self.friction > 0.0 and x.v != NULL:
-                weigh(self, k, x.q, x.q, &here, &weights[0])
-                move(self, k, &weights[0], x.v, &f[0])
+                weigh(self, k, x.q, x.q, &here)
+                move(self, k, x.v, &f[0])
                 rub(self, &here, pressure, &f[0])
-                push_friction(self, k, &weights[0], &f[0], r)
+                push_friction(self, k, &f[0], r)
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
@@ -312,7 +241,6 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef Data *self = <Data *>context
     cdef Place begin
     cdef Place end
-    cdef double[MAX_TERMS] weights
     cdef double[3] f
     cdef double pressure, both
     cdef ptrdiff_t k, c
@@ -333,10 +261,10 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         locate(self, k, x.q, &begin)
         self.at[k] = begin.e
         if self.friction > 0.0 and x.v != NULL:
-            weigh(self, k, x.q, x.q, &begin, &weights[0])
-            move(self, k, &weights[0], x.v, &f[0])
+            weigh(self, k, x.q, x.q, &begin)
+            move(self, k, x.v, &f[0])
             rub(self, &begin, pressure, &f[0])
-            push_friction(self, k, &weights[0], &f[0], r)
+            push_friction(self, k, &f[0], r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
@@ -356,7 +284,6 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
     cdef const Data *self = <const Data *>context
     cdef Place begin
     cdef Place end
-    cdef double[MAX_TERMS] weights
     cdef double[3] f
     cdef double[3] u
     cdef double pressure, before, sum = 0.0
@@ -372,49 +299,23 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
         if self.is_mean:
             pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
             halve(self, &begin, &end)
-            weigh(self, k, x0.q, x1.q, &begin, &weights[0])
-            move(self, k, &weights[0], x0.v, &f[0])
-            move(self, k, &weights[0], x1.v, &u[0])
+            weigh(self, k, x0.q, x1.q, &begin)
+            move(self, k, x0.v, &f[0])
+            move(self, k, x1.v, &u[0])
             for c in range(self.points.dim):
                 f[c] = 0.5 * (f[c] + u[c])
             rub(self, &begin, pressure, &f[0])
-            sum += work_along(self, k, &weights[0], &f[0], x0.q, x1.q)
+            sum += work_along(self, k, &f[0], x0.q, x1.q)
         else:
-            weigh(self, k, x0.q, x0.q, &begin, &weights[0])
-            move(self, k, &weights[0], x0.v, &f[0])
+            weigh(self, k, x0.q, x0.q, &begin)
+            move(self, k, x0.v, &f[0])
             rub(self, &begin, 0.5 * before, &f[0])
-            sum += work_along(self, k, &weights[0], &f[0], x0.q, x1.q)
-            weigh(self, k, x1.q, x1.q, &end, &weights[0])
-            move(self, k, &weights[0], x1.v, &f[0])
+            sum += work_along(self, k, &f[0], x0.q, x1.q)
+            weigh(self, k, x1.q, x1.q, &end)
+            move(self, k, x1.v, &f[0])
             rub(self, &end, 0.5 * pressure, &f[0])
-            sum += work_along(self, k, &weights[0], &f[0], x0.q, x1.q)
+            sum += work_along(self, k, &f[0], x0.q, x1.q)
     return sum
-
-
-cdef double work_along(const Data *self, ptrdiff_t k, const double *weights, const double *f,
-                       const double *q0, const double *q1) noexcept nogil:
-    """Work of a force on the motion with these weights from one state to another."""
-    cdef double[3] before
-    cdef double[3] after
-    cdef double sum = 0.0
-    cdef ptrdiff_t c
-    move(self, k, weights, q0, &before[0])
-    move(self, k, weights, q1, &after[0])
-    for c in range(self.points.dim):
-        sum += f[c] * (after[c] - before[c])
-    return sum
-
-
-cdef void halve(const Data *self, Place *begin, const Place *end) noexcept nogil:
-    """Move a place halfway to another one, with the normal there."""
-    cdef ptrdiff_t c
-    cdef double square = 0.0
-    for c in range(self.points.dim):
-        begin.d[c] = 0.5 * (begin.d[c] + end.d[c])
-        square += begin.d[c] * begin.d[c]
-    if self.is_round and square > 0.0:
-        for c in range(self.points.dim):
-            begin.n[c] = begin.d[c] / sqrt(square)
 
 
 cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, double *pressure,
@@ -432,14 +333,14 @@ cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, doubl
 
 
 cdef void point_block(const Data *self, ptrdiff_t k, int part, const ancf_state *x,
-                      const Place *here, double pressure, double slope, const double *weights,
+                      const Place *here, double pressure, double slope,
                       double *block) noexcept nogil:
     """Set the derivative of the force on a point by its position or velocity, (3, 3)."""
     cdef double across = 0.0, speed, factor
     cdef double[3] u
     cdef ptrdiff_t c, e, dim = self.points.dim
     if part == DAMPING:
-        move(self, k, weights, x.v, &u[0])
+        move(self, k, x.v, &u[0])
         speed = slide(self, here, &u[0])
         factor = self.friction * pressure / speed
         for c in range(dim):
@@ -462,7 +363,6 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef const int32_t *slot = self.slot
     cdef Place here
     cdef double[9] block
-    cdef double[MAX_TERMS] weights
     cdef const double *factors
     cdef double factor, pressure, slope
     cdef ptrdiff_t k, i, j, c, e, size, dim = points.dim
@@ -475,9 +375,9 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
         if not respond(self, k, &here, &pressure, &slope):
             slot += size * (size + 1) // 2
             continue
-        weigh(self, k, x.q, x.q, &here, &weights[0])
-        factors = &weights[0] if part == DAMPING else points.weight + points.start[k]
-        point_block(self, k, part, x, &here, pressure, slope, &weights[0], &block[0])
+        weigh(self, k, x.q, x.q, &here)
+        factors = self.weights if part == DAMPING else points.weight + points.start[k]
+        point_block(self, k, part, x, &here, pressure, slope, &block[0])
         # Coordinates are numbered consecutively, with the directions of each together.
         for i in range(points.start[k], points.start[k + 1]):
             for c in range(dim):
@@ -486,3 +386,6 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
                     for e in range(dim if j < i else c + 1):
                         values[slot[0]] += factor * block[3 * c + e]
                         slot += 1
+
+
+include "sliding.pxi"

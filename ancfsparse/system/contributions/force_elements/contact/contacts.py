@@ -13,7 +13,7 @@ from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.force_elements.contact.beam_contacts import (
+from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
 )
 from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (

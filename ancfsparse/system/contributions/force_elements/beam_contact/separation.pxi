@@ -33,7 +33,7 @@ cdef double nearest(const Cubic *a, const Cubic *b, double *n) noexcept nogil:
     return best.distance
 
 
-cdef bint apart_along(const double *a, const double *b, const double *n) noexcept nogil:
+cdef bint is_separated_along(const double *a, const double *b, const double *n) noexcept nogil:
     """Return True if all control points of a are further along a direction than those of b."""
     cdef double low = 1e300, high = -1e300
     cdef int k
@@ -43,7 +43,7 @@ cdef bint apart_along(const double *a, const double *b, const double *n) noexcep
     return low > high
 
 
-cdef bint stay_apart(const double *a0, const double *b0, const double *a1,
+cdef bint remain_separated(const double *a0, const double *b0, const double *a1,
                      const double *b1) noexcept nogil:
     """Return True if two axes do not pass through each other."""
     cdef Cubic a
@@ -55,7 +55,7 @@ cdef bint stay_apart(const double *a0, const double *b0, const double *a1,
     expand(a0, &a)
     expand(b0, &b)
     gap = nearest(&a, &b, n)
-    if apart_along(a0, b0, n) and apart_along(a1, b1, n):
+    if is_separated_along(a0, b0, n) and is_separated_along(a1, b1, n):
         return True
     for i in range(4):
         for j in range(4):
@@ -72,7 +72,7 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
     cdef const double *other
     cdef ptrdiff_t k, e
     cdef int c
-    cdef bint apart
+    cdef bint is_separated
     set_points(self, q0, self.now)
     set_points(self, q1, self.halfway)
     if not cover(&self.search, self.now, self.halfway):
@@ -85,10 +85,10 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
     for k in range(self.search.n_pairs):
         pair = self.search.pair + 2 * k
         box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]
-        apart = False
+        is_separated = False
         for c in range(3):
-            apart = apart or box[c] > other[3 + c] or other[c] > box[3 + c]
-        if not apart and not stay_apart(
+            is_separated = is_separated or box[c] > other[3 + c] or other[c] > box[3 + c]
+        if not is_separated and not remain_separated(
                 self.now + 12 * pair[0], self.now + 12 * pair[1],
                 self.halfway + 12 * pair[0], self.halfway + 12 * pair[1]):
             return False

@@ -93,7 +93,7 @@ cdef bint collect(Data *self, const double *points, Touches *out) noexcept nogil
     cdef double reach
     cdef ptrdiff_t k, e
     cdef int c
-    cdef bint apart
+    cdef bint is_separated
     cdef Cubic a
     cdef Cubic b
     out.n = 0
@@ -105,10 +105,10 @@ cdef bint collect(Data *self, const double *points, Touches *out) noexcept nogil
         pair = self.search.pair + 2 * k
         box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]
         reach = self.search.radius[pair[0]] + self.search.radius[pair[1]]
-        apart = False
+        is_separated = False
         for c in range(3):
-            apart = apart or box[c] > other[3 + c] + reach or other[c] > box[3 + c] + reach
-        if apart:
+            is_separated = is_separated or box[c] > other[3 + c] + reach or other[c] > box[3 + c] + reach
+        if is_separated:
             continue
         expand(points + 12 * pair[0], &a)
         expand(points + 12 * pair[1], &b)

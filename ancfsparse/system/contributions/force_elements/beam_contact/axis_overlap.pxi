@@ -72,26 +72,26 @@ cdef inline double dot(const double *a, const double *b) noexcept nogil:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-cdef inline double beyond(const Cubic *b, const double *x, double u, double *apart,
+cdef inline double foot_residual(const Cubic *b, const double *x, double u, double *offset,
                           double *slope) noexcept nogil:
     """Return (x - b(u)) . b'(u), and set x - b and b'."""
     cdef int c
-    place_at(b, u, apart)
+    place_at(b, u, offset)
     slope_at(b, u, slope)
     for c in range(3):
-        apart[c] = x[c] - apart[c]
-    return dot(apart, slope)
+        offset[c] = x[c] - offset[c]
+    return dot(offset, slope)
 
 
 cdef void find_foot(const Cubic *b, const double *x, double guess, Foot *out) noexcept nogil:
     """Find the point of an axis nearest to x: where x - b is normal to b, or an end."""
-    cdef double[3] apart
+    cdef double[3] offset
     cdef double[3] slope
     cdef double[3] bend
     cdef double low = 0.0, high = 1.0, u = guess, h, change, curved
     cdef int k, c
-    cdef double before = beyond(b, x, 0.0, apart, slope)
-    cdef double after = beyond(b, x, 1.0, apart, slope)
+    cdef double before = foot_residual(b, x, 0.0, offset, slope)
+    cdef double after = foot_residual(b, x, 1.0, offset, slope)
     if before <= 0.0 or after >= 0.0:
         u = 0.0 if before <= 0.0 else 1.0
         if before <= 0.0 and after >= 0.0 and (
@@ -101,14 +101,14 @@ cdef void find_foot(const Cubic *b, const double *x, double guess, Foot *out) no
         if not 0.0 < u < 1.0:
             u = before / (before - after)
         for k in range(MOST_CORRECTIONS):
-            h = beyond(b, x, u, apart, slope)
+            h = foot_residual(b, x, u, offset, slope)
             if h > 0.0:
                 low = u
             else:
                 high = u
             for c in range(3):
                 bend[c] = 2.0 * b.factor[2][c] + 6.0 * u * b.factor[3][c]
-            curved = dot(slope, slope) - dot(apart, bend)
+            curved = dot(slope, slope) - dot(offset, bend)
             change = h / curved if curved > 0.0 else high - low
             if fabs(change) <= SETTLED:
                 u = fmin(fmax(u + change, low), high)
@@ -116,10 +116,10 @@ cdef void find_foot(const Cubic *b, const double *x, double guess, Foot *out) no
             if not low < u + change < high:
                 change = 0.5 * (low + high) - u
             u += change
-    beyond(b, x, u, apart, slope)
-    out.u, out.distance = u, sqrt(dot(apart, apart))
+    foot_residual(b, x, u, offset, slope)
+    out.u, out.distance = u, sqrt(dot(offset, offset))
     for c in range(3):
-        out.n[c] = apart[c] / out.distance
+        out.n[c] = offset[c] / out.distance
 
 
 cdef inline double distance(const double *a, const double *b) noexcept nogil:

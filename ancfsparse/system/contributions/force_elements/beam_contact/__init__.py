@@ -1,0 +1,1 @@
+"""Contact of beams with each other and with themselves."""

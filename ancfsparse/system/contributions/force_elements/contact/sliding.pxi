@@ -1,0 +1,89 @@
+"""Motion of points along the surface of an obstacle, and friction; included by `_contacts.pyx`."""
+
+
+cdef void weigh(const Data *self, ptrdiff_t k, const double *q0, const double *q1,
+                const Place *here) noexcept nogil:
+    """Set the weights of velocities in the motion of a point along the body of the obstacle.
+
+    The body moves there with the velocity of its base plus sum (u_i . d) / |u_i|^2 u_i', where u_i
+    are midway from q0 to q1.
+    """
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t i, c, first = points.start[k]
+    cdef double u, along, square
+    for i in range(first, points.start[k + 1]):
+        self.weights[i - first] = points.weight[i]
+        if self.turning[i]:
+            along = square = 0.0
+            for c in range(points.dim):
+                u = 0.5 * (q0[points.place[c * points.m + i]] + q1[points.place[c * points.m + i]])
+                along += u * here.d[c]
+                square += u * u
+            self.weights[i - first] -= along / square
+
+
+cdef void move(const Data *self, ptrdiff_t k, const double *v, double *u) noexcept nogil:
+    """Set the sum of velocities with the weights of `weigh`."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t i, c, first = points.start[k]
+    for c in range(points.dim):
+        u[c] = 0.0
+        for i in range(first, points.start[k + 1]):
+            u[c] += self.weights[i - first] * v[points.place[c * points.m + i]]
+
+
+cdef void push_friction(const Data *self, ptrdiff_t k, const double *f, double *r) noexcept nogil:
+    """Subtract the force that does work on this motion from the residual."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t i, c, first = points.start[k]
+    for i in range(first, points.start[k + 1]):
+        for c in range(points.dim):
+            r[points.place[c * points.m + i]] -= self.weights[i - first] * f[c]
+
+
+cdef double slide(const Data *self, const Place *here, double *u) noexcept nogil:
+    """Replace the velocity of a point by its sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
+    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef double normal = 0.0, square = self.slip_speed * self.slip_speed
+    for c in range(dim):
+        for i in range(dim):
+            u[c] -= self.spin[dim * c + i] * here.d[i]
+        normal += here.n[c] * u[c]
+    for c in range(dim):
+        u[c] -= normal * here.n[c]
+        square += u[c] * u[c]
+    return sqrt(square)
+
+
+cdef void rub(const Data *self, const Place *here, double pressure, double *f) noexcept nogil:
+    """Replace the velocity of a point by the friction on it."""
+    cdef ptrdiff_t c
+    cdef double speed = slide(self, here, f)
+    for c in range(self.points.dim):
+        f[c] *= -self.friction * pressure / speed
+
+
+cdef double work_along(const Data *self, ptrdiff_t k, const double *f, const double *q0,
+                       const double *q1) noexcept nogil:
+    """Work of a force on this motion from one state to another."""
+    cdef double[3] before
+    cdef double[3] after
+    cdef double sum = 0.0
+    cdef ptrdiff_t c
+    move(self, k, q0, &before[0])
+    move(self, k, q1, &after[0])
+    for c in range(self.points.dim):
+        sum += f[c] * (after[c] - before[c])
+    return sum
+
+
+cdef void halve(const Data *self, Place *begin, const Place *end) noexcept nogil:
+    """Move a place halfway to another one, with the normal there."""
+    cdef ptrdiff_t c
+    cdef double square = 0.0
+    for c in range(self.points.dim):
+        begin.d[c] = 0.5 * (begin.d[c] + end.d[c])
+        square += begin.d[c] * begin.d[c]
+    if self.is_round and square > 0.0:
+        for c in range(self.points.dim):
+            begin.n[c] = begin.d[c] / sqrt(square)
