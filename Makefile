@@ -16,7 +16,7 @@ help: ## Show this list
 setup: ## Install what is missing: system packages, .venv, the package
 	@PYTHON="$(PYTHON)" tools/setup.sh
 
-all-sets: ## Compile for every instruction set, not for this machine's widest alone
+all-sets: ## Compile for every instruction set that this machine runs, not for the widest alone
 	@PYTHON="$(PYTHON)" tools/setup.sh all-sets
 
 peers: ## Install the other codes of the studies: Exudyn, SUNDIALS, PyElastica

@@ -1,6 +1,6 @@
 """The instruction sets that modules are compiled for, and their processor flags.
 
-`meson.build` runs this file to find the set of this machine, so it imports nothing of the package.
+`meson.build` runs this file to find the sets of this machine, so it imports nothing of the package.
 """
 
 from pathlib import Path
@@ -32,4 +32,4 @@ def supported_sets(flags: frozenset[str]) -> tuple[str, ...]:
 
 
 if __name__ == "__main__":
-    print(supported_sets(cpu_flags())[-1])
+    print(*supported_sets(cpu_flags()))

@@ -1,4 +1,4 @@
-"""Refuse to test compiled modules that are older than their sources."""
+"""Refuse to test compiled modules that are older than their sources; select and sort tests."""
 
 import os
 import subprocess
@@ -21,8 +21,19 @@ def pytest_sessionstart():
             pytest.exit(check.stderr.strip(), returncode=pytest.ExitCode.USAGE_ERROR)
 
 
-def pytest_collection_modifyitems(items):
+def pytest_addoption(parser):
+    parser.addoption("--one-case", action="store_true", help="run each test with its first case")
+
+
+def pytest_collection_modifyitems(config, items):
     """Begin with files of slow tests, so that all processes end together."""
+    if config.getoption("--one-case"):
+        first = {}
+        for item in items:
+            first.setdefault(item.nodeid.partition("[")[0], item)
+        kept = set(first.values())
+        config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+        items[:] = first.values()
     slow = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in slow)
 

@@ -2,7 +2,7 @@
 # Install everything missing to build and run ancfsparse: system packages (apt), .venv, the package itself.
 # Usage: tools/setup.sh           PYTHON=python3.12 tools/setup.sh chooses another interpreter
 #        tools/setup.sh peers     the other codes of the benchmarks too
-#        tools/setup.sh all-sets  compiled for every instruction set; otherwise for this machine's widest alone
+#        tools/setup.sh all-sets  compiled for every instruction set that this machine runs; otherwise for the widest alone
 #        tools/setup.sh develop   so that importing the package compiles changed files
 #        tools/setup.sh plain     no longer so
 #        tools/setup.sh check     install nothing; fail if compiled modules are older than their sources
@@ -50,7 +50,7 @@ fi
 export ANCFSPARSE_HAS_LOCK=1 # for tools/ninja_in_turn.sh, which pip starts below
 
 if [ "$target" = peers ] || has peers; then extras=dev,peers; else extras=dev; fi
-if [ "$target" = all-sets ] || has all-sets; then sets=all; else sets=native; fi
+if [ "$target" = all-sets ] || has all-sets; then sets=runnable; else sets=native; fi
 if [ "$target" != plain ] && { [ "$target" = develop ] || has develop; }; then mode=develop; else mode=plain; fi
 requirements="$(cat pyproject.toml tools/setup.sh | sha256sum | cut -c -64) $extras"
 if [ $mode = develop ]; then # Python finds the sources themselves
@@ -188,8 +188,8 @@ options=(--no-build-isolation "--config-settings=setup-args=-Dinstruction_sets=$
   "--config-settings=builddir=build/$("$venv/bin/python" -c 'import sys; print("cp%d%d" % sys.version_info[:2])')")
 if is_there requirements "$requirements"; then options+=(--no-deps --force-reinstall); fi
 rm -f "$venv/.package"
-if [ $sets = all ]; then
-  begin "build ancfsparse for all instruction sets" "up to six minutes the first time, then changed files only"
+if [ $sets = runnable ]; then
+  begin "build ancfsparse for all instruction sets of this machine" "up to six minutes the first time, then changed files only"
 else
   begin "build ancfsparse for this machine" "two or three minutes the first time, then changed files only"
 fi

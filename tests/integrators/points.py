@@ -175,7 +175,9 @@ class Point:
         strain = np.array([self.strain_energy(row) for row in q])
         return 0.5 * self.mass * np.sum(v**2, axis=1) + strain - q @ self.dead_load
 
-    def march(self, dt, n_steps, integrator, corrected=True, start=None, largest_gain=np.inf):
+    def march(
+        self, dt, n_steps, integrator, corrected=True, start=None, largest_gain=np.inf, solver=None
+    ):
         """States after each step, the outcome: ``q, v, a (k, 2), lam (k, m), outcome``.
 
         Without correction the march starts from the true velocity and acceleration.
@@ -190,8 +192,9 @@ class Point:
         scale = integrator.scale * dt**2
         tolerance = Tolerance(False, scale * 1e-9 * (1 + self.stiffness * 1e-4), 1e-14, 0.0, 1e-16)
         march.prepare(np.zeros((1, 0)))
+        solver = solver or Newton()
         loop = make_iteration(
-            march, seed, make_inverse(Newton(), seed, None, np.ones(seed.n), 0.0), Newton(),
+            march, seed, make_inverse(solver, seed, None, np.ones(seed.n), 0.0), solver,
             tolerance, Costs(1.0, 1.0),
         )  # fmt: skip
         self.loop, self.marched = loop, march

@@ -110,6 +110,22 @@ def test_a_solution_that_gains_energy_is_refused_for_one_that_does_not():
     np.testing.assert_allclose(q, calm, rtol=0, atol=1e-9)
 
 
+def test_steps_of_many_residuals_and_one_matrix_are_watched_too():
+    def on_the_other_side(begin):
+        known = begin.q + STEP * begin.v
+        a = -(1.0 + LENGTH / np.linalg.norm(known)) * known / (ASYMPTOTIC.scale * STEP**2)
+        return type(begin)(begin.q, begin.v, a, 0.0 * a, begin.lam, begin.amplitudes)
+
+    options = {"start": on_the_other_side, "solver": ancf.QuasiNewton(seed_frame="fixed", memory=9)}
+    lost = bar(1e6)
+    q, *_ = lost.march(STEP, 1, ASYMPTOTIC, **options)
+    assert q[0, 0] < -0.9 * LENGTH
+    assert lost.loop.counts["residual_evaluations"] >= 5
+    assert not lost.loop.events
+    q, *_ = bar(1e6).march(STEP, 1, ASYMPTOTIC, largest_gain=0.01, **options)
+    assert q[0, 0] > 0.9 * LENGTH
+
+
 def pushed(begin):
     """An acceleration at the start along the velocity, which gives every solution energy."""
     return type(begin)(begin.q, begin.v, begin.a, 5.0 * begin.v, begin.lam, begin.amplitudes)

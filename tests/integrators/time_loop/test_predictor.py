@@ -18,6 +18,18 @@ def test_stiff_vibrations_that_alternate_are_foreseen():
     assert run.stats.iterations_per_step < 2.5
 
 
+def test_a_vibration_that_alternates_is_foreseen_after_two_steps():
+    # The first step stores the acceleration before it, the second compares, the third is closer.
+    iterations = [
+        ancf.simulate(
+            truss(1e10).scene, n * 0.01, 0.01, integrator=ancf.Newmark(0.0), solver=ancf.Newton()
+        ).stats.iterations
+        for n in (1, 2, 3, 4)
+    ]
+    first, second, third = np.diff(iterations)
+    assert first > second == third
+
+
 @pytest.mark.parametrize("solver", ["auto", ancf.QuasiNewton("bfgs", 10)], ids=str)
 def test_a_stiff_body_after_a_push_needs_damped_newton_rarely(solver):
     # Started from the last acceleration alone, up to 17 of its 100 steps did.

@@ -39,9 +39,10 @@ def test_the_last_pair_of_a_step_is_carried_to_the_next(rule):
 
 
 def test_a_last_correction_that_is_longer_than_the_one_before_is_not_made():
-    # The inverse is a million times too large in the second direction, where nothing is to do.
+    # The inverse is a million times too large in the second direction, where little is to do; what
+    # the first correction leaves there is a tenth of the tolerance, and calls for a last one.
     equations = Equations(
-        lambda x: x - np.array([1e-2, 1e-12]), lambda x: np.diag([1.0, 1e-6]), np.zeros(2)
+        lambda x: x - np.array([1e-2, 1e-10]), lambda x: np.diag([1.0, 1e-6]), np.zeros(2)
     )
     loop = equations.loop(
         equations.limited("broyden", 0), polishes=True, by_correction=True,
