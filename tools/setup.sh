@@ -184,8 +184,11 @@ link_compiled() {
   ln -sfn "$(realpath --relative-to=ancfsparse "$target")" $linked
 }
 
+build=build/$("$venv/bin/python" -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
+# Meson does not take a value that an earlier meson.options did not have.
+if [ meson.options -nt "$build/build.ninja" ]; then rm -rf "$build"; fi
 options=(--no-build-isolation "--config-settings=setup-args=-Dinstruction_sets=$sets"
-  "--config-settings=builddir=build/$("$venv/bin/python" -c 'import sys; print("cp%d%d" % sys.version_info[:2])')")
+  "--config-settings=builddir=$build")
 if is_there requirements "$requirements"; then options+=(--no-deps --force-reinstall); fi
 rm -f "$venv/.package"
 if [ $sets = runnable ]; then

@@ -21,6 +21,9 @@ from tests.soak.trials import accuracy
         (1002, 94),
         # Waves of which the finer of two runs lost 0.7 rad: 2.4.
         (1001, 772),
+        # Differences of order 8 that decreased like order 12 and more, by chance: 2.0 and 5.1.
+        (2101, 275),
+        (2202, 247),
     ],
 )
 def test_the_error_is_at_most_twice_the_accuracy(seed, index):
