@@ -7,6 +7,7 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.results.fields.consistent_forces import recover_forces
     from ancfsparse.results.fields.contact_forces import contact_force
+    from ancfsparse.results.fields.contact_table import contact_table
     from ancfsparse.results.fields.energy_balance import evaluate_energy
     from ancfsparse.results.fields.joint_forces import joint_force, tension
     from ancfsparse.results.fields.rigid_body_motion import evaluate_motion
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "contact_force",
+    "contact_table",
     "curvature",
     "evaluate_energy",
     "evaluate_motion",
@@ -33,6 +35,7 @@ __getattr__ = on_demand(
     {
         "consistent_forces": "recover_forces",
         "contact_forces": "contact_force",
+        "contact_table": "contact_table",
         "energy_balance": "evaluate_energy",
         "joint_forces": "joint_force tension",
         "rigid_body_motion": "evaluate_motion",

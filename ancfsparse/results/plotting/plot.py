@@ -292,7 +292,7 @@ def nearest_rows(t: Vector, times: ArrayLike | None) -> NDArray[np.intp]:
 
 def _nearest(t: Vector, time: float) -> int:
     """Return the index of the saved state nearest to a time [s]."""
-    time = check_finite("time of a plot", time, "s")
+    time = check_finite("time", time, "s")
     tolerance = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))
     if not t[0] - tolerance <= time <= t[-1] + tolerance:
         raise InputError(

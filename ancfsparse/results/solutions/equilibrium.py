@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.results import plotting
+from ancfsparse.results import fields, plotting
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.solutions.solution import Solution, Values
 from ancfsparse.scene import Body
@@ -17,6 +17,8 @@ from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ancfsparse.results.fields.contact_table import ContactTable
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,6 +90,10 @@ class Equilibrium(Solution):
         """Strain energy of the scene [J]."""
         q, v, _, _, t = self._states
         return float(self.system.energies(q, v, t)[1][0])
+
+    def contacts(self) -> ContactTable:
+        """Return the places that touch, as `Trajectory.contacts` does."""
+        return fields.contact_table(self.system, self.q, np.zeros(len(self.q)))
 
     def plot(
         self,

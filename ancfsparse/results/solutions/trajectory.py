@@ -12,7 +12,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum
-from ancfsparse.results import fields
+from ancfsparse.results import fields, plotting
 from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.selected_columns import SelectedColumns
@@ -24,6 +24,7 @@ from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.results.data.stored_tables import StoredState
+    from ancfsparse.results.fields.contact_table import ContactTable
     from ancfsparse.results.fields.energy_balance import Energy
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
     from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -169,6 +170,28 @@ class Trajectory(TrajectoryOutput):
     def acceleration(self, node: Point) -> Vector:
         """Return the acceleration of a point, (k, dim) [m/s2], as `velocity` does."""
         return interpolate(self.system.point(node), self.a)
+
+    def contacts(self, time: float | None = None) -> ContactTable:
+        """Return the places that touch at a time.
+
+        Parameters
+        ----------
+        time : float, optional
+            Time [s]; the nearest saved state is used.  By default the last.
+
+        Returns
+        -------
+        ContactTable
+            A tuple of the touching places, printed as a table: where, normal force and friction
+            [N], sliding speed [m/s], penetration [m].
+
+        Raises
+        ------
+        InputError
+            If the time is outside the run.
+        """
+        row = plotting.nearest_rows(self.t, [self.t[-1] if time is None else time])[0]
+        return fields.contact_table(self.system, np.array(self.q[row]), np.array(self.v[row]))
 
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body.

@@ -133,6 +133,21 @@ cdef class Contact(CompiledContribution):
                         view[1, k, c] = f[c]
         return out
 
+    def motion(self, const double[::1] q, const double[::1] v):
+        """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
+        cdef ptrdiff_t k, c, n = self.data.points.n, dim = self.data.points.dim
+        velocities, depths = np.zeros((n, dim)), np.zeros(n)
+        cdef double[:, ::1] u = velocities
+        cdef double[::1] e = depths
+        cdef Place here
+        for k in range(n):
+            locate(&self.data, k, &q[0], &here)
+            weigh(&self.data, k, &q[0], &q[0], &here)
+            move(&self.data, k, &v[0], &u[k, 0])
+            slide(&self.data, &here, &u[k, 0])
+            e[k] = here.e
+        return velocities, depths
+
     def power(self, const double[::1] q, const double[::1] v):
         """Return the power of friction [W]."""
         cdef ptrdiff_t k, c

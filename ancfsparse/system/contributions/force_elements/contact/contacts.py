@@ -35,6 +35,9 @@ class CompiledContact(Compiled, Protocol):
     def forces(self, q: Vector, v: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
 
+    def motion(self, q: Vector, v: Vector, /) -> tuple[Vector, Vector]:
+        """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
+
     def power(self, q: Vector, v: Vector, /) -> float:
         """Return the power of friction [W]."""
 
@@ -98,6 +101,13 @@ class ContactContribution(Contribution):
         """Return normal force and friction on every point in states, (k, 2, n, dim) [N]."""
         rows = zip(q, v, strict=True)
         return np.array([self._compiled.forces(*map(np.ascontiguousarray, row)) for row in rows])
+
+    def motion(self, q: Vector, v: Vector) -> tuple[Vector, Vector]:
+        """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m].
+
+        Both are for one state; penetrations are negative where there is a gap.
+        """
+        return self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
 
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
         """Return the power of friction on the bodies, (k,) [W]."""
