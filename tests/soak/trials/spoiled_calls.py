@@ -25,6 +25,7 @@ ON_PURPOSE = (
     ancf.RedundantConstraintsWarning,
     ancf.ApproximateModesWarning,
     ancf.ErrorNotMetWarning,
+    ancf.UnresolvedSignalWarning,
 )
 # Classes that users get and do not make.
 RESULTS = (ancf.Trajectory, ancf.Equilibrium, ancf.Plan, ancf.State, Exception)
