@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from ancfsparse.results.plotting.animation import animate
     from ancfsparse.results.plotting.plot import (
         draw_shapes,
+        nearest_row,
         nearest_rows,
         outline_for,
         plot_equilibrium,
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "animate",
     "draw_shapes",
+    "nearest_row",
     "nearest_rows",
     "outline_for",
     "plot_equilibrium",
@@ -33,8 +35,8 @@ __getattr__ = on_demand(
     __name__,
     {
         "animation": "animate",
-        "plot": "draw_shapes nearest_rows outline_for plot_equilibrium plot_load_path plot_mode "
-        "plot_motion",
+        "plot": "draw_shapes nearest_row nearest_rows outline_for plot_equilibrium plot_load_path "
+        "plot_mode plot_motion",
         "rendering": "render",
     },
 )

@@ -287,10 +287,10 @@ def nearest_rows(t: Vector, times: ArrayLike | None) -> NDArray[np.intp]:
         selected = np.atleast_1d(check_reals("times", times, "a list of times in s"))
         if selected.ndim != 1 or not selected.size:
             raise InputError(f"times must be a list such as [0.0, 0.5], got {format_value(times)}")
-    return np.unique([_nearest(t, float(time)) for time in selected])
+    return np.unique([nearest_row(t, float(time)) for time in selected])
 
 
-def _nearest(t: Vector, time: float) -> int:
+def nearest_row(t: Vector, time: float) -> int:
     """Return the index of the saved state nearest to a time [s]."""
     time = check_finite("time", time, "s")
     tolerance = 1e-9 * max(abs(float(t[0])), abs(float(t[-1])))

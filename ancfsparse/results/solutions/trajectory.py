@@ -190,7 +190,7 @@ class Trajectory(TrajectoryOutput):
         InputError
             If the time is outside the run.
         """
-        row = plotting.nearest_rows(self.t, [self.t[-1] if time is None else time])[0]
+        row = plotting.nearest_row(self.t, self.t[-1] if time is None else time)
         return fields.contact_table(self.system, np.array(self.q[row]), np.array(self.v[row]))
 
     def body(self, body: RigidBody) -> BodyMotion:

@@ -293,46 +293,6 @@ cdef double energy(void *context, const double *q) noexcept nogil:
     return sum
 
 
-cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
-                 double *scratch) noexcept nogil:
-    """Work of friction on the body: of `between`, or by the trapezoidal rule from both states."""
-    cdef const Data *self = <const Data *>context
-    cdef Place begin
-    cdef Place end
-    cdef double[3] f
-    cdef double[3] u
-    cdef double pressure, before, sum = 0.0
-    cdef ptrdiff_t k, c
-    if x0.v == NULL or x1.v == NULL:
-        return 0.0
-    for k in range(self.points.n):
-        locate(self, k, x0.q, &begin)
-        locate(self, k, x1.q, &end)
-        pressure, before = damped_force(self, k, end.e), self.last[k]
-        if begin.e <= 0.0 and end.e <= 0.0 and pressure <= 0.0 and before <= 0.0:
-            continue
-        if self.is_mean:
-            pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
-            halve(self, &begin, &end)
-            weigh(self, k, x0.q, x1.q, &begin)
-            move(self, k, x0.v, &f[0])
-            move(self, k, x1.v, &u[0])
-            for c in range(self.points.dim):
-                f[c] = 0.5 * (f[c] + u[c])
-            rub(self, &begin, pressure, &f[0])
-            sum += work_along(self, k, &f[0], x0.q, x1.q)
-        else:
-            weigh(self, k, x0.q, x0.q, &begin)
-            move(self, k, x0.v, &f[0])
-            rub(self, &begin, 0.5 * before, &f[0])
-            sum += work_along(self, k, &f[0], x0.q, x1.q)
-            weigh(self, k, x1.q, x1.q, &end)
-            move(self, k, x1.v, &f[0])
-            rub(self, &end, 0.5 * pressure, &f[0])
-            sum += work_along(self, k, &f[0], x0.q, x1.q)
-    return sum
-
-
 cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, double *pressure,
                         double *slope) noexcept nogil:
     """Set pressure and stiffness of a point; return whether there is any.
