@@ -173,7 +173,7 @@ def make_iteration(
     tolerance: Tolerance,
     costs: Costs,
     frame: Frame | None = None,
-    reach: NDArray[np.float64] | float = 1e-6,
+    steps: NDArray[np.float64] | float = 1e-6,
     sparing: bool = False,
 ) -> NonlinearLoop:
     """Build the compiled loop; a finite-difference seed is taken at the present iterate.
@@ -186,8 +186,8 @@ def make_iteration(
         Method, convergence criterion and costs.
     frame : compiled object with a ``capsule`` "ancf_frame", optional
         Rotations of the body, needed unless `Solver.frame` is fixed.
-    reach : float or (n,) float, optional
-        Increments of the unknowns for a finite-difference seed, see `finite_difference`.
+    steps : float or (n,) float, optional
+        Steps of the unknowns for a finite-difference seed, see `finite_difference`.
     sparing : bool, optional
         Whether pairs are stored only if corrections by sweeps contract slowly.
 
@@ -231,8 +231,10 @@ def make_iteration(
     )
     if method.by_differences:
         try:
-            matrix = finite_difference(equations, reach, seed.n - seed.n_positive)
-            cast("DenseInverse", inverse).matrix = np.linalg.inv(matrix).astype(np.float64)
+            matrix, steps = finite_difference(equations, steps, seed.n - seed.n_positive)
+            # Scaled to work, so that pivots do not depend on units.
+            scale = np.outer(steps, steps)
+            cast("DenseInverse", inverse).matrix = np.linalg.inv(matrix * scale) * scale
         except np.linalg.LinAlgError:
             raise InputError(
                 "the matrix from finite differences is singular: leave seed='tangent', which is "
@@ -251,36 +253,42 @@ def rotate_with_frame(inverse: Inverse, method: Method, frame: Frame | None) -> 
 
 
 def finite_difference(
-    equations: Equations, reach: NDArray[np.float64] | float = 1e-6, n_linear: int = 0
-) -> NDArray[np.float64]:
-    """Return the iteration matrix (n, n) by central differences of the residual.
+    equations: Equations, steps: NDArray[np.float64] | float = 1e-6, n_linear: int = 0
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the iteration matrix by central differences of the residual, and the steps of them.
 
     Parameters
     ----------
     equations : Equations
         Equations of a step.
-    reach : float or (n,) float, optional
-        Increment of each unknown; the default suits unknowns of size one.
+    steps : float or (n,) float, optional
+        Step of each unknown; the default suits unknowns of size one.
     n_linear : int, optional
         Number of unknowns, the last ones, on which the residual depends linearly: multipliers.
-        Their increment is the largest change of a force by any other one, so that it exceeds
+        With their steps the constraints do the largest work of the others, so that it exceeds
         rounding errors.
+
+    Returns
+    -------
+    matrix : (n, n) float
+    steps : (n,) float
     """
     n = len(equations.residual())
     matrix = np.empty((n, n))
-    steps = np.broadcast_to(reach, n).copy()
+    steps = np.broadcast_to(steps, n).copy()
     for j in range(n):
-        s = np.zeros(n)
         if j == n - n_linear:
-            steps[j:] = np.max(np.abs(matrix[:j, :j]) * steps[:j])
-        step = steps[j]
-        s[j] = step
+            work = np.abs(matrix[:j, :j] * steps[:j] * steps[:j, None]).max()
+            changes = np.abs(matrix[j:, :j] * steps[:j]).max(axis=1)
+            steps[j:] = work / np.where(changes > 0.0, changes, 1.0)
+        s = np.zeros(n)
+        s[j] = steps[j]
         equations.correct(s)
         ahead = equations.residual()
         equations.correct(-2.0 * s)
-        matrix[:, j] = (ahead - equations.residual()) / (2.0 * step)
+        matrix[:, j] = (ahead - equations.residual()) / (2.0 * steps[j])
         equations.correct(s)
-    return matrix
+    return matrix, steps
 
 
 def describe(method: Method) -> str:

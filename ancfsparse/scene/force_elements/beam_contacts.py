@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.array_types import Indices, Integers
-from ancfsparse.checks import check_positive
+from ancfsparse.checks import check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
@@ -70,7 +70,7 @@ def make_beam_contact(
     before: Iterable[Attachment],
 ) -> BeamContact:
     """Return the contact of two bodies of a scene, or of one with itself; see `Scene.contact`."""
-    stiffness = check_positive(f"stiffness of the contact of {body.name}", stiffness, "N/m2")
+    stiffness = check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2")
     contact = BeamContact(body, other, stiffness, radii)
     if has_friction:
         raise InputError(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, overload
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_not_negative, check_positive
+from ancfsparse.checks import check_moderate, check_not_negative
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene import bodies, force_elements
@@ -29,6 +29,9 @@ GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
+# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
+# have a hundredth, ones that were placed into each other by mistake mostly more.
+MAX_START_DEPTH_RATIO = 0.05
 MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around a round obstacle [rad]
 
 
@@ -178,8 +181,8 @@ class Contacts(SceneBase):
         Raises
         ------
         InputError
-            If an argument is invalid, the axis of the body begins inside the obstacle, or an
-            element is longer than a quarter of its circumference.
+            If an argument is invalid, the body begins inside the obstacle by more than 5 % of its
+            radius, or an element is longer than a quarter of its circumference.
 
         Notes
         -----
@@ -222,7 +225,7 @@ class Contacts(SceneBase):
             obstacle,
             None
             if stiffness is None
-            else check_positive(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
+            else check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
             _radius(body, radius),
             check_coefficient(f"friction of the contact of {body.name}", friction),
             _slip_speed(body, friction, slip_speed),
@@ -301,7 +304,7 @@ def _moving(obstacle: Obstacle, on: object) -> RigidBody:
 
 def _radius(body: ElasticBody, radius: float | None) -> float:
     if radius is not None:
-        return check_positive(f"radius of the contact of {body.name}", radius, "m")
+        return check_moderate(f"radius of the contact of {body.name}", radius, "m")
     if isinstance(body.section, Circle | Tube):
         return 0.5 * body.section.diameter
     raise InputError(f"the section of {body.name} is not round: give contact the radius=")
@@ -310,7 +313,7 @@ def _radius(body: ElasticBody, radius: float | None) -> float:
 def _slip_speed(body: ElasticBody, friction: float, slip_speed: float | None) -> float:
     what = f"slip_speed of the contact of {body.name}"
     if slip_speed is not None:
-        return check_positive(what, slip_speed, "m/s")
+        return check_moderate(what, slip_speed, "m/s")
     if friction:
         raise InputError(
             f"{what} is missing: friction needs it, for example a hundredth of the sliding velocity"
@@ -319,14 +322,15 @@ def _slip_speed(body: ElasticBody, friction: float, slip_speed: float | None) ->
 
 
 def _check_start(contact: Contact) -> None:
-    """Refuse a body whose axis begins inside the obstacle."""
-    points = contact.points
+    """Refuse a body that begins inside the obstacle."""
+    points, radius = contact.points, contact.radius
     distances = contact.obstacle.distances(np.array([point.position for point in points]))
     k = int(np.argmin(distances))
-    if distances[k] <= 0.0:
+    depth = radius - distances[k]
+    if depth > MAX_START_DEPTH_RATIO * radius:
         raise InputError(
-            f"{contact.what} begins with the axis of the body inside it: {points[k]!r} is "
-            f"{-distances[k]:.6g} m deep. Move one of them"
+            f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
+            f"than {MAX_START_DEPTH_RATIO:.0%} of the radius of {radius:.6g} m: move one of them"
         )
 
 

@@ -276,7 +276,15 @@ def test_a_saved_scene_moves_alike(tmp_path):
         (lambda s, r: s.contact(r, FLOOR, stiffness=0.0), "stiffness of the contact"),
         (lambda s, r: s.contact(r, ancf.Ball((0, 0, 0), 1.0), stiffness=1.0), "3 coordinates"),
         (lambda s, r: s.contact(r, FLOOR, stiffness=1.0, friction=0.1), "slip_speed"),
-        (lambda s, r: s.contact(r, ancf.Ball((0.5, 0), 0.2), stiffness=1.0), "is 0.185.* m deep"),
+        (
+            lambda s, r: s.contact(r, ancf.Ball((0.5, 0), 0.2), stiffness=1.0),
+            "of 0.190.* m at beam 0",
+        ),
+        (
+            lambda s, r: s.contact(r, ancf.HalfSpace((0, 4e-4), (0, 1))),
+            "more than 5% of the radius",
+        ),
+        (lambda s, r: s.contact(r, FLOOR, radius=5e-324), "must lie between 1e-100 and"),
         (lambda s, r: s.contact(r, ancf.Ball((0.5, -1), 0.03), stiffness=1.0), "3 times as many"),
         (lambda s, r: [s.contact(r, FLOOR, stiffness=1.0) for _ in "ab"], "added before"),
         (lambda s, r: ancf.HalfSpace((0, 0), (0, 0)), "must have a direction"),

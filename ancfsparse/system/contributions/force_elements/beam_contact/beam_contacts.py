@@ -16,6 +16,7 @@ from ancfsparse.scene.force_elements.beam_contacts import (
     free_ends,
     neighbours,
 )
+from ancfsparse.scene.force_elements.contacts import MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import (
     Compiled,
@@ -24,10 +25,6 @@ from ancfsparse.system.contributions.interface import (
     offsets_of,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
-
-# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
-# have a hundredth, ones that were placed into each other by mistake mostly more.
-MAX_START_DEPTH_RATIO = 0.05
 
 
 class CompiledBeamContact(Compiled, Protocol):
