@@ -8,6 +8,8 @@ from itertools import pairwise
 import h5py
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from PIL import Image, ImageSequence
 
 import ancfsparse as ancf
 from ancfsparse.cli.app import check_writable
@@ -61,6 +63,22 @@ def test_bars_are_drawn_on_terminals_only(swing, tmp_path, terminal, progress):
         with redirect_stderr(screen):
             make()
         assert bool(screen.getvalue()) == (terminal and progress)
+
+
+def test_a_state_that_lasts_several_frames_is_drawn_once(swing, tmp_path, monkeypatch):
+    run, _ = swing
+    drawn, save = [], Figure.savefig
+
+    def count(figure, *arguments, **options):
+        drawn.append(figure)
+        return save(figure, *arguments, **options)
+
+    monkeypatch.setattr(Figure, "savefig", count)
+    path = run.animate(tmp_path / "run.gif", seconds=10.0, fps=10, dpi=20, progress=False)
+    with Image.open(path) as film:
+        durations = [frame.info["duration"] for frame in ImageSequence.Iterator(film)]
+    assert len(drawn) == len(durations) == len(run.t) == 11
+    assert sum(durations) == 10_000
 
 
 def test_vtkhdf_holds_every_state(swing, tmp_path, monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from io import BytesIO
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -73,14 +74,16 @@ def animate(
     artists: list[Any] = []
     try:
         with writer.saving(canvas.figure, str(target), dpi):
-            for k in tqdm(place, unit="frame", leave=False, disable=None if progress else True):
+            frames = tqdm(place, unit="frame", leave=False, disable=None if progress else True)
+            for k, alike in groupby(frames):
                 for artist in artists:
                     artist.remove()
                 artists = [*canvas.draw(k, "C0"), *canvas.draw_supports(k)]
                 for points in paths:
                     artists += canvas.draw_path(points[: distinct[k] + 1])
                 canvas.ax.set_title(f"t = {t[distinct[k]]:.{digits}f} s", fontsize="medium")
-                writer.grab_frame()
+                for _ in alike:
+                    writer.grab_frame()
     finally:
         plt.close(canvas.figure)
     return target
@@ -102,9 +105,13 @@ class _Gif(AbstractMovieWriter):
         self._palette.putpalette(palette.tobytes())
 
     def grab_frame(self, **savefig_kwargs: Any) -> None:
-        """Add a frame."""
+        """Add a frame, the last one again if the figure has not changed."""
+        if self._frames and not self.fig.stale:
+            self._frames.append(self._frames[-1])
+            return
         buffer = BytesIO()
         self.fig.savefig(buffer, format="rgba", dpi=self.dpi, **savefig_kwargs)
+        self.fig.stale = False
         frame = Image.frombytes("RGBA", self.frame_size, buffer.getvalue()).convert("RGB")
         self._frames.append(frame.quantize(palette=self._palette, dither=Image.Dither.NONE))
 
