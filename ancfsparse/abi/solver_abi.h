@@ -62,6 +62,9 @@ typedef struct {
      * of the system change only here.  Null if it has none.  `a` may be null. */
     void (*begin)(void *context, const ancf_state *x);
     void (*accept)(void *context, const ancf_state *x);
+    /* Copy the history variables that are saved with the states */
+    ptrdiff_t n_history;
+    void (*history)(void *context, double *out);
     /* Set the length of the implicit step that the next residuals and matrices belong to [s], 0
      * outside of one; null if none depends on it. */
     void (*set_step)(void *context, double dt);

@@ -29,6 +29,8 @@ cdef extern from "solver_abi.h":
                                  const double *, double *, double *) noexcept nogil
         void (*begin)(void *, const ancf_state *) noexcept nogil
         void (*accept)(void *, const ancf_state *) noexcept nogil
+        ptrdiff_t n_history
+        void (*history)(void *, double *) noexcept nogil
         void (*set_step)(void *, double) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
 

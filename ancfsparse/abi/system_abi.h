@@ -29,6 +29,7 @@ typedef struct {
     int damped;         /* whether its force depends on v; v may be null where none does */
     ptrdiff_t n_memory; /* number of history variables, kept from one accepted step to the next */
     double *memory;
+    ptrdiff_t n_history; /* number of those that are saved with the states, the first ones */
     /* r[n_all] += M a + Q(q, v) - f(amplitudes) + phi_q^T lam, without M a where a is null;
      * its rows of phi are set, not added to. */
     void (*residual)(void *context, const ancf_state *x, double *r, double *phi);

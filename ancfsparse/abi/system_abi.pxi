@@ -15,6 +15,7 @@ cdef extern from "system_abi.h":
         int damped
         ptrdiff_t n_memory
         double *memory
+        ptrdiff_t n_history
         void (*residual)(void *, const ancf_state *, double *, double *) noexcept nogil
         void (*between)(void *, const double *, const double *, const ancf_state *, double *,
                         double *) noexcept nogil

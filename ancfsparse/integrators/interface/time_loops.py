@@ -49,6 +49,9 @@ class Loop(Protocol):
 class ImplicitLoop(Loop, Protocol):
     """Time loop with a nonlinear loop for the equations of a step (time_loop.pxi)."""
 
+    def save_history(self, rows: Vector, /) -> None:
+        """Write history variables of the system to rows of this table, as `advance` does states."""
+
     @property
     def capsule(self) -> object:
         """Equations of a step, structure "ancf_equations"."""

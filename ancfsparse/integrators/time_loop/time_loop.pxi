@@ -53,6 +53,7 @@ cdef class TimeLoop:
     cdef object owner, loads  # kept alive: pointers refer to the loads until new ones are set
     cdef const double[::1] mass, dead_load
     cdef dict arrays
+    cdef double[:, ::1] histories
     cdef readonly object capsule
     cdef readonly ptrdiff_t steps  # accepted so far
 
@@ -250,6 +251,10 @@ cdef class TimeLoop:
         ancf_watch_remember(&self.motion.watch)
         return bool(ancf_watch_gained(&self.motion.watch))
 
+    def save_history(self, double[:, ::1] rows):
+        """Write history variables of the system to rows of this table, as `advance` does states."""
+        self.histories = rows
+
     def prepare(self, const double[:, ::1] amplitudes):
         """Set the loads of the next step and evaluate its predictor."""
         self.loads = amplitudes
@@ -317,6 +322,8 @@ cdef class TimeLoop:
                     memcpy(&v_out[row, 0], motion.v0, motion.n_all * sizeof(double))
                     memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
                     memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
+                    if self.histories is not None:
+                        motion.system.history(motion.system.context, &self.histories[row, 0])
                 self.steps += 1
                 if look(motion):
                     outcome = GAINED_ENERGY

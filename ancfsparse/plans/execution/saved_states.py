@@ -80,6 +80,7 @@ def save_run(run: Trajectory, options: Mapping[str, Any]) -> Trajectory:
         settings["t_start"] = float(run.t[0])
     storage = RunStorage(run.system, len(run.t), nodes, output, settings)
     with storage.open() as recorder:
-        recorder.append(*(np.asarray(getattr(run, name)) for name in ("t", "q", "v", "a", "lam")))
+        tables = (np.asarray(getattr(run, name)) for name in ("t", "q", "v", "a", "lam"))
+        recorder.append(*tables, run.history)
         recorder.finish(run.stats, run.last)
     return storage.trajectory()

@@ -18,4 +18,6 @@ def select_states(run: Trajectory, rows: slice | NDArray[Any], **changes: Any) -
     `changes`.
     """
     arrays = {name: np.asarray(getattr(run, name))[rows] for name in ("t", "q", "v", "a", "lam")}
+    if run.history is not None:
+        arrays["history"] = run.history[rows]
     return replace(run, **{**arrays, **changes})

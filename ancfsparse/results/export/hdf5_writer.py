@@ -36,6 +36,7 @@ from ancfsparse.system.coordinates.state import State
 if TYPE_CHECKING:
     import h5py
 
+TABLES = "q", "v", "a", "lam", "history", "t"
 CHUNK_SIZE = 2**11  # numbers in a chunk of a data set (16 KiB)
 MAX_CHUNK_COLUMNS = 1024  # columns of a chunk
 # Chunks of wider tables have one row, so that appending a row does not read chunks back.
@@ -50,7 +51,7 @@ class Writer:
     """Append states to an HDF5 file, which stays readable after an interruption.
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
-    multipliers; ``places`` (c,) if only some coordinates are saved; as JSON in bytes ``settings``,
+    multipliers; ``history`` (k, h) if there are history variables; ``places`` (c,) if only some coordinates are saved; as JSON in bytes ``settings``,
     ``scene`` and, at the end, ``stats``; ``records``, the scene itself if a file can contain it;
     the group ``outline`` for plots; and the last state of a finished run (`stored_tables`).  All
     have checksums; values that were never written are NaN.  Attributes: ``mark`` and ``format``
@@ -64,8 +65,8 @@ class Writer:
     ----------
     path : str or Path
         The file; a file of an earlier run is replaced.
-    n, m : int
-        Numbers of coordinates and multipliers of the system.
+    n, m, n_history : int
+        Numbers of coordinates, multipliers and history variables of the system.
     places : (c,) int array or None
         The coordinates to save; None saves all.
     settings : mapping
@@ -87,6 +88,7 @@ class Writer:
         places: NDArray[np.integer[Any]] | None,
         settings: Mapping[str, Any],
         scene: Mapping[str, str],
+        n_history: int = 0,
     ) -> None:
         self._path, self._places = Path(path).absolute(), places
         self.rows, self._last = 0, 0.0
@@ -97,14 +99,14 @@ class Writer:
         except OSError as refused:
             raise self._refusal(refused) from None
         try:
-            self._create(texts, n, m)
+            self._create(texts, n, {"lam": m, "history": n_history})
         except BaseException as stop:  # also an interruption must not leave the file locked
             self._lock.release()
             if isinstance(stop, OSError):
                 raise self._refusal(stop) from None
             raise
 
-    def _create(self, texts: dict[str, str], n: int, m: int) -> None:
+    def _create(self, texts: dict[str, str], n: int, others: dict[str, int]) -> None:
         """Create the file without states."""
         import h5py
 
@@ -117,7 +119,8 @@ class Writer:
         )
         self._lock.mark()
         saved = n if self._places is None else len(self._places)
-        for name, columns in (dict.fromkeys("qva", saved) | ({"lam": m} if m else {})).items():
+        widths = dict.fromkeys("qva", saved) | {name: n for name, n in others.items() if n}
+        for name, columns in widths.items():
             wide = min(columns, MAX_CHUNK_COLUMNS)
             high = max(1, min(CHUNK_SIZE // wide, MAX_ROWS_TIMES_COLUMNS // columns))
             self._table(name, (columns,), (high, wide))
@@ -171,7 +174,15 @@ class Writer:
         self._text(SCENE_RECORDS, text)
 
     def append(
-        self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
+        self,
+        t: Vector,
+        q: Vector,
+        v: Vector,
+        a: Vector,
+        lam: Vector,
+        history: Vector | None = None,
+        *,
+        begin: int | None = None,
     ) -> None:
         """Append rows for the times `t`, or replace all rows from `begin` on.
 
@@ -181,8 +192,8 @@ class Writer:
             If the disk is full; as many rows as fit are appended.
         """
         selected = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
-        tables = dict(zip(("q", "v", "a", "lam", "t"), (*selected, lam, t), strict=True))
-        tables = {name: rows for name, rows in tables.items() if name in self._file}
+        tables = dict(zip(TABLES, (*selected, lam, history, t), strict=True))
+        tables = {name: x for name, x in tables.items() if name in self._file and x is not None}
         begin = self.rows if begin is None else begin
         rows = begin + len(t)
         try:
@@ -191,7 +202,8 @@ class Writer:
             if len(t) < 2:
                 raise
             for half in (slice(0, len(t) // 2), slice(len(t) // 2, len(t))):
-                self.append(t[half], q[half], v[half], a[half], lam[half], begin=begin + half.start)
+                parts = (x if x is None else x[half] for x in (q, v, a, lam, history))
+                self.append(t[half], *parts, begin=begin + half.start)
             return
         for name, values in tables.items():
             table = self._file[name]
@@ -246,7 +258,7 @@ class Writer:
     ) -> None:
         """Close the file without incomplete rows and unused disk space."""
         try:
-            for name in ("q", "v", "a", "lam", "t"):
+            for name in TABLES:
                 if name in self._file and len(self._file[name]) != self.rows:
                     self._file[name].resize(self.rows, axis=0)
             self._file.flush()

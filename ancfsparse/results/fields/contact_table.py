@@ -76,21 +76,26 @@ class ContactTable(tuple[Touch, ...]):
         return "\n".join(lines)
 
 
-def contact_table(system: System, q: Vector, v: Vector) -> ContactTable:
+def contact_table(
+    system: System, q: Vector, v: Vector, history: Vector | None = None
+) -> ContactTable:
     """Return the places that touch in a state with coordinates q and velocities v, (n_all,)."""
     touches: list[Touch] = []
     for each in system.contributions:
         if isinstance(each, ContactContribution):
-            touches += _stretches(each, q, v)
+            touches += _stretches(each, q, v, history)
         elif isinstance(each, BeamContactContribution):
             touches += _pairs(system, each, q, v)
     return ContactTable(touches)
 
 
-def _stretches(contribution: ContactContribution, q: Vector, v: Vector) -> Iterator[Touch]:
+def _stretches(
+    contribution: ContactContribution, q: Vector, v: Vector, history: Vector | None
+) -> Iterator[Touch]:
     """Yield the stretches of consecutive quadrature points that touch an obstacle."""
     contact, points = contribution.contact, contribution.contact.points
-    sizes = np.linalg.norm(contribution.forces(q[None], v[None])[0], axis=2)
+    rows = None if history is None else history[None]
+    sizes = np.linalg.norm(contribution.forces(q[None], v[None], rows)[0], axis=2)
     velocities, depths = contribution.motion(q, v)
     speeds = np.linalg.norm(velocities, axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], depths > 0.0, [0]])))

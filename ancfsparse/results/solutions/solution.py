@@ -198,7 +198,8 @@ class Solution(Configurations):
         InputError
             If the contact does not belong to the scene.
         """
-        values: Any = fields.contact_force(self.system, contact, self._states)
+        history = getattr(self, "history", None)
+        values: Any = fields.contact_force(self.system, contact, self._states, history)
         return self._select(values)
 
     def strain(self, body: ElasticBody, s: SectionPoints = None) -> Vector:

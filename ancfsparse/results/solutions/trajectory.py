@@ -51,6 +51,8 @@ class Trajectory(TrajectoryOutput):
         Arguments of the run.
     ending : State or StoredState, optional
         The last state with the data to continue the run, if available.
+    history : ndarray, shape (k, h), optional
+        History variables: deflections of the bristles of contacts [m].
     """
 
     system: System
@@ -62,6 +64,7 @@ class Trajectory(TrajectoryOutput):
     stats: RunStats
     settings: Mapping[str, Any] = field(default_factory=dict)
     ending: State | StoredState | None = None
+    history: Vector | None = None
 
     def __repr__(self) -> str:
         """Summarise the run in two lines."""
@@ -191,7 +194,9 @@ class Trajectory(TrajectoryOutput):
             If the time is outside the run.
         """
         row = plotting.nearest_row(self.t, self.t[-1] if time is None else time)
-        return fields.contact_table(self.system, np.array(self.q[row]), np.array(self.v[row]))
+        history = None if self.history is None else self.history[row]
+        q, v = np.array(self.q[row]), np.array(self.v[row])
+        return fields.contact_table(self.system, q, v, history)
 
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, overload
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_moderate, check_not_negative
+from ancfsparse.checks import check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene import bodies, force_elements
@@ -84,6 +84,11 @@ class Contact(Attachment):
         return f"the contact of {self.body.name} with the {self.obstacle.noun}"
 
     @property
+    def sticks(self) -> bool:
+        """True if friction is that of bristles, which have deflections."""
+        return self.friction > 0.0 and self.slip_speed == 0.0
+
+    @property
     def points(self) -> list[Point]:
         """Quadrature points on the axis of the body, in the order of its elements."""
         xi = 0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]
@@ -144,10 +149,11 @@ class Contacts(SceneBase):
 
         The obstacle presses on the body with a force per length of the penetration e,
         k (e^3/D^2 - e^4/(2 D^3)) up to D = radius/1000 and k (e - D/2) beyond, and has a potential.
-        Friction opposes the sliding velocity u with mu p u / sqrt(u^2 + slip_speed^2), where p is
-        the pressure: Coulomb's law for velocities above `slip_speed`.  A body that ought to stick
-        creeps: under a fraction f of the force of full sliding with
-        ``slip_speed f / sqrt(1 - f^2)``.
+        Friction is that of bristles: springs of the stiffness k/10 between the body and the
+        surface, which stick until their force reaches mu p, where p is the pressure, and then
+        slide with that force.  With `slip_speed` it opposes the sliding velocity u with
+        mu p u / sqrt(u^2 + slip_speed^2) instead, and a body that ought to stick creeps: under a
+        fraction f of the force of full sliding with ``slip_speed f / sqrt(1 - f^2)``.
 
         Parameters
         ----------
@@ -167,8 +173,8 @@ class Contacts(SceneBase):
         friction : float, optional
             Coefficient of friction mu [-].
         slip_speed : float, optional
-            Sliding velocity at which friction has 0.71 of its full force [m/s]; needed with
-            friction.
+            Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
+            stick.  Explicit integrators need it.
         on : RigidBody, optional
             The body that the obstacle is a part of: a ball, or in the plane a drum, whose `base` is
             its position at the start.  It moves with the body, and the forces act on both.
@@ -182,7 +188,7 @@ class Contacts(SceneBase):
         ------
         InputError
             If an argument is invalid, the body begins inside the obstacle by more than 5 % of its
-            radius, or an element is longer than a quarter of its circumference.
+            radius, with a given stiffness by more than its radius, or an element is longer than a quarter of its circumference.
 
         Notes
         -----
@@ -228,7 +234,7 @@ class Contacts(SceneBase):
             else check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
             _radius(body, radius),
             check_coefficient(f"friction of the contact of {body.name}", friction),
-            _slip_speed(body, friction, slip_speed),
+            _slip_speed(body, slip_speed),
             None if on is None else self._own("a contact", _moving(obstacle, on)),
         )
         _check_start(contact)
@@ -310,27 +316,26 @@ def _radius(body: ElasticBody, radius: float | None) -> float:
     raise InputError(f"the section of {body.name} is not round: give contact the radius=")
 
 
-def _slip_speed(body: ElasticBody, friction: float, slip_speed: float | None) -> float:
-    what = f"slip_speed of the contact of {body.name}"
-    if slip_speed is not None:
-        return check_moderate(what, slip_speed, "m/s")
-    if friction:
-        raise InputError(
-            f"{what} is missing: friction needs it, for example a hundredth of the sliding velocity"
-        )
-    return check_not_negative(what, 0.0, "m/s")
+def _slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
+    if slip_speed is None:
+        return 0.0
+    return check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
 
 
 def _check_start(contact: Contact) -> None:
-    """Refuse a body that begins inside the obstacle."""
+    """Refuse a body that begins inside the obstacle.
+
+    With a given stiffness it may be soft, and its axis alone must be outside.
+    """
     points, radius = contact.points, contact.radius
     distances = contact.obstacle.distances(np.array([point.position for point in points]))
     k = int(np.argmin(distances))
     depth = radius - distances[k]
-    if depth > MAX_START_DEPTH_RATIO * radius:
+    limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
+    if depth > limit * radius:
         raise InputError(
             f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
-            f"than {MAX_START_DEPTH_RATIO:.0%} of the radius of {radius:.6g} m: move one of them"
+            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them"
         )
 
 

@@ -120,7 +120,8 @@ class FixedStepRun(ABC):
             rows = np.arange(begin // every + 1, crossing.step // every + 1, dtype=np.float64)
             if len(rows):
                 times = self._clock.at(every * rows)
-                self._recorder.append(times, *crossing.interpolate(times))
+                history = np.tile(self._system.assembly.history, (len(times), 1))
+                self._recorder.append(times, *crossing.interpolate(times), history)
             self._before = crossing.step, self._time_loop.steps
         return pause
 
@@ -148,6 +149,9 @@ class FixedStepRun(ABC):
         self._room = buffer_rows(self._system.n_all, rows)
         self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
         self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
+        if self._system.assembly.n_history:
+            self._buffer.append(np.empty((self._room + 1, self._system.assembly.n_history)))
+            self._time_loop.save_history(self._buffer[-1])
         try:
             outcome = self._run()
             self._keep_last()
@@ -167,7 +171,8 @@ class FixedStepRun(ABC):
         # Those of the integrator differ, see `consistent_state.starting_state`.
         a = self._first.pop()
         when = np.array([system.t0])
-        self._recorder.append(when, first[0][None], system.v0[None], a[None], first[3][None])
+        states = first[0][None], system.v0[None], a[None], first[3][None]
+        self._recorder.append(when, *states, system.assembly.history[None])
         del first, a
         if system.n_all >= MIN_RELEASE_COORDINATES:
             release_free_memory()
@@ -207,7 +212,7 @@ class FixedStepRun(ABC):
         clock = time.perf_counter()
         try:
             _, code = self._time_loop.advance(
-                self._nonlinear, n, amplitudes, self._save_every, since, *self._buffer
+                self._nonlinear, n, amplitudes, self._save_every, since, *self._buffer[:4]
             )
         finally:
             self._stats.march_seconds += time.perf_counter() - clock
@@ -252,4 +257,5 @@ class FixedStepRun(ABC):
 
     def _append_state(self) -> None:
         time = np.array([self._clock.at(self._stats.steps)])
-        self._recorder.append(time, *(x[None] for x in self._time_loop.state))
+        history = self._system.assembly.history
+        self._recorder.append(time, *(x[None] for x in (*self._time_loop.state, history)))

@@ -58,6 +58,13 @@ def check_explicit_scene(system: System, integrator: Explicit) -> None:
             integrator=integrator,
             implicit=SUGGESTED_INTEGRATOR,
         )
+    if system.assembly.n_history:
+        raise InputError(
+            "{integrator!r} cannot follow contacts that stick: give them a slip_speed, or take an "
+            "implicit integrator such as {implicit}",
+            integrator=integrator,
+            implicit=SUGGESTED_INTEGRATOR,
+        )
     if system.depends_on_reactions:
         raise InputError(
             "{integrator!r} cannot follow friction by the forces of joints: take an implicit "

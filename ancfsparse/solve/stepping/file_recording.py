@@ -49,7 +49,8 @@ def record_to_file(
         Settings of the run.
     """
     n, m = system.n_all, system.n_multipliers
-    with Writer(output, n, m, columns, settings, system.description) as writer:
+    history = system.assembly.n_history
+    with Writer(output, n, m, columns, settings, system.description, history) as writer:
         if settings["t_start"] is not None:
             writer.add_reference(system.q_ref)
         if columns is None:

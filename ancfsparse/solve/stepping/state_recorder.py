@@ -35,7 +35,15 @@ class StateRecorder(Protocol):
     rows: int
 
     def append(
-        self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
+        self,
+        t: Vector,
+        q: Vector,
+        v: Vector,
+        a: Vector,
+        lam: Vector,
+        history: Vector | None = None,
+        *,
+        begin: int | None = None,
     ) -> None:
         """Store states of the times `t`; from a row `begin` on they replace those stored."""
         ...
@@ -56,21 +64,36 @@ class MemoryRecorder:
         Coordinates of the system, multipliers.
     columns : (c,) int array or None
         Indices of the saved coordinates; None saves all.
+    n_history : int, optional
+        Number of history variables.
     """
 
-    def __init__(self, rows: int, n: int, m: int, columns: Indices | None) -> None:
+    def __init__(
+        self, rows: int, n: int, m: int, columns: Indices | None, n_history: int = 0
+    ) -> None:
         self._columns, self._n, self.rows = columns, n, 0
         width = n if columns is None else len(columns)
         self._stats, self._last = RunStats(), cast(State | None, None)
         self._tables = [np.empty((rows, *shape)) for shape in ((), *[(width,)] * 3, (m,))]
+        self._tables.append(np.empty((rows, n_history)))
 
     def append(
-        self, t: Vector, q: Vector, v: Vector, a: Vector, lam: Vector, *, begin: int | None = None
+        self,
+        t: Vector,
+        q: Vector,
+        v: Vector,
+        a: Vector,
+        lam: Vector,
+        history: Vector | None = None,
+        *,
+        begin: int | None = None,
     ) -> None:
         """Store states of the times `t`; from a row `begin` on they replace those stored."""
         self.rows = self.rows if begin is None else begin
         selected = [x if self._columns is None else x[:, self._columns] for x in (q, v, a)]
-        for table, rows in zip(self._tables, (t, *selected, lam), strict=True):
+        for table, rows in zip(self._tables, (t, *selected, lam, history), strict=True):
+            if rows is None:
+                continue
             table[self.rows : self.rows + len(t)] = rows
         self.rows += len(t)
 
@@ -80,10 +103,10 @@ class MemoryRecorder:
 
     def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
         """Return the stored states."""
-        t, q, v, a, lam = (table[: self.rows] for table in self._tables)
+        t, q, v, a, lam, history = (table[: self.rows] for table in self._tables)
         if self._columns is not None:
             q, v, a = (cast(Vector, SelectedColumns(x, self._columns, self._n)) for x in (q, v, a))
-        return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last)
+        return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last, history)
 
 
 class RunStorage:
@@ -166,7 +189,8 @@ class RunStorage:
     def _recorder(self) -> Iterator[StateRecorder]:
         n, m = self._system.n_all, self._system.n_multipliers
         if self._output is None:
-            self._memory = MemoryRecorder(self._rows, n, m, self._columns)
+            history = self._system.assembly.n_history
+            self._memory = MemoryRecorder(self._rows, n, m, self._columns, history)
             yield self._memory
         else:
             with stepping.record_to_file(

@@ -71,6 +71,7 @@ cdef class Assembly:
             flat.damped |= each.damped
             flat.tunes |= each.tune != NULL
             keeps |= each.n_memory > 0
+            self.interface.n_history += each.n_history
             works |= each.work != NULL
             steps |= each.set_step != NULL
             chooses |= each.admits != NULL
@@ -94,6 +95,7 @@ cdef class Assembly:
         self.interface.residual_between = residual_between
         if keeps:
             self.interface.begin, self.interface.accept = begin, accept
+        self.interface.history = history
         if steps:
             self.interface.set_step = set_step
         if chooses:
@@ -162,6 +164,19 @@ cdef class Assembly:
             for i in range(each.n_memory):
                 each.memory[i] = values[n]
                 n += 1
+
+    @property
+    def n_history(self):
+        """Number of history variables that are saved with each state."""
+        return self.interface.n_history
+
+    @property
+    def history(self):
+        """History variables that are saved with each state, a copy ``(n_history,)``."""
+        out = np.zeros(self.interface.n_history + 1)
+        cdef double[::1] view = out
+        history(&self.flat, &view[0])
+        return out[:-1]
 
     def accept(self, const double[::1] q):
         """Update the history variables to accepted coordinates."""

@@ -106,6 +106,14 @@ class CompiledAssembly(Protocol):
     ) -> float:
         """Return the work of time-dependent loads between two states [J]."""
 
+    @property
+    def n_history(self) -> int:
+        """Number of history variables that are saved with each state."""
+
+    @property
+    def history(self) -> Vector:
+        """History variables that are saved with each state, a copy."""
+
     def accept(self, q: Vector) -> None:
         """Update the internal variables to accepted coordinates."""
 

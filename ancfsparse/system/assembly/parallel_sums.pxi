@@ -1,5 +1,5 @@
 """The compiled interface of an assembly: sums over its contributions."""
-from libc.string cimport memset
+from libc.string cimport memcpy, memset
 
 
 cdef inline void set_state(ancf_state *x, const double *q, const double *v, const double *a,
@@ -226,6 +226,16 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         each = self.contributions[k]
         if each.accept != NULL:
             each.accept(each.context, x)
+
+
+cdef void history(void *context, double *out) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t k
+    for k in range(self.n_contributions):
+        each = self.contributions[k]
+        memcpy(out, each.memory, each.n_history * sizeof(double))
+        out += each.n_history
 
 
 cdef void set_step(void *context, double dt) noexcept nogil:

@@ -300,7 +300,7 @@ def test_the_matrix_of_a_step_is_the_derivative_of_its_residual_for_short_steps(
     for dt in (1e-3, 1e-4, 1e-5):
         system = System(SCENES[scene](1e8).scene)
         march, *_ = prepare_implicit(system, dt, KEEPS, Newton(), "default", np.inf)
-        exact = finite_difference(march)
+        exact, _ = finite_difference(march)
         found = full(system, march.matrix())
         n = system.n_free
         for block in (exact, found):

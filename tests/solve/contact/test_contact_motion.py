@@ -275,7 +275,6 @@ def test_a_saved_scene_moves_alike(tmp_path):
         (lambda s, r: s.contact(r.end, FLOOR, stiffness=1.0), "needs a beam or a mesh"),
         (lambda s, r: s.contact(r, FLOOR, stiffness=0.0), "stiffness of the contact"),
         (lambda s, r: s.contact(r, ancf.Ball((0, 0, 0), 1.0), stiffness=1.0), "3 coordinates"),
-        (lambda s, r: s.contact(r, FLOOR, stiffness=1.0, friction=0.1), "slip_speed"),
         (
             lambda s, r: s.contact(r, ancf.Ball((0.5, 0), 0.2), stiffness=1.0),
             "of 0.190.* m at beam 0",

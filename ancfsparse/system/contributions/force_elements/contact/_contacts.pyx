@@ -4,14 +4,15 @@
 A point x is at d = A (x - base) from the base of the obstacle, fixed or a point of a rigid body
 with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch where the
 penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane.  The pressure p(e) of
-contact_law.pxi acts along n = d / |d|, and friction against the sliding velocity u.
+contact_law.pxi acts along n = d / |d|, and friction along the surface (sliding.pxi, bristles.pxi).
 
 Between two states the pressure is the discrete gradient (W(e1) - W(e0)) / (e1 - e0) along
 (d0 + d1) / (|d0| + |d1|), whose work is the change of the energy W.  Other implicit schemes, which
 generate energy in impacts that their steps do not resolve, take p(e1 + theta (e1 - e0)) with e0
 of the last accepted state and theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 """
-from libc.math cimport NAN, sqrt
+from libc.math cimport NAN, sqrt, tan
+from libc.string cimport memcpy
 
 include "../../contribution.pxi"
 include "../../points.pxi"
@@ -27,7 +28,8 @@ cdef struct Data:
     const int32_t *slot
     const double *stiffness  # of each point, times its length [N/m]
     const double *impact_time  # of each point: duration of an impact [s]
-    double *before  # penetrations in the last accepted state [m]
+    double *z  # deflections of the bristles in the last accepted state, (n, dim) [m]
+    double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
     double deepest  # largest penetration of an accepted state of the run [m]
     bint is_mean  # whether the last residual was that between two states
@@ -40,6 +42,11 @@ cdef struct Data:
     const int32_t *turning  # of each coordinate of the points, whether it is of a vector u_i
     bint is_round
     double reach, layer, friction, slip_speed
+    double grip  # tangential stiffness of bristles over the stiffness, 0 without them
+    double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
+    ptrdiff_t n_all
+    double *q0  # coordinates in the last accepted state
+    double *trial  # of the last residual: displacements of bristles that stick, (n, dim) [m]
     # Of the last residual: penetrations where its matrix is requested, halfway a step from state to
     # state, the forces of the pressures, and their derivatives by the state that is sought.
     double *at
@@ -76,18 +83,28 @@ cdef class Contact(CompiledContribution):
     layer : float
         Thickness of the layer in which the pressure begins [m].
     friction, slip_speed : float
-        Coefficient [-] and velocity [m/s].
+        Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles.
+    grip : float
+        Tangential stiffness of the bristles over the stiffness [-].
+    n_all : int
+        Number of coordinates.
     """
 
     cdef Data data
 
     def __cinit__(self, start, place, weight, slot, stiffness, impact_time, base, normal, projector, spin, turning,
-                  bint is_round, double reach, double layer, double friction, double slip_speed):
+                  bint is_round, double reach, double layer, double friction, double slip_speed,
+                  double grip, ptrdiff_t n_all):
         cdef Data *data = &self.data
+        cdef ptrdiff_t n
         take_points(&data.points, start, place, weight)
         data.slot, data.stiffness = integers(slot), reals(stiffness)
-        data.impact_time, data.before = reals(impact_time), self.copy(np.zeros((2, data.points.n)))
-        data.last = data.before + data.points.n
+        data.impact_time, n = reals(impact_time), data.points.n
+        data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
+        self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
+        data.z = self.copy(np.zeros(self.interface.n_history + 2 * n))
+        data.before = data.z + self.interface.n_history
+        data.last = data.before + n
         data.base, data.normal = self.copy(base), self.copy(normal)
         data.projector, data.spin = self.copy(projector), self.copy(spin)
         data.turning = integers(turning)
@@ -96,11 +113,16 @@ cdef class Contact(CompiledContribution):
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
-        data.deepest = 0.0
-        self.interface.context, self.interface.damped = data, friction > 0.0
+        data.deepest = data.turn = 0.0
+        data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
+        if data.grip > 0.0:
+            data.n_all, data.q0 = n_all, self.copy(np.zeros(n_all))
+            data.trial = self.copy(np.zeros((n, data.points.dim)))
+        self.interface.context, self.interface.damped = data, slip_speed > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        self.interface.n_memory, self.interface.memory = 2 * data.points.n, data.before
+        self.interface.n_memory = self.interface.n_history + 2 * n
+        self.interface.memory = data.z
         self.interface.begin, self.interface.accept = begin, accept
         self.interface.set_step = set_step
         if friction > 0.0:
@@ -111,8 +133,11 @@ cdef class Contact(CompiledContribution):
         """Largest penetration of an accepted state of the last run [m]."""
         return self.data.deepest
 
-    def forces(self, const double[::1] q, const double[::1] v):
-        """Return normal force and friction on every point, (2, n, dim) [N]."""
+    def forces(self, const double[::1] q, const double[::1] v, const double[:, ::1] z):
+        """Return normal force and friction on every point, (2, n, dim) [N].
+
+        Bristles have the deflections z, (n, dim) [m], and none if z is empty.
+        """
         cdef ptrdiff_t k, c, n = self.data.points.n, dim = self.data.points.dim
         out = np.zeros((2, n, dim))
         cdef double[:, :, ::1] view = out
@@ -125,7 +150,15 @@ cdef class Contact(CompiledContribution):
                 pressure = self.data.stiffness[k] * law_force(here.e, self.data.layer)
                 for c in range(dim):
                     view[0, k, c] = pressure * here.n[c]
-                if self.data.friction > 0.0:
+                if self.data.grip > 0.0:
+                    if z.shape[0] == 0:
+                        continue
+                    for c in range(dim):
+                        f[c] = z[k, c]
+                    grip(&self.data, k, pressure, &f[0])
+                    for c in range(dim):
+                        view[1, k, c] = f[c]
+                elif self.data.friction > 0.0:
                     weigh(&self.data, k, &q[0], &q[0], &here)
                     move(&self.data, k, &v[0], &f[0])
                     rub(&self.data, &here, pressure, &f[0])
@@ -148,13 +181,13 @@ cdef class Contact(CompiledContribution):
             e[k] = here.e
         return velocities, depths
 
-    def power(self, const double[::1] q, const double[::1] v):
+    def power(self, const double[::1] q, const double[::1] v, const double[:, ::1] z):
         """Return the power of friction [W]."""
         cdef ptrdiff_t k, c
         cdef Place here
         cdef double[3] u
         cdef double sum = 0.0
-        friction = self.forces(q, v)[1]
+        friction = self.forces(q, v, z)[1]
         cdef double[:, ::1] f = friction
         for k in range(self.data.points.n):
             locate(&self.data, k, &q[0], &here)
@@ -192,6 +225,10 @@ cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noe
 cdef void set_step(void *context, double dt) noexcept nogil:
     cdef Data *self = <Data *>context
     self.dt = dt
+    self.turn = dt
+    if self.omega * dt > 0.0:
+        # A step of more than two radians would turn backwards.
+        self.turn = 2.0 / self.omega * tan(fmin(0.5 * self.omega * dt, 1.0))
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
@@ -199,6 +236,8 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Place here
     cdef ptrdiff_t k
     self.deepest = 0.0
+    if self.grip > 0.0:
+        hold(self, x.q)
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
         self.before[k] = here.e
@@ -212,8 +251,12 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
         self.deepest = fmax(self.deepest, here.e)
+        if self.grip > 0.0 and self.dt > 0.0:
+            deflect(self, k, x.q, &here)
         self.last[k] = damped_force(self, k, here.e)
         self.before[k] = here.e
+    if self.grip > 0.0:
+        memcpy(self.q0, x.q, self.n_all * sizeof(double))
 
 
 cdef inline double damping_ratio(const Data *self, ptrdiff_t k) noexcept nogil:
@@ -244,7 +287,10 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         pressure = self.force[k] = self.stiffness[k] * law_force(e, self.layer)
         if pressure > 0.0:
             push_sum(&self.points, k, -pressure, &here.n[0], r)
-            if self.friction > 0.0 and x.v != NULL:
+            if self.grip > 0.0:
+                stick(self, k, x.q, pressure, &f[0])
+                push_friction(self, k, &f[0], r)
+            elif self.friction > 0.0 and x.v != NULL:
                 weigh(self, k, x.q, x.q, &here)
                 move(self, k, x.v, &f[0])
                 rub(self, &here, pressure, &f[0])
@@ -275,7 +321,10 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         self.slope[k] = self.stiffness[k] * mean_slope(begin.e, end.e, self.layer)
         locate(self, k, x.q, &begin)
         self.at[k] = begin.e
-        if self.friction > 0.0 and x.v != NULL:
+        if self.grip > 0.0:
+            stick(self, k, q1, pressure, &f[0])
+            push_friction(self, k, &f[0], r)
+        elif self.friction > 0.0 and x.v != NULL:
             weigh(self, k, x.q, x.q, &begin)
             move(self, k, x.v, &f[0])
             rub(self, &begin, pressure, &f[0])
@@ -307,22 +356,11 @@ cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, doubl
     return pressure[0] > 0.0 or slope[0] > 0.0
 
 
-cdef void point_block(const Data *self, ptrdiff_t k, int part, const ancf_state *x,
-                      const Place *here, double pressure, double slope,
-                      double *block) noexcept nogil:
-    """Set the derivative of the force on a point by its position or velocity, (3, 3)."""
-    cdef double across = 0.0, speed, factor
-    cdef double[3] u
+cdef void normal_block(const Data *self, int part, const Place *here, double pressure,
+                       double slope, double *block) noexcept nogil:
+    """Set the derivative of the pressure on a point by its position, (3, 3)."""
+    cdef double across = 0.0
     cdef ptrdiff_t c, e, dim = self.points.dim
-    if part == DAMPING:
-        move(self, k, x.v, &u[0])
-        speed = slide(self, here, &u[0])
-        factor = self.friction * pressure / speed
-        for c in range(dim):
-            for e in range(dim):
-                block[3 * c + e] = factor * (
-                    (1.0 if c == e else 0.0) - here.n[c] * here.n[e] - u[c] * u[e] / (speed * speed))
-        return
     if part == STIFFNESS and self.is_round and here.distance > 0.0:
         across = pressure / here.distance
     for c in range(dim):
@@ -332,17 +370,28 @@ cdef void point_block(const Data *self, ptrdiff_t k, int part, const ancf_state 
                 block[3 * c + e] -= across * self.projector[dim * c + e]
 
 
+cdef void sliding_block(const Data *self, ptrdiff_t k, const ancf_state *x, const Place *here,
+                        double pressure, double *block) noexcept nogil:
+    """Set the derivative of friction by the velocity of a point along the obstacle, (3, 3)."""
+    cdef double speed
+    cdef double[3] u
+    move(self, k, x.v, &u[0])
+    speed = slide(self, here, &u[0])
+    along_surface(self, here, self.friction * pressure / speed, 1.0 / (speed * speed), &u[0], block)
+
+
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
     cdef const Data *self = <const Data *>context
     cdef const Points *points = &self.points
     cdef const int32_t *slot = self.slot
     cdef Place here
     cdef double[9] block
-    cdef const double *factors
-    cdef double factor, pressure, slope
+    cdef double[9] rubbing
+    cdef const double *weight
+    cdef double pressure, slope
+    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL, sticks
     cdef ptrdiff_t k, i, j, c, e, size, dim = points.dim
-    if not (part == STIFFNESS or part == MATERIAL
-            or part == DAMPING and self.friction > 0.0 and x.v != NULL):
+    if not (part == STIFFNESS or part == MATERIAL or slides):
         return
     for k in range(points.n):
         size = dim * (points.start[k + 1] - points.start[k])
@@ -350,17 +399,27 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
         if not respond(self, k, &here, &pressure, &slope):
             slot += size * (size + 1) // 2
             continue
-        weigh(self, k, x.q, x.q, &here)
-        factors = self.weights if part == DAMPING else points.weight + points.start[k]
-        point_block(self, k, part, x, &here, pressure, slope, &block[0])
+        weight = points.weight + points.start[k]
+        sticks = self.grip > 0.0 and self.dt > 0.0 and here.e == self.at[k]
+        if slides or sticks:
+            weigh(self, k, x.q, x.q, &here)
+        if slides:
+            sliding_block(self, k, x, &here, pressure, &rubbing[0])
+        else:
+            normal_block(self, part, &here, pressure, slope, &block[0])
+            if sticks:
+                sticking_block(self, k, &here, pressure, &rubbing[0])
         # Coordinates are numbered consecutively, with the directions of each together.
-        for i in range(points.start[k], points.start[k + 1]):
+        for i in range(size // dim):
             for c in range(dim):
-                for j in range(points.start[k], i + 1):
-                    factor = factors[i - points.start[k]] * factors[j - points.start[k]]
+                for j in range(i + 1):
                     for e in range(dim if j < i else c + 1):
-                        values[slot[0]] += factor * block[3 * c + e]
+                        if not slides:
+                            values[slot[0]] += weight[i] * weight[j] * block[3 * c + e]
+                        if slides or sticks:
+                            values[slot[0]] += self.weights[i] * self.weights[j] * rubbing[3 * c + e]
                         slot += 1
 
 
 include "sliding.pxi"
+include "bristles.pxi"

@@ -99,7 +99,7 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
     cdef double[3] u
     cdef double pressure, before, sum = 0.0
     cdef ptrdiff_t k, c
-    if x0.v == NULL or x1.v == NULL:
+    if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
         return 0.0
     for k in range(self.points.n):
         locate(self, k, x0.q, &begin)
@@ -109,6 +109,9 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
             continue
         if self.is_mean:
             pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
+        if self.grip > 0.0:
+            sum += work_of_bristles(self, k, x1.q, pressure)
+        elif self.is_mean:
             halve(self, &begin, &end)
             weigh(self, k, x0.q, x1.q, &begin)
             move(self, k, x0.v, &f[0])

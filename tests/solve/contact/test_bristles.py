@@ -1,0 +1,179 @@
+"""Friction of bristles: what sticks stays, against formulas."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems.contacts import DRUM_RADIUS, WIRE_RADIUS
+from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
+from ancfsparse.system import System
+from ancfsparse.system.contributions.force_elements.contact.contacts import GRIP_RATIO
+from tests.matrices import derivative_of_step, full
+from tests.solve.contact.test_contact_motion import LINE_MASS, level
+from tests.solve.contact.test_moving_obstacles import collision, momenta
+
+STIFFNESS = 1e5
+DEPTH = LINE_MASS * 9.81 / STIFFNESS + 2.5e-6  # at rest, with half of the layer [m]
+BOTH = [ancf.GeneralizedAlpha(0.5), ancf.EnergyMomentum()]
+
+
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_what_sticks_moves_by_the_force_over_the_stiffness_and_back(integrator):
+    mu, weight = 0.5, LINE_MASS * 9.81
+    scene, rod, contact = level(-DEPTH, STIFFNESS, friction=mu)
+    pull = ancf.Ramp((0.8 * mu * weight, 0.0), 0.1, smooth=True)
+    back = ancf.Ramp((-0.8 * mu * weight, 0.0), 0.4, 0.3, smooth=True)
+    scene.distributed_force(rod, pull + back)
+    run = ancf.simulate(scene, 0.6, 1e-3, integrator=integrator)
+    x, slack = run.position(rod.at(0.5))[:, 0] - 0.5, 0.8 * mu * weight / (GRIP_RATIO * STIFFNESS)
+    assert x[200:300].mean() == pytest.approx(slack, rel=1e-2)
+    assert abs(x[500:].mean()) < 0.01 * slack
+    friction = run.contact_force(contact).force[:, 0]
+    assert friction[200:300].mean() == pytest.approx(-0.8 * mu * weight, rel=1e-2)
+
+
+def test_friction_follows_the_loop_of_a_reversed_motion():
+    """A parallelogram at each point: the slope of the bristles, and the limit of the pressure."""
+    mu, weight, reach = 0.5, LINE_MASS * 9.81, 1e-3
+    scene, rod, contact = level(-DEPTH, STIFFNESS, friction=mu)
+    for end in (rod.start, rod.end):
+        x, y = end.position
+        motion = ancf.Table([0.0, 0.5, 1.5], [(x, y), (x + reach, y), (x - reach, y)], smooth=True)
+        scene.drive(end, motion)
+    run = ancf.simulate(scene, 1.5, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    forces, slope = run.contact_force(contact), GRIP_RATIO * STIFFNESS
+    places = np.stack([run.position(point)[:, 0] for point in contact.points], axis=1)
+    limits, z = mu * forces.pressure / slope, np.zeros_like(places)
+    for k, dx in enumerate(np.diff(places, axis=0), 1):
+        z[k] = np.clip(z[k - 1] + dx, -limits[k], limits[k])
+    assert np.abs(forces.friction[..., 0] + slope * z).max() < 1e-3 * mu * weight
+    assert forces.friction[400:480, :, 0].mean() == pytest.approx(-mu * weight, rel=0.02)
+    assert forces.friction[1300:1480, :, 0].mean() == pytest.approx(mu * weight, rel=0.02)
+
+
+@pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (0.98, False), (1.05, True)])
+def test_a_wire_around_a_drum_holds_up_to_the_load_of_euler_and_eytelwein(ratio, slips):
+    """Tensions at the ends of up to exp(mu phi), and none that moves by a nanometre in a second."""
+    mu, phi, tension = 0.3, math.pi, 10.0
+    reach = DRUM_RADIUS + WIRE_RADIUS
+    scene = ancf.Scene((0.0, 0.0))
+    wire = ancf.Rectangle(2 * WIRE_RADIUS, 2 * WIRE_RADIUS), ancf.Material(2.5e10, 2.5e4)
+    arc = scene.add_beam(
+        "thin",
+        curve=ancf.Arc((0, 0), (-reach, 0), -phi),
+        n_elements=50,
+        section=wire[0],
+        material=wire[1],
+    )
+    ends = [scene.add_beam("thin", x, (x[0], -0.05), 4, *wire) for x in ((-reach, 0), (reach, 0))]
+    scene.connect(arc.start, ends[0].start)
+    scene.connect(arc.end, ends[1].start)
+    for end, force in zip(ends, (tension, ratio * tension * math.exp(mu * phi)), strict=True):
+        scene.point_force(end.end, ancf.Ramp((0.0, -force), 0.2, smooth=True))
+    stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * mu * phi)
+    for part in (arc, *ends):
+        scene.contact(
+            part,
+            ancf.Drum((0, 0), DRUM_RADIUS),
+            stiffness=stiffness,
+            radius=WIRE_RADIUS,
+            friction=mu,
+        )
+    run = ancf.simulate(scene, 1.5, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    way = np.linalg.norm(run.displacement(ends[1].end), axis=1)
+    if slips:
+        assert way[-1] > 0.01
+    else:
+        assert way.max() < 1e-3
+        assert abs(way[-1] - way[500]) < 1e-9
+
+
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_a_ring_that_sticks_turns_with_its_drum(integrator):
+    """It is stretched onto the drum, at rest at first, and has the angle of the drum later."""
+    scene, omega = ancf.Scene((0.0, 0.0)), 10.0
+    radius = 0.1 + 0.002 - 1e-5
+    halves = [
+        scene.add_beam(
+            "thin",
+            curve=ancf.Arc((0, 0), (side * radius, 0), math.pi),
+            n_elements=16,
+            section=ancf.Circle(0.004),
+            material=ancf.Material(1e8, 1e3),
+        )
+        for side in (1.0, -1.0)
+    ]
+    for one, other in (halves, halves[::-1]):
+        scene.connect(one.end, other.start)
+    drum = ancf.Drum((0, 0), 0.1, angular_velocity=omega)
+    for half in halves:
+        scene.contact(half, drum, stiffness=1e6, friction=0.5)
+    run = ancf.simulate(scene, 0.3, 1e-3, integrator=integrator)
+    x, y = run.position(halves[0].start).T
+    angle = np.unwrap(np.arctan2(y, x)) - omega * run.t
+    assert angle[200:].std() < 1e-4
+    assert -0.2 < angle[-1] < 0.0  # while it slid
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_bristles_keep_momenta_and_lose_energy_to_sliding_alone(dim):
+    scene, *_ = collision(dim, offset=0.02, friction=0.4)
+    run = ancf.simulate(scene, 0.02, 1e-4, integrator=ancf.EnergyMomentum(), tolerance=1e-12)
+    linear, angular = momenta(scene, run)
+    assert np.abs(linear - linear[0]).max() < 1e-10
+    total = run.energy.total
+    assert np.abs(angular - angular[0]).max() < 1e-3 * np.abs(angular).max()
+    assert total[-1] < total[0] * (1.0 - 1e-3)
+
+
+@pytest.mark.parametrize("speed", [0.01, 1.0], ids=["sticks", "slides"])
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_the_matrix_of_a_step_with_bristles_is_the_derivative(integrator, speed):
+    """But for the change of the limit with the pressure, which is not symmetric: none at a speed."""
+    scene, _, _ = level(-0.1 * 0.005 * 0.4, STIFFNESS, velocity=(speed, 0.0), friction=0.5)
+    system = System(scene)
+    march, *_ = prepare_implicit(system, 1e-3, integrator, ancf.Newton(), 1e-9, math.inf)
+    march.prepare(np.zeros((1, 0)))
+    derivative = derivative_of_step(march, system.n_free)
+    march.residual()
+    matrix = full(system, march.matrix())
+    other = 0.5 * (derivative + derivative.T)
+    assert np.abs(matrix - other).max() < (1e-5 if speed < 0.1 else 2e-2) * np.abs(matrix).max()
+
+
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_deflections_are_stored_with_states(tmp_path, integrator):
+    def scene():
+        return level(2e-3, STIFFNESS, friction=0.2, velocity=(0.5, 0.0))
+
+    options = {"integrator": integrator, "solver": ancf.Newton()}
+    made, _, contact = scene()
+    whole = ancf.simulate(made, 0.04, 1e-3, **options)
+    forces = whole.contact_force(contact)
+    sizes = np.linalg.norm(forces.friction, axis=2)
+    assert sizes.any()
+    assert np.all(sizes <= 0.2 * forces.pressure * (1 + 1e-12))
+    k = int(np.argmax(sizes.sum(axis=1)))
+    assert whole.contacts(whole.t[k])[0].friction == pytest.approx(sizes[k] @ contact.weights)
+
+    rare = ancf.simulate(made, 0.04, 1e-3, save_every=7, **options)
+    assert np.array_equal(rare.history, whole.history[[0, 7, 14, 21, 28, 35, 40]])
+
+    first = ancf.simulate(made, 0.022, 1e-3, **options)
+    assert first.history[-1].any()
+    second = ancf.simulate(made, 0.04, 1e-3, start=first.last, **options)
+    assert np.array_equal(second.q[-1], whole.q[-1])
+    assert np.array_equal(second.history[0], first.history[-1])
+
+    ancf.simulate(made, 0.04, 1e-3, output=tmp_path / "run.h5", **options)
+    stored = ancf.load(tmp_path / "run.h5", made)
+    assert np.array_equal(stored.history, whole.history)
+    assert np.array_equal(stored.contact_force(contact).friction, forces.friction)
+
+
+def test_explicit_integrators_need_a_slip_speed():
+    scene, _, _ = level(2e-3, STIFFNESS, friction=0.2)
+    with pytest.raises(ancf.InputError, match="contacts that stick: give them a slip_speed"):
+        ancf.simulate(scene, 0.01, 1e-5, integrator=ancf.DormandPrince())
