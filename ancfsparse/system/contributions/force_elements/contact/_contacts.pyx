@@ -148,21 +148,39 @@ cdef class Contact(CompiledContribution):
             e[k] = here.e
         return velocities, depths
 
-    def power(self, const double[::1] q, const double[::1] v):
-        """Return the power of friction [W]."""
-        cdef ptrdiff_t k, c
-        cdef Place here
-        cdef double[3] u
-        cdef double sum = 0.0
-        friction = self.forces(q, v)[1]
-        cdef double[:, ::1] f = friction
-        for k in range(self.data.points.n):
-            locate(&self.data, k, &q[0], &here)
-            weigh(&self.data, k, &q[0], &q[0], &here)
-            move(&self.data, k, &v[0], &u[0])
-            for c in range(self.data.points.dim):
-                sum += f[k, c] * u[c]
-        return sum
+    def energy(self, const double[::1] q):
+        """Return the potential of the pressures [J]."""
+        return energy(&self.data, &q[0])
+
+    def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
+               double step, bint is_mean, memory):
+        """Return energies of the intervals between states (k - 1, 3) [J], and the memory at the end.
+
+        They are the work that turning supplies, and the losses by friction and by the numerical
+        damping of impacts, by the forces of the step if the interval is one, otherwise by the
+        trapezoidal rule.
+
+        Parameters
+        ----------
+        q, v, t : (k, n_all), (k, n_all), (k,) float
+            States, and their times [s].
+        step : float
+            Step of the run [s]; 0 where none is known and impacts are not damped.
+        is_mean : bool
+            Whether forces of a step are those between its states.
+        memory : (n_memory,) float or None
+            As returned for the states up to the first one; None at the start.
+        """
+        cdef Data own = self.data
+        cdef double[::1] kept = <double[:self.interface.n_memory]>self.interface.memory
+        of_run, out = np.array(kept), np.zeros((len(t) - 1, 3))
+        if memory is not None:
+            np.asarray(kept)[:] = memory
+        add_losses(&self.data, q, v, t, step, is_mean, memory is None, out)
+        memory = np.array(kept)
+        np.asarray(kept)[:] = of_run
+        self.data = own
+        return out, memory
 
 
 cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
@@ -364,3 +382,4 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
 
 
 include "sliding.pxi"
+include "losses.pxi"
