@@ -46,6 +46,15 @@ def test_the_work_of_a_turning_drum_is_in_the_balance(integrator, drift, dt):
     assert energy.work[-1] - energy.friction[-1] == pytest.approx(watched, rel=1e-9)
 
 
+def test_explicit_runs_count_the_work_of_a_turning_drum():
+    """A run without loads that change was stopped for the energy that it gained."""
+    run = ancf.simulate(turning_drum(), 0.15, 2e-5, integrator=ancf.DormandPrince())
+    watched = run.last.memory["watch"]["work"]
+    assert run.energy.work[-1] - run.energy.friction[-1] == pytest.approx(watched, rel=1e-9)
+    assert not run.energy.impact_damping.any()
+    assert run.energy.drift < 1e-6
+
+
 @pytest.mark.parametrize("integrator", [ancf.EnergyMomentum(), ancf.GeneralizedAlpha(0.9)])
 def test_friction_between_saved_states_is_of_second_order(integrator):
     """In smooth sliding; in impacts of 30 states, the error has the size but not the order."""
