@@ -1,10 +1,13 @@
 """Columns of the energy balance for contact: its potential, friction, and damped impacts."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import ancfsparse as ancf
+from ancfsparse.results.fields import energy_balance
 from ancfsparse.scene.force_elements.contacts import LAYER_RATIO
 from tests.solve.contact.test_contact_motion import LINE_MASS, level
 
@@ -136,6 +139,17 @@ def test_stored_and_continued_runs_have_the_same_losses(tmp_path, integrator):
         assert np.array_equal(getattr(read, name), column)
         begin = column[15] if name in LOSSES else 0.0
         np.testing.assert_allclose(getattr(rest, name), column[15:] - begin, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
+def test_states_that_exceed_the_memory_have_the_same_losses(monkeypatch, integrator):
+    scene, _, _ = level(2e-3, 1e5, velocity=(1.0, 0.0), **SLIDING)
+    run = ancf.simulate(scene, 0.04, 1e-3, integrator=integrator)
+    whole = run.energy
+    monkeypatch.setattr(energy_balance, "BLOCK_SIZE", 3 * run.q.shape[1])
+    again = dataclasses.replace(run).energy
+    for name in ("contact", *LOSSES):
+        np.testing.assert_allclose(getattr(again, name), getattr(whole, name), rtol=1e-14)
 
 
 def test_the_balance_leaves_the_history_of_contacts_as_it_is():
