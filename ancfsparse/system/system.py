@@ -116,10 +116,11 @@ class System(Discretization):
 
     def energies(
         self, q: Vector, v: Vector, t: Vector | None = None
-    ) -> tuple[Vector, Vector, Vector]:
-        """Return kinetic, elastic and potential energies [J], each of shape (k,).
+    ) -> tuple[Vector, Vector, Vector, Vector]:
+        """Return kinetic, elastic, potential and contact energies [J], each of shape (k,).
 
-        The last one is the potential of gravity and, in a rotating frame, of centrifugal forces.
+        The third one is the potential of gravity and, in a rotating frame, of centrifugal forces,
+        the last one that of contact pressures.
 
         Parameters
         ----------
@@ -131,8 +132,11 @@ class System(Discretization):
         kinetic = np.array([0.5 * row @ self.assembly.inertia(row) for row in v])
         times = np.full(len(q), self.t0) if t is None else t
         elastic = self._elastic(q, self._energy_amplitudes(times))
-        other = sum((each.potential(q) for each in self.contributions), np.zeros(len(q)))
-        return kinetic, elastic - other, other - q @ self.gravity_load
+        other, contact = np.zeros((2, len(q)))
+        for each in self.contributions:
+            other += each.potential(q)
+            contact += each.contact_energy(q)
+        return kinetic, elastic - other - contact, other - q @ self.gravity_load, contact
 
     @property
     def has_parametric_work(self) -> bool:

@@ -56,10 +56,11 @@ class ReversedBeam:
         return q[:, places] @ weights
 
     has_parametric_work = False
+    contributions = ()
 
     def energies(self, q, v, t=None):
         kinetic = 0.5 * (self._tip(v) ** 2).sum(axis=1)
-        return kinetic, np.full(len(q), 0.25), 9.81 * self._tip(q)[:, 1]
+        return kinetic, np.full(len(q), 0.25), 9.81 * self._tip(q)[:, 1], np.zeros(len(q))
 
     def power(self, q, v, t):
         return 2.0 * self._tip(v)[:, 0]

@@ -41,8 +41,8 @@ class Steps:
     def gain(self, k, state):
         """Return the energy that a state after step k + 1 has above the one before it [J]."""
         (q0, v0, *_), (q1, v1, *_) = self.states[k], state
-        kinetic, elastic, _ = self.system.energies(np.stack([q0, q1]), np.stack([v0, v1]))
-        energy = kinetic + elastic - np.stack([q0, q1]) @ self.system.dead_load
+        kinetic, elastic, _, contact = self.system.energies(np.stack([q0, q1]), np.stack([v0, v1]))
+        energy = kinetic + elastic + contact - np.stack([q0, q1]) @ self.system.dead_load
         work = self.system.assembly.load_work(q0, self.loads[k], q1, self.loads[k + 1])
         return float(energy[1] - energy[0] - work)
 

@@ -231,8 +231,8 @@ cdef class Explicit:
                 if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
                     outcome = NOT_FINITE
                     break
+                add_work(self, load, next)
                 if changes:
-                    add_work(self, load, next)
                     memcpy(&self.load[0], load, inputs.shape[1] * sizeof(double))
                 self.now, drives.power0 = next, drives.power
                 self.first = (self.first + last) % self.stages

@@ -346,7 +346,7 @@ class EnergyOf(Quantity):
     def varies(self, run: Trajectory) -> bool:
         """Return True unless all its changes are errors of the time steps."""
         energy = run.energy
-        return self.part != "total" or bool(energy.work.any() or energy.dissipated.any())
+        return self.part != "total" or bool(energy.work.any() or energy.lost.any())
 
 
 class StaticDeflection(AtPoint):

@@ -27,35 +27,55 @@ class Energy:
         Strain energy [J].
     potential : ndarray, shape (k,)
         Potential of gravity, and of the centrifugal forces of a rotating frame [J].
+    contact : ndarray, shape (k,)
+        Potential of the pressures of contacts [J].
     work : ndarray, shape (k,)
         Work of prescribed motions and of all applied forces except gravity since the first saved
         state [J]: their power, integrated by the trapezoidal rule over the saved states, which must
         therefore resolve the loads.  With `EnergyMomentum` and all steps saved, the work of
-        prescribed motions is that of its mean forces, without quadrature error.
+        prescribed motions is that of its mean forces, without quadrature error.  It includes the
+        work that a drum or ball with a given ``angular_velocity`` does by friction.
     dissipated : ndarray, shape (k,)
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
+    friction : ndarray, shape (k,)
+        Energy lost to friction of contacts since the first saved state [J]: the work of friction
+        along the sliding.  With `EnergyMomentum`, all steps saved and none divided, its forces are
+        those between two states, without quadrature error; otherwise it follows from the forces
+        in the saved states by the trapezoidal rule.
+    impact_damping : ndarray, shape (k,)
+        Energy that the numerical damping of impacts has taken since the first saved state [J], by
+        the trapezoidal rule over the saved states.  It is zero with `EnergyMomentum`, with explicit
+        integrators, and in runs to an accuracy.  Steps that were divided count as whole ones.
     """
 
     kinetic: Vector
     elastic: Vector
     potential: Vector
+    contact: Vector
     work: Vector
     dissipated: Vector
+    friction: Vector
+    impact_damping: Vector
 
     @property
     def total(self) -> Vector:
-        """Sum of kinetic, elastic and potential energy, shape (k,) [J]."""
-        return self.kinetic + self.elastic + self.potential
+        """Sum of kinetic, elastic, potential and contact energy, shape (k,) [J]."""
+        return self.kinetic + self.elastic + self.potential + self.contact
+
+    @property
+    def lost(self) -> Vector:
+        """Sum of the energies lost to damping, friction and damped impacts, shape (k,) [J]."""
+        return self.dissipated + self.friction + self.impact_damping
 
     @property
     def drift(self) -> float:
         """Largest error of the energy balance, relative to the largest kinetic energy [-].
 
-        ``max |E(t) - E(0) - work(t) + dissipated(t)| / max kinetic``; 0 if it is a rounding
-        error of the energies, for example at rest.
+        ``max |E(t) - E(0) - work(t) + lost(t)| / max kinetic``; 0 if it is a rounding error of the
+        energies, for example at rest.
         """
-        error = float(np.abs(self.total - self.total[0] - self.work + self.dissipated).max())
-        parts = (self.kinetic, self.elastic, self.potential, self.work, self.dissipated)
+        error = float(np.abs(self.total - self.total[0] - self.work + self.lost).max())
+        parts = (self.kinetic, self.elastic, self.potential, self.contact, self.work, self.lost)
         if error <= ROUNDING * max(float(np.abs(part).max()) for part in parts):
             return 0.0
         return error / float(self.kinetic.max())
@@ -65,11 +85,19 @@ class Energy:
         return (
             f"Energy: {self.total[0]:.6g} J at the start, {self.total[-1]:.6g} J at the end, "
             f"work {self.work[-1]:.6g} J, dissipated {self.dissipated[-1]:.6g} J, "
-            f"drift {self.drift:.3g}"
+            + (f"friction {self.friction[-1]:.6g} J, " if self.friction.any() else "")
+            + (
+                f"damped impacts {self.impact_damping[-1]:.6g} J, "
+                if self.impact_damping.any()
+                else ""
+            )
+            + f"drift {self.drift:.3g}"
         )
 
 
-def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
+def evaluate_energy(
+    system: System, states: StateHistory, lag: float = 0.0, damped_step: float = 0.0
+) -> Energy:
     """Evaluate the energy balance.
 
     Parameters
@@ -81,6 +109,8 @@ def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> E
     lag : float, optional
         Time by which accelerations and multipliers precede the others, except in the first state
         [s]: half a step if they are means over it.
+    damped_step : float, optional
+        Length of steps in which impacts are damped [s]; 0 if they are not.
 
     Returns
     -------
@@ -115,7 +145,7 @@ def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> E
             rows = slice(max(i - 1, 0), i + step)
             parametric_works.append(system.parametric_work(q[rows], t[rows]))
     columns = (np.concatenate(part) for part in zip(*parts, strict=True))
-    kinetic, elastic, potential, power, driving, lost = columns
+    kinetic, elastic, potential, contact, power, driving, lost = columns
     work = _integrate(t, power)
     if drive_works:
         work[1:] += np.cumsum(np.concatenate(drive_works))
@@ -123,7 +153,27 @@ def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> E
         work += _integrate(t, _interpolate_lagged(t, driving, lag) if lag else driving)
     if parametric_works:
         work[1:] += np.cumsum(np.concatenate(parametric_works))
-    return Energy(kinetic, elastic, potential, work, _integrate(t, lost))
+    turning, friction, impact_damping = _contact_losses(system, states, step, lag, damped_step)
+    work += turning
+    dissipated = _integrate(t, lost)
+    return Energy(kinetic, elastic, potential, contact, work, dissipated, friction, impact_damping)
+
+
+def _contact_losses(
+    system: System, states: StateHistory, rows: int, lag: float, damped_step: float
+) -> Vector:
+    """Return work of turning obstacles, losses to friction and damped impacts, (3, k) [J]."""
+    q, v, _, _, t = states
+    out = np.zeros((3, len(t)))
+    for each in system.contributions:
+        memory = None
+        for i in range(0, len(t) - 1, rows):
+            part = slice(i, i + rows + 1)
+            energies, memory = each.contact_losses(
+                q[part], v[part], t[part], 2.0 * lag or damped_step, lag > 0.0, memory
+            )
+            out[:, i + 1 : i + rows + 1] += np.transpose(energies)
+    return np.cumsum(out, axis=1)
 
 
 def _interpolate_lagged(t: Vector, values: Vector, lag: float) -> Vector:

@@ -40,7 +40,10 @@ SECTION_QUANTITIES = {
     "curvature": ("curvature", "1/m"),
 }
 """Section quantities, over time or along a beam, with name and unit."""
-ENERGIES = ("kinetic", "elastic", "potential", "work", "dissipated", "total")
+ENERGIES = (
+    "kinetic", "elastic", "potential", "contact", "work", "dissipated", "friction",
+    "impact_damping", "total",
+)  # fmt: skip
 N_TIMES = 6  # shapes by default
 MODE_AMPLITUDE = 0.1  # of a mode, over the extent of the scene
 
@@ -176,7 +179,7 @@ def _plot_energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | 
         values = getattr(run.energy, name)
         if values.any():
             style = "k--" if name == "total" else "-"
-            ax.plot(run.t, values, style, label=name, linewidth=1.4)
+            ax.plot(run.t, values, style, label=name.replace("_", " "), linewidth=1.4)
     ax.set_xlabel("time [s]")
     ax.set_ylabel("energy [J]")
     ax.legend(fontsize="small")

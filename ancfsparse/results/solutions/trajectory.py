@@ -11,7 +11,7 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
-from ancfsparse.integrators import EnergyMomentum
+from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
 from ancfsparse.results import fields, plotting
 from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.data.run_statistics import RunStats
@@ -122,6 +122,13 @@ class Trajectory(TrajectoryOutput):
         """True if accelerations and multipliers are means over the step before."""
         return self.settings.get("integrator") == repr(EnergyMomentum())
 
+    @property
+    def _damps_impacts(self) -> bool:
+        """True if steps of one length damp impacts that they do not resolve."""
+        name = str(self.settings.get("integrator")).partition("(")[0]
+        is_damped = name in {each.__name__ for each in (GeneralizedAlpha, HHT, Newmark)}
+        return is_damped and self.settings.get("accuracy") is None
+
     def _select(self, values: Values) -> Values:
         return values
 
@@ -153,7 +160,8 @@ class Trajectory(TrajectoryOutput):
     def energy(self) -> Energy:
         """The energy balance, evaluated on first use."""
         lag = 0.5 * self.settings["dt"] if self._saves_means else 0.0
-        return fields.evaluate_energy(self.system, self._states, lag)
+        damped_step = self.settings["dt"] if self._damps_impacts else 0.0
+        return fields.evaluate_energy(self.system, self._states, lag, damped_step)
 
     def velocity(self, node: Point) -> Vector:
         """Return the velocity of a point.

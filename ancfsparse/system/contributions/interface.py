@@ -60,6 +60,36 @@ class Contribution(ABC):
         """Return the part of its energy that is not strain energy, (k,) [J], q (k, n)."""
         return 0.0
 
+    def contact_energy(self, q: Vector) -> Vector | float:
+        """Return the potential of its contact, (k,) [J], q (k, n)."""
+        return 0.0
+
+    def contact_losses(
+        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
+    ) -> tuple[Vector | float, Vector | None]:
+        """Return energies that its contact exchanges between states, and its memory at the end.
+
+        Parameters
+        ----------
+        q, v, t : (k, n_all), (k, n_all), (k,) float
+            States, and their times [s].
+        step : float
+            Step of the run [s]; 0 where none is known and impacts are not damped.
+        is_mean : bool
+            True if forces of a step are those between its states.
+        memory : array or None
+            As returned for the states up to the first one; None at the start.
+
+        Returns
+        -------
+        energies : (k - 1, 3) float
+            Work that a turning obstacle supplies, energy lost to friction, and energy lost to the
+            numerical damping of impacts [J].
+        memory : array or None
+            For the next states.
+        """
+        return 0.0, None
+
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
         """Return the power of its loads, shape (k,) [W].
 

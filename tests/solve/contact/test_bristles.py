@@ -115,6 +115,10 @@ def test_a_ring_that_sticks_turns_with_its_drum(integrator):
     angle = np.unwrap(np.arctan2(y, x)) - omega * run.t
     assert angle[200:].std() < 1e-4
     assert -0.2 < angle[-1] < 0.0  # while it slid
+    energy = run.energy
+    assert energy.work[-1] > 1.5 * energy.kinetic[-1]  # half of it was lost to sliding
+    assert energy.friction[-1] == pytest.approx(energy.work[-1] - energy.kinetic[-1], rel=0.05)
+    assert energy.drift < (1e-7 if integrator == ancf.EnergyMomentum() else 2e-2)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

@@ -173,8 +173,11 @@ def test_a_cable_slides_down_a_slope_with_the_acceleration_of_coulomb():
     force = run.contact_force(contact)
     total = np.linalg.norm(force.friction, axis=2)
     assert np.all(total <= mu * force.pressure * (1 + 1e-12))
-    assert run.energy.work[-1] < 0.0
-    assert run.energy.drift < 1e-4
+    slid = (run.position(rod.at(0.5))[0] - run.position(rod.at(0.5))[-1]) @ along
+    normal_force = LINE_MASS * 9.81 * math.cos(slope)
+    assert run.energy.friction[-1] == pytest.approx(mu * normal_force * slid, rel=1e-5)
+    assert not run.energy.work.any()
+    assert run.energy.drift < 1e-10
 
 
 def test_a_cable_that_ought_to_stick_creeps_by_the_law():
@@ -187,30 +190,6 @@ def test_a_cable_that_ought_to_stick_creeps_by_the_law():
     along = np.array([math.cos(slope), math.sin(slope)])
     speed = -np.diff(run.position(rod.at(0.5)) @ along) / 1e-3
     assert speed[-20:].mean() == pytest.approx(slip * f / math.sqrt(1 - f**2), rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("integrator", "steps"),
-    [(ancf.EnergyMomentum(), (1e-3, 5e-4)), (ancf.GeneralizedAlpha(0.9), (2e-4, 1e-4))],
-)
-def test_the_work_of_a_turning_drum_is_in_the_balance(integrator, steps):
-    """It accelerates a cable that falls on it; there are no other loads that change.
-
-    An impact lasts 1.6 ms, and only `EnergyMomentum` keeps the energy of one of few steps.
-    """
-    drifts = []
-    for dt in steps:
-        scene = ancf.Scene((0.0, -9.81))
-        cable = scene.add_beam(
-            "thin", (-0.5, 0.11), (0.5, 0.11), 40, ancf.Circle(0.004), ancf.Material(1e8, 2e3)
-        )
-        drum = ancf.Drum((0, 0), 0.1, angular_velocity=5.0)
-        scene.contact(cable, drum, stiffness=1e5, friction=0.3, slip_speed=1e-2)
-        run = ancf.simulate(scene, 0.15, dt, integrator=integrator)
-        assert run.energy.work[-1] > 0.02 * run.energy.kinetic.max()
-        drifts.append(run.energy.drift)
-    assert drifts[1] < 5e-4
-    assert drifts[1] < 0.4 * drifts[0]
 
 
 def test_explicit_and_implicit_runs_agree():

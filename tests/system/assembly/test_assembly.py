@@ -193,7 +193,7 @@ def test_pattern_of_a_chain_grows_with_its_length():
 def test_energies_and_their_scale_are_those_of_the_state(system, rng):
     q, v, _ = state(system, rng)
     hand = ByHand(system)
-    kinetic, elastic, potential = system.energies(q[None], v[None])
+    kinetic, elastic, potential, _ = system.energies(q[None], v[None])
     assert kinetic[0] == pytest.approx(0.5 * v @ hand.mass @ v, rel=1e-13)
     assert elastic[0] == system.assembly.strain_energy(q)
     field = np.zeros(system.n_all)

@@ -76,6 +76,10 @@ cdef class BeamContact(CompiledContribution):
         free(data.at_halfway.touch)
         free(data.at_end.touch)
 
+    def energy(self, const double[::1] q):
+        """Return the potential of the pressures [J]."""
+        return energy(&self.data, &q[0])
+
     def touches(self, const double[::1] q):
         """Return the Gauss points in contact.
 

@@ -32,6 +32,9 @@ class CompiledBeamContact(Compiled, Protocol):
 
     renewals: int
 
+    def energy(self, q: Vector, /) -> float:
+        """Return the potential of the pressures [J]."""
+
     def touches(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
         """Return elements, positions in them, forces and penetrations of points in contact."""
 
@@ -119,6 +122,10 @@ class BeamContactContribution(Contribution):
             sizes[k] = np.linalg.norm(force, axis=1).sum()
             deepest[k] = depths.max(initial=0.0)
         return resultant, sizes, deepest
+
+    def contact_energy(self, q: Vector) -> Vector | float:
+        """Return the potential of the pressures, (k,) [J]."""
+        return np.array([self.compiled.energy(np.ascontiguousarray(row)) for row in q])
 
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector

@@ -43,6 +43,7 @@ cdef struct Data:
     bint is_round
     double reach, layer, friction, slip_speed
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
+    double interval  # since the last accepted state [s]
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
     ptrdiff_t n_all
     double *q0  # coordinates in the last accepted state
@@ -113,10 +114,11 @@ cdef class Contact(CompiledContribution):
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
-        data.deepest = data.turn = 0.0
+        data.n_all = n_all if data.grip > 0.0 else 0
+        data.q0 = self.copy(np.zeros(max(data.n_all, 1)))
+        data.deepest = data.interval = data.turn = 0.0
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
         if data.grip > 0.0:
-            data.n_all, data.q0 = n_all, self.copy(np.zeros(n_all))
             data.trial = self.copy(np.zeros((n, data.points.dim)))
         self.interface.context, self.interface.damped = data, slip_speed > 0.0
         self.interface.residual, self.interface.between = residual, between
@@ -181,21 +183,40 @@ cdef class Contact(CompiledContribution):
             e[k] = here.e
         return velocities, depths
 
-    def power(self, const double[::1] q, const double[::1] v, const double[:, ::1] z):
-        """Return the power of friction [W]."""
-        cdef ptrdiff_t k, c
-        cdef Place here
-        cdef double[3] u
-        cdef double sum = 0.0
-        friction = self.forces(q, v, z)[1]
-        cdef double[:, ::1] f = friction
-        for k in range(self.data.points.n):
-            locate(&self.data, k, &q[0], &here)
-            weigh(&self.data, k, &q[0], &q[0], &here)
-            move(&self.data, k, &v[0], &u[0])
-            for c in range(self.data.points.dim):
-                sum += f[k, c] * u[c]
-        return sum
+    def energy(self, const double[::1] q):
+        """Return the potential of the pressures [J]."""
+        return energy(&self.data, &q[0])
+
+    def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
+               double step, bint is_mean, memory):
+        """Return energies of the intervals between states (k - 1, 3) [J], and the memory at the end.
+
+        They are the work that turning supplies, and the losses by friction and by the numerical
+        damping of impacts, by the forces of the step if the interval is one, otherwise by the
+        trapezoidal rule.
+
+        Parameters
+        ----------
+        q, v, t : (k, n_all), (k, n_all), (k,) float
+            States, and their times [s].
+        step : float
+            Step of the run [s]; 0 where none is known and impacts are not damped.
+        is_mean : bool
+            Whether forces of a step are those between its states.
+        memory : (n_memory,) float or None
+            As returned for the states up to the first one; None at the start.
+        """
+        cdef Data own = self.data
+        cdef double[::1] kept = <double[:self.interface.n_memory]>self.interface.memory
+        cdef double[::1] before = <double[:max(self.data.n_all, 1)]>self.data.q0
+        of_run, out = (np.array(kept), np.array(before)), np.zeros((len(t) - 1, 3))
+        if memory is not None:
+            np.asarray(kept)[:] = memory
+        add_losses(&self.data, q, v, t, step, is_mean, memory is None, out)
+        memory = np.array(kept)
+        np.asarray(kept)[:], np.asarray(before)[:] = of_run
+        self.data = own
+        return out, memory
 
 
 cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
@@ -225,7 +246,12 @@ cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noe
 cdef void set_step(void *context, double dt) noexcept nogil:
     cdef Data *self = <Data *>context
     self.dt = dt
-    self.turn = dt
+    set_interval(self, dt)
+
+
+cdef void set_interval(Data *self, double dt) noexcept nogil:
+    """Set the time since the last accepted state, 0 for a state of its own."""
+    self.interval = self.turn = dt
     if self.omega * dt > 0.0:
         # A step of more than two radians would turn backwards.
         self.turn = 2.0 / self.omega * tan(fmin(0.5 * self.omega * dt, 1.0))
@@ -251,7 +277,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
         self.deepest = fmax(self.deepest, here.e)
-        if self.grip > 0.0 and self.dt > 0.0:
+        if self.grip > 0.0 and self.interval > 0.0:
             deflect(self, k, x.q, &here)
         self.last[k] = damped_force(self, k, here.e)
         self.before[k] = here.e
@@ -400,7 +426,7 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
             slot += size * (size + 1) // 2
             continue
         weight = points.weight + points.start[k]
-        sticks = self.grip > 0.0 and self.dt > 0.0 and here.e == self.at[k]
+        sticks = self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]
         if slides or sticks:
             weigh(self, k, x.q, x.q, &here)
         if slides:
@@ -423,3 +449,4 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
 
 include "sliding.pxi"
 include "bristles.pxi"
+include "losses.pxi"

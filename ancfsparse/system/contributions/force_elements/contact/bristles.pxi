@@ -81,7 +81,7 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, double pressure
     cdef double[3] x
     cdef double *trial = self.trial + dim * k
     locate(self, k, q1, &end)
-    if self.dt > 0.0:
+    if self.interval > 0.0:
         locate(self, k, self.q0, &place)
         creep(self, k, q1, &place, &end, &x[0])
     else:
@@ -135,22 +135,31 @@ cdef void hold(Data *self, const double *q) noexcept nogil:
     memcpy(self.q0, q, self.n_all * sizeof(double))
 
 
-cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1,
-                             double pressure) noexcept nogil:
-    """Work of friction on the body in a step: of `between`, or by the trapezoidal rule."""
-    cdef ptrdiff_t c, dim = self.points.dim
+cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, double pressure,
+                             double *supplied) noexcept nogil:
+    """Work of friction on the body in a step: of `between`, or by the trapezoidal rule.
+
+    Adds the part that a turning obstacle supplies.
+    """
+    cdef ptrdiff_t c
     cdef Place begin
+    cdef Place end
     cdef double[3] f
     cdef double sum
+    locate(self, k, self.q0, &begin)
+    locate(self, k, q1, &end)
     stick(self, k, q1, pressure, &f[0])
     sum = work_along(self, k, &f[0], self.q0, q1)
     if self.is_mean:
+        halve(self, &begin, &end)
+        supplied[0] += self.turn * turned(self, &begin, &f[0])
         return sum
-    for c in range(dim):
-        f[c] = self.z[dim * k + c]
+    supplied[0] += 0.5 * self.turn * turned(self, &end, &f[0])
+    for c in range(self.points.dim):
+        f[c] = self.z[self.points.dim * k + c]
     grip(self, k, self.last[k], &f[0])
-    locate(self, k, self.q0, &begin)
     weigh(self, k, self.q0, self.q0, &begin)
+    supplied[0] += 0.5 * self.turn * turned(self, &begin, &f[0])
     return 0.5 * (sum + work_along(self, k, &f[0], self.q0, q1))
 
 

@@ -41,8 +41,13 @@ class CompiledContact(Compiled, Protocol):
     def motion(self, q: Vector, v: Vector, /) -> tuple[Vector, Vector]:
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
 
-    def power(self, q: Vector, v: Vector, z: Vector, /) -> float:
-        """Return the power of friction [W]."""
+    def energy(self, q: Vector, /) -> float:
+        """Return the potential of the pressures [J]."""
+
+    def losses(
+        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None, /
+    ) -> tuple[Vector, Vector]:
+        """Return energies as `Contribution.contact_losses`, and the memory at the end."""
 
 
 class ContactContribution(Contribution):
@@ -133,12 +138,16 @@ class ContactContribution(Contribution):
         """
         return self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
 
-    def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
-        """Return the power of friction on the bodies, (k,) [W]."""
-        if self.contact.friction == 0.0:
-            return 0.0
-        rows = zip(q, v, self._deflections(None, len(q)), strict=True)
-        return np.array([self._compiled.power(*map(np.ascontiguousarray, row)) for row in rows])
+    def contact_energy(self, q: Vector) -> Vector | float:
+        """Return the potential of the pressures, (k,) [J]."""
+        return np.array([self._compiled.energy(np.ascontiguousarray(row)) for row in q])
+
+    def contact_losses(
+        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
+    ) -> tuple[Vector | float, Vector | None]:
+        """Return work of turning and losses between states (k - 1, 3) [J], and the memory."""
+        q, v, t = map(np.ascontiguousarray, (q, v, t))
+        return self._compiled.losses(q, v, t, step, is_mean, memory)
 
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector

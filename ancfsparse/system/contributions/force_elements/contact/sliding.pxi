@@ -92,7 +92,13 @@ cdef void halve(const Data *self, Place *begin, const Place *end) noexcept nogil
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
     """Work of friction on the body: of `between`, or by the trapezoidal rule from both states."""
-    cdef const Data *self = <const Data *>context
+    cdef double supplied = 0.0
+    return friction_work(<const Data *>context, x0, x1, 0.0, &supplied)
+
+
+cdef double friction_work(const Data *self, const ancf_state *x0, const ancf_state *x1, double dt,
+                          double *supplied) noexcept nogil:
+    """Work of friction on the body in a step; adds the part that a turning obstacle supplies."""
     cdef Place begin
     cdef Place end
     cdef double[3] f
@@ -110,7 +116,7 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
         if self.is_mean:
             pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
         if self.grip > 0.0:
-            sum += work_of_bristles(self, k, x1.q, pressure)
+            sum += work_of_bristles(self, k, x1.q, pressure, supplied)
         elif self.is_mean:
             halve(self, &begin, &end)
             weigh(self, k, x0.q, x1.q, &begin)
@@ -120,13 +126,16 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                 f[c] = 0.5 * (f[c] + u[c])
             rub(self, &begin, pressure, &f[0])
             sum += work_along(self, k, &f[0], x0.q, x1.q)
+            supplied[0] += dt * turned(self, &begin, &f[0])
         else:
             weigh(self, k, x0.q, x0.q, &begin)
             move(self, k, x0.v, &f[0])
             rub(self, &begin, 0.5 * before, &f[0])
             sum += work_along(self, k, &f[0], x0.q, x1.q)
+            supplied[0] += dt * turned(self, &begin, &f[0])
             weigh(self, k, x1.q, x1.q, &end)
             move(self, k, x1.v, &f[0])
             rub(self, &end, 0.5 * pressure, &f[0])
             sum += work_along(self, k, &f[0], x0.q, x1.q)
+            supplied[0] += dt * turned(self, &end, &f[0])
     return sum

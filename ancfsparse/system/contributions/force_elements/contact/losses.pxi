@@ -1,0 +1,80 @@
+"""Energy that friction and the numerical damping of impacts take; included by `_contacts.pyx`."""
+
+# Relative difference of an interval and a step below which they are equal: times are rounded, and
+# a step that counts as another interval changes the rule.
+cdef double SAME_STEP = 1e-6
+
+
+cdef double turned(const Data *self, const Place *here, const double *f) noexcept nogil:
+    """Power that a turning obstacle supplies by the friction f on a point."""
+    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef double sum = 0.0
+    for c in range(dim):
+        for i in range(dim):
+            sum += f[c] * self.spin[dim * c + i] * here.d[i]
+    return sum
+
+
+cdef double damping_loss(const Data *self, const ancf_state *x0,
+                         const ancf_state *x1) noexcept nogil:
+    """Energy that the numerical damping of impacts takes between two states, by the trapezoidal rule.
+
+    It is the work of the difference of the pressures with and without it.
+    """
+    cdef Place begin
+    cdef Place end
+    cdef double before, after, sum = 0.0
+    cdef ptrdiff_t k, c
+    if self.dt == 0.0:
+        return 0.0
+    for k in range(self.points.n):
+        locate(self, k, x0.q, &begin)
+        locate(self, k, x1.q, &end)
+        before = self.last[k] - self.stiffness[k] * law_force(begin.e, self.layer)
+        after = damped_force(self, k, end.e) - self.stiffness[k] * law_force(end.e, self.layer)
+        for c in range(self.points.dim):
+            sum += 0.5 * (before * begin.n[c] + after * end.n[c]) * (begin.d[c] - end.d[c])
+    return sum
+
+
+cdef void look_back(Data *self, const ancf_state *x, double dt) noexcept nogil:
+    """Set the penetrations one step before a state from its velocities."""
+    cdef Place here
+    cdef double[3] u
+    cdef ptrdiff_t k, c
+    for k in range(self.points.n):
+        locate(self, k, x.q, &here)
+        sum_up(&self.points, k, x.v, NULL, &u[0])
+        self.before[k] = here.e
+        for c in range(self.points.dim):
+            self.before[k] += dt * here.n[c] * u[c]
+
+
+cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
+                double step, bint is_mean, bint begins, double[:, ::1] out):
+    """Set the energies of `Contact.losses`, and move the memory to the last state."""
+    cdef ancf_state x0, x1
+    cdef ptrdiff_t j
+    cdef double dt, supplied, work
+    cdef bint is_step
+    self.dt = 0.0 if is_mean else step
+    x1.q, x1.v = &q[0, 0], &v[0, 0]
+    set_interval(self, 0.0)
+    if begins:
+        if self.grip > 0.0:
+            hold(self, x1.q)
+        look_back(self, &x1, self.dt)  # of a run that continues, the memory is not known
+        accept(self, &x1)
+    for j in range(1, t.shape[0]):
+        x0, x1.q, x1.v = x1, &q[j, 0], &v[j, 0]
+        dt, supplied = t[j] - t[j - 1], 0.0
+        is_step = fabs(dt - step) <= SAME_STEP * step
+        self.is_mean = is_mean and is_step
+        set_interval(self, dt)
+        if self.dt > 0.0 and not is_step:
+            look_back(self, &x1, step)
+        if self.friction > 0.0:
+            work = friction_work(self, &x0, &x1, dt, &supplied)
+            out[j - 1, 0], out[j - 1, 1] = supplied, supplied - work
+        out[j - 1, 2] = damping_loss(self, &x0, &x1)
+        accept(self, &x1)
