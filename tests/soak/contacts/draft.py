@@ -26,14 +26,14 @@ class Draft:
         has_speed = layout in ("fall", "throw", "ropes", "net") and rng.random() < 0.5
         fall = math.sqrt(GRAVITY * self.length)
         self.speed = float(fall * 10 ** rng.uniform(-1, 0.7)) if has_speed else 0.0
-        at_rest = has_speed and rng.random() < 0.3
-        self.gravity = 0.0 if at_rest else GRAVITY
+        is_weightless = has_speed and rng.random() < 0.3
+        gravity = 0.0 if is_weightless else GRAVITY
+        self.closing = gravity  # relative acceleration of both sides of the gap
         stretch = 10 ** rng.uniform(-5, -1.7)  # of its weight and of an impact
         self.modulus = float(self.density * (fall**2 + self.speed**2) / stretch)
         self.axes = turn(rng, self.dim)
         self.origin = self.length * rng.uniform(-1, 1, self.dim)
-        down = -self.gravity * self.axes[:, 1]
-        self.scene = ancf.Scene(down)
+        self.scene = ancf.Scene(-gravity * self.axes[:, 1])
         self.section, self.needs_radius = ancf.Circle(2 * self.radius), False
         if rng.random() < 0.15:
             side = 2 * self.radius
@@ -43,7 +43,7 @@ class Draft:
         )
         self.element, self.options = draw_element(rng, self.dim, layout)
         self.beams, self.bodies, self.contacts, self.pulls = [], [], [], []
-        self.words = {"layout": layout, "dim": self.dim, "length": self.length}
+        self.words = {"layout": layout, "dim": self.dim, "length": self.length, "gravity": gravity}
 
     @property
     def weight(self):
@@ -53,9 +53,9 @@ class Draft:
     @property
     def duration(self):
         """Time until the gap is closed [s]."""
-        if self.gravity == 0.0:
+        if self.closing == 0.0:
             return self.gap / self.speed
-        v, g = self.speed, self.gravity
+        v, g = self.speed, self.closing
         return (math.sqrt(v * v + 2 * g * self.gap) - v) / g
 
     def draw_duration(self, most):

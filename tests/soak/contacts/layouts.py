@@ -160,7 +160,7 @@ def throw(draft):
         draft.scene.pin(beam.end)
     else:  # both fall freely, so only the speed brings them together
         draft.speed = draft.speed or math.sqrt(GRAVITY * length)
-        draft.gravity = 0.0
+        draft.closing = 0.0
     mass = draft.density * draft.section.area * length * float(10 ** rng.uniform(-1, 0.5))
     spin = float(rng.uniform(-1, 1)) * draft.speed / size
     inertia = 0.4 * mass * size**2
@@ -186,7 +186,7 @@ def ropes(draft):
         draft.scene.pin(lower.end)
     else:
         draft.speed = draft.speed or math.sqrt(GRAVITY * length)
-        draft.gravity = 0.0
+        draft.closing = 0.0
     angle, offset = float(rng.uniform(0.1, QUARTER)), float(rng.uniform(-0.2, 0.2)) * length
     half = 0.5 * length * np.array([math.cos(angle), math.sin(angle)])
     velocity = draft.along(0, -draft.speed) if draft.speed else None
@@ -197,7 +197,7 @@ def ropes(draft):
     # What stops a rope of half the length in a crossing, where the penetration is e, by
     # 4/3 sqrt(2 d) k e^(3/2) / sin(angle) over e; for a tenth of the radius, or less.
     e, d = SINKING * draft.radius, 2 * draft.radius
-    square = draft.speed**2 + 2 * draft.gravity * draft.gap
+    square = draft.speed**2 + 2 * draft.closing * draft.gap
     energy = 0.5 * draft.density * draft.section.area * min(length, 20 * d) * square
     rest = draft.weight * length * e
     needed = max(energy, rest) * math.sin(angle) / (8 / 15 * math.sqrt(2 * d) * e**2.5)

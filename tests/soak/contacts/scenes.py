@@ -41,7 +41,7 @@ def draw(rng):
         take_explicit_steps(drawn)
     drawn.words |= {
         "element": draft.element, **draft.options, "radius": draft.radius, "gap": draft.gap,
-        "speed": draft.speed, "gravity": draft.gravity, "modulus": draft.modulus,
+        "speed": draft.speed, "modulus": draft.modulus,
         "density": draft.density, "dt": drawn.dt, "steps": drawn.steps,
         "max_halvings": drawn.max_halvings,
     }  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.system.contributions.force_elements.contact import contacts
 from tests.soak.contacts import trials
-from tests.soak.contacts.scenes import LAYOUTS, draw
+from tests.soak.contacts.scenes import LAYOUTS, Touching, draw
 from tests.soak.contacts.sides import passes_base, passes_between
 
 CONSERVING = ancf.EnergyMomentum()
@@ -66,6 +66,17 @@ def test_a_contact_that_is_far_too_soft_is_seen(monkeypatch):
     finds = trials.attempt(drawn, CONSERVING, "auto").finds
     assert any("radii inside" in find for find in finds)
     assert any("passes through the half-space" in find for find in finds)
+
+
+@pytest.mark.parametrize(("n", "outcome"), [(3, "sank in between points"), (24, "finished")])
+def test_an_end_that_sinks_in_has_an_outcome_of_its_own(n, outcome):
+    scene = ancf.Scene((0, -9.81))
+    cable = ancf.Circle(0.01), ancf.Material(1e8, 5e3)
+    rod = scene.add_beam("thin", (0, 0.03), (1, 0.33), n, *cable)
+    contact = scene.contact(rod, ancf.HalfSpace((0, 0), (0, 1)))
+    drawn = Touching(scene, [rod], 2e-3, 60, contacts=[contact])
+    report = trials.attempt(drawn, CONSERVING, "auto")
+    assert (report.outcome, report.finds) == (outcome, [])
 
 
 def test_friction_above_that_of_coulomb_is_seen(monkeypatch):
