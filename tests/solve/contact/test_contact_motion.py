@@ -137,6 +137,17 @@ def test_by_default_a_net_sinks_into_a_ball_by_little():
     assert 0.01 < depths.max() < 0.3
 
 
+@pytest.mark.parametrize(("n", "radii"), [(3, 2.3), (6, 1.1), (12, 0.6), (24, 0.3)])
+def test_the_lower_end_of_a_tilted_cable_sinks_in_by_a_part_of_an_element(n, radii):
+    """The points nearest to it are at 0.11 of the length of the element."""
+    scene = ancf.Scene((0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 0.03), (1, 0.33), n, SECTION, MATERIAL)
+    scene.contact(rod, FLOOR)
+    run = ancf.simulate(scene, 0.12, 2e-4, integrator=ancf.EnergyMomentum())
+    deepest = 1.0 - run.position(rod.start)[:, 1].min() / 0.005
+    assert deepest == pytest.approx(radii, abs=0.06)
+
+
 def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffices():
     """A user's function of time is not known before the run."""
 
