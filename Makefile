@@ -43,7 +43,7 @@ test-newest: ## Run the fast tests with the newest interpreter here and the newe
 test-oldest: ## Run the fast tests with Python 3.11 and the oldest dependencies of pyproject.toml
 	@PYTHON="$(PYTHON)" tools/test_versions.sh oldest $(ARGS)
 
-soak: setup ## Run random trials: motions, calls, units, files, interruptions, e.g. ARGS="--seed 3 --seconds 120"
+soak: setup ## Run random trials: motions, contacts, calls, units, files, interruptions, e.g. ARGS="--seed 3 --seconds 120"
 	$(ONE_THREAD) $(BIN)/python -m tests.soak $(ARGS)
 
 SANITIZED := -m 'not slow' tests/kernels tests/seeds tests/system tests/nonlinear tests/integrators

@@ -1,4 +1,4 @@
-"""Random trials: scenes, spoiled calls, units, damaged files, interruptions.
+"""Random trials: scenes, contacts, spoiled calls, units, damaged files, interruptions.
 
 ``make soak ARGS="--seed 3 --seconds 120"`` makes trials of all kinds in turn until the time is
 over, prints what it tried and found, writes it to results/soak.json, and fails if it found
@@ -24,6 +24,7 @@ WEIGHTS = {
     "bodies": 3,
     "statics": 1,
     "plans": 3,
+    "contacts": 3,
     "interior-points": 1,
     "meshes": 1,
     "files": 1,

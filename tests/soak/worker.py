@@ -11,6 +11,7 @@ import traceback
 import warnings
 from pathlib import Path
 
+from tests.soak.contacts import trials as contacts
 from tests.soak.report import Report
 from tests.soak.trials import (
     accuracy,
@@ -34,6 +35,7 @@ KINDS = {
     "bodies": bodies.run,
     "statics": statics.run,
     "plans": plans.run,
+    "contacts": contacts.run,
     "meshes": nets.run,
     "files": files.run,
     "interior-points": interior_points.run,

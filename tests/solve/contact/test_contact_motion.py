@@ -9,6 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.scene.force_elements.contacts import LAYER_RATIO
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
+from tests.grids import level_grid
 from tests.matrices import derivative_of_step, full
 
 SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(1e8, 5e3)
@@ -120,6 +121,31 @@ def test_by_default_a_loaded_wire_sinks_into_a_drum_by_little():
     depth = 0.102 - np.linalg.norm(run.position(arc.at(0.16)), axis=1)
     assert 0.0025 < depth[-100:].mean() / 0.002 < 0.01
     assert run.contact_force(contact).pressure[-1].mean() == pytest.approx(20.0 / 0.102, rel=0.02)
+
+
+def test_by_default_a_net_sinks_into_a_ball_by_little():
+    """A node falls by 2 cm onto its top, and sinks in by less than a run warns of."""
+    nodes, edges, _ = level_grid(3, 0.2)
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    section = ancf.Circle(0.004)
+    net = scene.add_mesh(nodes, edges, "thin", section, ancf.Material(1e7, 1e3), n_elements=2)
+    contact = scene.contact(net, ancf.Ball((0.1, 0.1, -0.122), 0.1))
+    run = ancf.simulate(scene, 0.08, 2e-4, integrator=ancf.EnergyMomentum())
+    assert run.contact_force(contact).pressure.any()
+    centre = run.position(net.node(4))
+    depths = 1.0 - (np.linalg.norm(centre - (0.1, 0.1, -0.122), axis=1) - 0.1) / 0.002
+    assert 0.01 < depths.max() < 0.3
+
+
+@pytest.mark.parametrize(("n", "radii"), [(3, 2.3), (6, 1.1), (12, 0.6), (24, 0.3)])
+def test_the_lower_end_of_a_tilted_cable_sinks_in_by_a_part_of_an_element(n, radii):
+    """The points nearest to it are at 0.11 of the length of the element."""
+    scene = ancf.Scene((0.0, -9.81))
+    rod = scene.add_beam("thin", (0, 0.03), (1, 0.33), n, SECTION, MATERIAL)
+    scene.contact(rod, FLOOR)
+    run = ancf.simulate(scene, 0.12, 2e-4, integrator=ancf.EnergyMomentum())
+    deepest = 1.0 - run.position(rod.start)[:, 1].min() / 0.005
+    assert deepest == pytest.approx(radii, abs=0.06)
 
 
 def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffices():

@@ -1,0 +1,171 @@
+"""Trials of contacts find what they judge, and draw what they claim."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.system.contributions.force_elements.contact import contacts
+from tests.soak.contacts import trials
+from tests.soak.contacts.scenes import LAYOUTS, Touching, draw
+from tests.soak.contacts.sides import passes_base, passes_between
+
+CONSERVING = ancf.EnergyMomentum()
+
+
+def scene_of(choose):
+    """Return the first scene with a property."""
+    drawings = (draw(np.random.default_rng([3, index])) for index in range(500))
+    return next(drawn for drawn in drawings if choose(drawn))
+
+
+def lies_on(drawn, noun, friction=False):
+    contact = drawn.contacts[0]
+    return (
+        isinstance(contact, trials.Contact)
+        and contact.obstacle.noun == noun
+        and bool(contact.friction) == friction
+        and not drawn.is_explicit
+    )
+
+
+def is_turned(drawn):
+    return lies_on(drawn, "drum", True) and drawn.contacts[0].obstacle.spin.any()
+
+
+def test_all_parts_are_drawn():
+    drawings = [draw(np.random.default_rng([3, index])) for index in range(120)]
+    assert {drawn.words["layout"] for drawn in drawings} == {*LAYOUTS}
+    nouns = {
+        contact.obstacle.noun
+        for drawn in drawings
+        for contact in drawn.contacts
+        if isinstance(contact, trials.Contact)
+    }
+    assert nouns == {"half-space", "ball", "drum"}
+    assert {drawn.is_explicit for drawn in drawings} == {True, False}
+    lengths = [drawn.words["length"] for drawn in drawings]
+    assert min(lengths) < 3e-3
+    assert max(lengths) > 30.0
+
+
+def test_random_contacts_are_judged_without_a_find():
+    reports = [trials.run(3, index) for index in range(20)]
+    assert [find for report in reports for find in report.finds] == []
+    assert sum(report.outcome == "finished" for report in reports) > 10
+
+
+def test_a_contact_that_is_far_too_soft_is_seen(monkeypatch):
+    drawn = scene_of(lambda each: lies_on(each, "half-space") and each.words["gravity"])
+    for contact in drawn.contacts:
+        contact.__dict__["stiffness"] = None
+    assert trials.attempt(drawn, CONSERVING, "auto").finds == []
+    monkeypatch.setattr(contacts, "default_stiffness", lambda *_: 1e-3)
+    finds = trials.attempt(drawn, CONSERVING, "auto").finds
+    assert any("radii inside" in find for find in finds)
+    assert any("passes through the half-space" in find for find in finds)
+
+
+@pytest.mark.parametrize(("n", "outcome"), [(3, "sank in between points"), (24, "finished")])
+def test_an_end_that_sinks_in_has_an_outcome_of_its_own(n, outcome):
+    scene = ancf.Scene((0, -9.81))
+    cable = ancf.Circle(0.01), ancf.Material(1e8, 5e3)
+    rod = scene.add_beam("thin", (0, 0.03), (1, 0.33), n, *cable)
+    contact = scene.contact(rod, ancf.HalfSpace((0, 0), (0, 1)))
+    drawn = Touching(scene, [rod], 2e-3, 60, contacts=[contact])
+    report = trials.attempt(drawn, CONSERVING, "auto")
+    assert (report.outcome, report.finds) == (outcome, [])
+
+
+def test_friction_above_that_of_coulomb_is_seen(monkeypatch):
+    drawn = scene_of(lambda each: is_turned(each) and each.words["layout"] == "wrap")
+    path, _ = trials.simulate(drawn, CONSERVING, "auto")
+    assert trials.judge(drawn, path) == []
+    forces_of_package = ancf.Trajectory.contact_force
+
+    def with_more(self, contact):
+        forces = forces_of_package(self, contact)
+        return replace(forces, friction=1.1 * forces.friction)
+
+    monkeypatch.setattr(ancf.Trajectory, "contact_force", with_more)
+    assert any("friction exceeds mu p" in find for find in trials.judge(drawn, path))
+
+
+def test_energy_that_no_force_gave_is_seen():
+    drawn = scene_of(lambda each: lies_on(each, "ball"))
+    path, again = (trials.simulate(drawn, CONSERVING, "auto")[0] for _ in range(2))
+    assert trials.judge(drawn, path) == []
+    again.v[-1] *= 1.1
+    assert any("more than was given" in find for find in trials.judge(drawn, again))
+
+
+def test_the_work_of_a_turning_drum_is_given(monkeypatch):
+    drawn = scene_of(lambda each: is_turned(each) and each.words["layout"] == "wrap")
+    path, _ = trials.simulate(drawn, CONSERVING, "auto")
+    assert trials.judge(drawn, path) == []
+    given = trials.given_work(drawn, path)
+    assert (given >= path.energy.work - 1e-3 * np.abs(path.energy.work).max()).all()
+    monkeypatch.setattr(trials, "surface_power", lambda contact, path: np.zeros(len(path.t)))
+    assert (trials.given_work(drawn, path) < given).any()
+
+
+@pytest.mark.parametrize(
+    ("by_newton", "by_solver", "outcome", "is_found"),
+    [
+        (1.0, 0.0, "failed (ConvergenceError)", True),
+        (1.0, 0.7, "failed (ConvergenceError)", True),
+        (0.7, 0.1, "failed (ConvergenceError)", True),
+        (0.7, 0.7, "failed by chance (ConvergenceError)", False),
+    ],
+)
+def test_a_run_that_newton_finishes_must_not_fail_but_by_chance(
+    monkeypatch, by_newton, by_solver, outcome, is_found
+):
+    drawn = scene_of(lambda each: lies_on(each, "half-space"))
+    shares = {"auto": by_solver, ancf.Newton(): by_newton}
+
+    def fail(drawn, integrator, solver, moved=1.0):
+        fails = solver == "auto" if moved == 1.0 else next(turn) >= shares[solver]
+        if fails:
+            raise ancf.ConvergenceError("it did not converge", 0.1, 2, 0.1, 1.0, "a node")
+
+    turn = itertools.cycle(np.arange(8) / 8.0)
+    monkeypatch.setattr(trials, "simulate", fail)
+    report = trials.attempt(drawn, CONSERVING, "auto")
+    assert report.outcome == outcome
+    assert any("Newton finishes it" in find for find in report.finds) == is_found
+
+
+def test_an_error_of_two_lines_is_a_find():
+    assert trials.judge_sentence(ValueError("one sentence with its numbers")) == []
+    assert "no sentence" in trials.judge_sentence(ValueError("one line\nand another"))[0]
+
+
+def test_a_pass_to_the_other_side_is_seen():
+    floor, ball = ancf.HalfSpace((0, 0), (0, 1)), ancf.Ball((0, 0), 1.0)
+    drum = ancf.Drum((0, 0, 0), 1.0, axis=(0, 0, 1))
+    above, below = np.array([[0.3, 1.2]]), np.array([[0.3, -1.2]])
+    assert passes_base(floor, np.stack([above, above, below])) == 2
+    assert passes_base(floor, np.stack([above, above])) is None
+    assert passes_base(ball, np.stack([above, below])) == 1
+    # Around it, on either side.
+    beside = np.array([[1.3, 0.1]])
+    assert passes_base(ball, np.stack([above, beside, below])) is None
+    along = np.array([[[0.3, 1.2, 0.0]], [[0.2, 1.2, 9.0]], [[0.2, -1.2, 9.0]]])
+    assert passes_base(drum, along[:2]) is None
+    assert passes_base(drum, along) == 2
+
+
+def test_curves_that_pass_through_each_other_are_seen():
+    x = np.linspace(-1.0, 1.0, 6)
+    lower = np.stack([x, 0 * x, 0 * x], axis=1)
+    upper = np.stack([0.1 + 0 * x, x, 0.2 + 0 * x], axis=1)
+    still = np.stack([lower, lower, lower])
+    down = np.array([0.0, 0.0, 0.15])
+    assert passes_between(still, np.stack([upper, upper - down, upper - 2 * down])) == 2
+    assert passes_between(still, np.stack([upper, upper - down, upper])) is None
+    # Beyond its end there is no other curve.
+    aside = np.array([1.5, 0.0, 0.0])
+    assert passes_between(still, np.stack([upper, upper + aside, upper + aside - 2 * down])) is None

@@ -1,0 +1,256 @@
+"""Random runs with contact: Newton does no better, no energy is gained, and bodies keep apart."""
+
+import warnings
+
+import numpy as np
+
+import ancfsparse as ancf
+from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.force_elements.beam_contacts import BeamContact
+from ancfsparse.scene.force_elements.contacts import Contact
+from tests.soak.contacts.scenes import draw
+from tests.soak.contacts.sides import away, passes_base, passes_between
+from tests.soak.report import Report
+from tests.soak.scenes import draw_integrator, draw_solver
+from tests.soak.trials.spoiled_calls import MAX_LETTERS
+
+MAX_GAIN = 0.01  # energy above the supplied work, over the energy exchanged
+MAX_DEPTH = 1.0  # penetration over the radius
+MAX_FRICTION_ERROR = 1e-9  # of friction above mu p, relative
+ROUNDING = 1e-14  # of the energy, over the largest of all terms
+PERTURBATION = 1e-9  # relative change of the step between neighbouring runs
+NEIGHBOURS = 4  # of them on either side
+PLACES = (0.001, 0.25, 0.5, 0.75, 0.999)  # on each element, where its side is followed
+
+
+def run(seed, index):
+    """Run a random scene with contacts by a random integrator and solver."""
+    rng = np.random.default_rng([seed, index])
+    drawn = draw(rng)
+    integrator, solver = draw_integrator(rng), draw_solver(rng)
+    if drawn.is_explicit:
+        integrator, solver = ancf.CentralDifference(), "auto"
+    return attempt(drawn, integrator, solver)
+
+
+def attempt(drawn, integrator, solver):
+    """Run a scene and judge how that ends."""
+    tried = f"{integrator!r}, {solver!r}, {drawn.words}"
+    try:
+        path, sank = simulate(drawn, integrator, solver)
+    except ancf.StepError as stop:
+        finds, word = judge_sentence(stop), type(stop).__name__
+        if stop.trajectory is not None and len(stop.trajectory.t) > 1:
+            finds += judge_contacts(drawn, stop.trajectory)
+        if solver != ancf.Newton() and finishes(drawn, integrator, ancf.Newton()):
+            if fails_by_chance(drawn, integrator, solver):
+                return Report(f"failed by chance ({word})", finds, tried)
+            finds.append(f"Newton finishes it, and it ended with: {stop}")
+        return Report(f"failed ({word})", finds, tried)
+    except ancf.AncfError as refused:
+        return Report(f"refused ({type(refused).__name__})", judge_sentence(refused), tried)
+    gain, deepest = gain_of(drawn, path), deepest_of(drawn, path)
+    finds = judge(drawn, path)
+    ratios = {"energy gained over that exchanged": gain, "penetration over radius": deepest}
+    return Report(outcome_of(drawn, path, sank), finds, tried, ratios)
+
+
+def outcome_of(drawn, path, sank):
+    """Return the outcome of a run that finished, in a few words."""
+    if sank:
+        return "sank in"
+    obstacles = [each for each in drawn.contacts if isinstance(each, Contact)]
+    if any(depths(each, path, points_along(each.body)).max() > MAX_DEPTH for each in obstacles):
+        return "sank in between points"
+    return "finished" if any(touches(each, path) for each in drawn.contacts) else "apart"
+
+
+def touches(contact, path):
+    """Return True if a force acted: by a damped scheme in the step before the touch too."""
+    if isinstance(contact, BeamContact):
+        return path.contact_force(contact).penetration.max() > 0.0
+    depth = depths(contact, path, contact.points)
+    return bool((depth > 0.0).any() or (depth[1:] + np.diff(depth, axis=0) > 0.0).any())
+
+
+def simulate(drawn, integrator, solver, moved=1.0):
+    """Return a run with steps moved by a factor, and whether it warned that a body sank in."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        path = ancf.simulate(
+            drawn.scene, drawn.t_end * moved, drawn.dt * moved, integrator=integrator,
+            solver=solver, max_halvings=drawn.max_halvings,
+        )  # fmt: skip
+    sank = [each for each in caught if issubclass(each.category, ancf.PenetrationWarning)]
+    for each in caught:
+        if each not in sank:
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+    return path, bool(sank)
+
+
+def finishes(drawn, integrator, solver, moved=1.0):
+    """Return True if a solver finishes the run, with the same step or one that is moved."""
+    if drawn.is_explicit:
+        return False  # there is no other solver
+    try:
+        simulate(drawn, integrator, solver, moved)
+    except ancf.StepError:
+        return False
+    return True
+
+
+def fails_by_chance(drawn, integrator, solver):
+    """Return True if rounding decides which run fails, by the rule of docs/stability.md.
+
+    Newton does not finish all runs whose steps differ by billionths, and the solver at least half
+    as many.
+    """
+    moves = [1.0 + k * PERTURBATION for k in range(-NEIGHBOURS, NEIGHBOURS + 1) if k]
+    by_newton = sum(finishes(drawn, integrator, ancf.Newton(), moved) for moved in moves)
+    by_solver = sum(finishes(drawn, integrator, solver, moved) for moved in moves)
+    return by_newton < len(moves) and by_solver >= 0.5 * by_newton
+
+
+def judge_sentence(error):
+    text = str(error)
+    is_sentence = "\n" not in text and 10 < len(text) < MAX_LETTERS
+    return [] if is_sentence else [f"its error is no sentence: {text[:80]!r}"]
+
+
+def judge(drawn, path):
+    """Return the errors of a run that finished."""
+    if not np.isfinite(path.q[:]).all():
+        return ["its states are not finite"]
+    finds = judge_contacts(drawn, path)
+    if (gain := gain_of(drawn, path)) > MAX_GAIN:
+        finds.append(f"it had {gain:.2g} of the energy exchanged more than was given")
+    return finds
+
+
+def gain_of(drawn, path):
+    """Return the largest energy above the one that was given, over the energy exchanged [-]."""
+    energy = path.energy
+    columns = energy.kinetic, energy.elastic, energy.potential, energy.work
+    rounding = ROUNDING * (
+        max(np.abs(each).max() for each in columns)
+        + sum(b.material.youngs_modulus * b.section.area * b.lengths.sum() for b in drawn.beams)
+    )
+    gain = np.max(energy.total - energy.total[0] - given_work(drawn, path)) - rounding
+    exchanged = max(energy.kinetic.max(), *(np.abs(each - each[0]).max() for each in columns[1:]))
+    return float(gain / exchanged) if exchanged > 0.0 else max(0.0, float(gain))
+
+
+def given_work(drawn, path):
+    """Return the largest possible work of forces and turning drums up to each time [J].
+
+    Friction on fixed obstacles and between bodies gives none.
+    """
+    work = np.zeros(len(path.t))
+    for node, signal in drawn.pulls:
+        force = np.array([signal(t) for t in path.t])
+        moved = np.diff(path.position(node), axis=0)
+        work[1:] += np.cumsum((0.5 * (force[1:] + force[:-1]) * moved).sum(axis=1))
+    for contact in drawn.contacts:
+        if not isinstance(contact, Contact) or not contact.obstacle.spin.any():
+            continue
+        power = surface_power(contact, path)
+        work[1:] += np.cumsum(np.diff(path.t) * np.maximum(power[1:], power[:-1]))
+    return work
+
+
+def surface_power(contact, path):
+    """Return the largest possible power of friction on the surface of a drum, (k,) [W].
+
+    The pressure k e, with e of the states or, in schemes other than energy-momentum, as damped in
+    an impact (docs/theory.md), acts against the sliding velocity; what only takes energy counts as
+    none.
+    """
+    vectors = away(contact.obstacle, vectors_from(contact, path, contact.points))
+    sizes = np.linalg.norm(vectors, axis=-1)
+    surface = vectors @ contact.obstacle.spin.T
+    sliding = positions(path, contact.points, path.v) - surface
+    normals = vectors / sizes[..., None]
+    sliding = sliding - (sliding * normals).sum(axis=-1)[..., None] * normals
+    speed = np.sqrt((sliding**2).sum(axis=-1) + contact.slip_speed**2)
+    depths = contact.obstacle.radius + contact.radius - sizes
+    stiffness = stiffness_of(contact, path)
+    mass = contact.body.material.density * contact.body.section.area
+    ratio = 2.0 * np.diff(path.t) / (np.pi * np.sqrt(mass / stiffness))
+    most = depths.copy()
+    most[1:] = np.maximum(
+        depths[1:], depths[1:] + np.minimum(1.0, ratio**2)[:, None] * np.diff(depths, axis=0)
+    )
+    pressure = stiffness * np.maximum(most, 0.0) * contact.weights
+    along = -(sliding * surface).sum(axis=-1) / speed
+    return (contact.friction * pressure * np.maximum(along, 0.0)).sum(axis=1)
+
+
+def stiffness_of(contact, path):
+    parts = (each for each in path.system.contributions if hasattr(each, "contact"))
+    return next(each.stiffness for each in parts if each.contact is contact)
+
+
+def judge_contacts(drawn, path):
+    """Return the errors of the contacts of a run, finished or not."""
+    finds, deepest = [], deepest_of(drawn, path)
+    if deepest > MAX_DEPTH:
+        finds.append(f"a body is {deepest:.3g} radii inside")
+    for contact in drawn.contacts:
+        forces = path.contact_force(contact)
+        if isinstance(contact, BeamContact):
+            one, other = (positions(path, points_along(each)) for each in contact.bodies)
+            if (k := passes_between(one, other)) is not None:
+                finds.append(f"ropes pass through each other in step {k}")
+            continue
+        # An end sinks into a plane by a part of an element (docs/limits.md), but no part of an axis
+        # comes out of the other side of a round obstacle.
+        is_plane = isinstance(contact.obstacle, ancf.HalfSpace)
+        points = contact.points if is_plane else points_along(contact.body)
+        vectors = vectors_from(contact, path, points)
+        if (k := passes_base(contact.obstacle, vectors)) is not None:
+            finds.append(f"the axis passes through the {contact.obstacle.noun} in step {k}")
+        friction = np.linalg.norm(forces.friction, axis=2)
+        most = contact.friction * forces.pressure * (1.0 + MAX_FRICTION_ERROR)
+        if (friction > most).any():
+            finds.append(f"friction exceeds mu p by {np.max(friction - most):.3g} N/m")
+    return finds
+
+
+def deepest_of(drawn, path):
+    """Return the largest penetration at points where forces act, over the radius [-]."""
+    return float(
+        max(
+            path.contact_force(each).penetration.max() / min(each.radii)
+            if isinstance(each, BeamContact)
+            else depths(each, path, each.points).max()
+            for each in drawn.contacts
+        )
+    )
+
+
+def depths(contact, path, points):
+    """Return the penetrations of points of an axis over the radius of its body, (k, n) [-]."""
+    vectors = away(contact.obstacle, vectors_from(contact, path, points))
+    is_plane = vectors.shape[-1] == 1
+    distances = vectors[..., 0] if is_plane else np.linalg.norm(vectors, axis=-1)
+    return 1.0 - (distances - contact.obstacle.radius) / contact.radius
+
+
+def points_along(body):
+    """Return points of a body in the order of its elements."""
+    return [Point(body, e, x) for e in range(body.n_elements) for x in PLACES]
+
+
+def positions(path, points, states=None):
+    """Return points of a run at all saved times, (k, n, dim) [m], or their velocities."""
+    states = np.asarray(path.q if states is None else states)
+    tables = [path.system.point(point) for point in points]
+    return np.stack([states[..., where] @ weights for where, weights in tables], axis=1)
+
+
+def vectors_from(contact, path, points):
+    """Return the vectors from the base of an obstacle to points, (k, n, dim) [m]."""
+    base = np.array(contact.obstacle.base)
+    if contact.on is not None:
+        base = positions(path, [contact.base_point])
+    return positions(path, points) - base
