@@ -22,7 +22,6 @@ from ancfsparse.scene.records.signals import Ramp
 DRUM_RADIUS = 0.1  # [m]
 WIRE_RADIUS = 1e-3  # [m]
 TAIL_LENGTH = 0.05  # of the straight ends [m]
-SLIP_SPEED = 1e-3  # a two hundredth of the default speed of the surface [m/s]
 LOAD_TIME = 0.05  # until the force has its full value [s]
 BELT_RADIUS = 0.1  # of the axis of a belt around a pulley [m]
 CENTRE_DISTANCE = 0.4  # of the pulleys [m]
@@ -74,9 +73,7 @@ def capstan(
     stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * growth)
     drum = Drum((0.0, 0.0), DRUM_RADIUS, angular_velocity=-turning)
     for part in parts:
-        scene.contact(
-            part, drum, stiffness=stiffness, radius=WIRE_RADIUS, friction=mu, slip_speed=SLIP_SPEED
-        )
+        scene.contact(part, drum, stiffness=stiffness, radius=WIRE_RADIUS, friction=mu)
     return Mechanism(
         scene, {"held": lambda run: np.linalg.norm(run.reaction(fixed_end.start), axis=1)}
     )
@@ -86,7 +83,6 @@ def belt_drive(
     load: float = 10.0,
     omega: float = 100.0,
     mu: float = 0.3,
-    creep_speed: float = 1e-2,
     n_elements: int = 120,
 ) -> Mechanism:
     """Return a belt drive: a driven pulley, a belt, and an equal pulley under load.
@@ -94,7 +90,7 @@ def belt_drive(
     The axis of the belt runs around the pulleys at 0.1 m, whose centres are 0.4 m apart; it has
     E A = 2e4 N and 0.1 kg/m, and is stretched by 1 % at the start.  The driver reaches the angular
     velocity `omega` [rad/s] after 0.1 s, and a moment of `load` [N m] resists the driven pulley
-    from 0.15 s on.  `creep_speed` [m/s] is the slip speed of the friction.
+    from 0.15 s on.
 
     Quantities: ``tight`` and ``slack`` tension of the spans [N]; ``omega_driven``
     [rad/s]; ``loss`` of speed [-]; ``slip_driver`` and ``slip_driven``, arcs where the belt slides
@@ -109,7 +105,7 @@ def belt_drive(
     pins = [scene.pin(pulley.origin) for pulley in (driver, driven)]
     scene.drive_joint(pins[0], SpinUp(-omega, 0.1))
     scene.point_moment(driven.origin, Ramp(load, 0.15, 0.1, smooth=True))
-    belt, contacts = _belt(scene, centres, (driver, driven), n_elements, mu, creep_speed)
+    belt, contacts = _belt(scene, centres, (driver, driven), n_elements, mu)
 
     def tension(side: float) -> Callable[[Trajectory], Vector]:
         """Mean over the middle half of a span, where other parts of the belt pass."""
@@ -164,7 +160,6 @@ def _belt(
     pulleys: tuple[RigidBody, RigidBody],
     n_elements: int,
     mu: float,
-    creep_speed: float,
 ) -> tuple[list[Beam], list[Contact]]:
     """Return the upper span, the right arc, the lower span and the left arc, and their contacts."""
     section = Circle(2.0 * WIRE_RADIUS)
@@ -197,9 +192,7 @@ def _belt(
     for centre, pulley in zip(centres, pulleys, strict=True):
         drum = Drum(tuple(centre.tolist()), BELT_RADIUS - WIRE_RADIUS)
         contacts += [
-            scene.contact(
-                part, drum, on=pulley, stiffness=stiffness, friction=mu, slip_speed=creep_speed
-            )
+            scene.contact(part, drum, on=pulley, stiffness=stiffness, friction=mu)
             for part in parts
         ]
     return parts, contacts
