@@ -122,6 +122,17 @@ def test_by_default_a_loaded_wire_sinks_into_a_drum_by_little():
     assert run.contact_force(contact).pressure[-1].mean() == pytest.approx(20.0 / 0.102, rel=0.02)
 
 
+def test_by_default_a_net_sinks_into_a_ball_by_little():
+    """A mesh has more rows than nodes; its edges are free of stress at the start."""
+    scene = ancf.Scene((0, 0, -9.81))
+    nodes = [(x, y, 0.106) for x in (-0.1, 0.0, 0.1) for y in (-0.1, 0.0, 0.1)]
+    edges = [(k, k + 3) for k in range(6)] + [(k, k + 1) for k in (0, 1, 3, 4, 6, 7)]
+    net = scene.add_mesh(nodes, edges, "thin", SECTION, MATERIAL)
+    contact = scene.contact(net, ancf.Ball((0, 0, 0), 0.1))
+    run = ancf.simulate(scene, 0.03, 1e-3)
+    assert 0.0 < run.contacts(0.03)[0].penetration < 0.1 * contact.radius
+
+
 def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffices():
     """A user's function of time is not known before the run."""
 

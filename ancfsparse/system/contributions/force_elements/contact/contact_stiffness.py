@@ -59,7 +59,7 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
 def _tension(system: Discretization, contact: Contact) -> float:
     """Return the tension of the body at the start plus all known point forces and weights [N]."""
     body = contact.body
-    ends = body.positions[body.ends]
+    ends = body.positions[body.row_nodes[body.ends]]
     stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / body.lengths - 1.0
     tension = body.stiffnesses()["axial_stiffness"] * np.maximum(stretch, 0.0)
     forces = [_bound(load) for load in system.external_loads if isinstance(load, PointForce)]
