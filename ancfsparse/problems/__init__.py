@@ -25,7 +25,13 @@ from ancfsparse.problems.mechanisms import (
     spatial_pendulum,
 )
 from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
-from ancfsparse.problems.obstacles import cable_drop, cantilever_on_cylinders, sliding_block
+from ancfsparse.problems.obstacles import (
+    cable_drop,
+    cantilever_on_cylinders,
+    chain_over_pulley,
+    net_on_sphere,
+    sliding_block,
+)
 from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
 
 __all__ = [
@@ -45,6 +51,7 @@ __all__ = [
     "capstan",
     "catenary",
     "chain",
+    "chain_over_pulley",
     "crane",
     "double_pendulum_bob",
     "dzhanibekov",
@@ -58,6 +65,7 @@ __all__ = [
     "moving_supports",
     "n_four_bar",
     "net",
+    "net_on_sphere",
     "octet",
     "pendulum",
     "planar_rod",

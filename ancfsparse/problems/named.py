@@ -23,7 +23,13 @@ from ancfsparse.problems.mechanisms import (
     planar_rod,
     spatial_pendulum,
 )
-from ancfsparse.problems.obstacles import cable_drop, cantilever_on_cylinders, sliding_block
+from ancfsparse.problems.obstacles import (
+    cable_drop,
+    cantilever_on_cylinders,
+    chain_over_pulley,
+    net_on_sphere,
+    sliding_block,
+)
 from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
 
 EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
@@ -96,6 +102,15 @@ CASES = (
     Case(
         sliding_block, 1e-2, "distance", 1.5, (1.5291692,), 1e-6,
         "v^2 / (2 mu g) of Coulomb is 1.5290520; the integral of regularised friction",
+    ),
+    Case(
+        chain_over_pulley, 1e-3, "force", 0.23, (3.0006029,), 0.03,
+        "momentum of an inextensible chain; lift-off after Brun et al. (arXiv 1605.03714)",
+        GeneralizedAlpha(0.5),
+    ),
+    Case(
+        net_on_sphere, 4e-3, "force", 2.0, (5.1282856,), 2e-3, "weight of the net",
+        GeneralizedAlpha(0.5),
     ),
     elastic(
         cantilever_on_cylinders, 1e-3, "tip", 0.0, (1.8905202, -0.4825640), 2e-4,

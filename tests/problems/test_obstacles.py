@@ -8,7 +8,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 import ancfsparse as ancf
-from ancfsparse.problems import cable_drop, cantilever_on_cylinders, sliding_block
+from ancfsparse.problems import (
+    cable_drop,
+    cantilever_on_cylinders,
+    chain_over_pulley,
+    net_on_sphere,
+    sliding_block,
+)
 from ancfsparse.problems.named import MECHANISMS
 
 G = 9.81
@@ -109,3 +115,40 @@ def test_the_cantilever_touches_both_cylinders_at_one_point():
         rest = ancf.solve_static(scene.scene)
         np.testing.assert_allclose(scene.quantities(rest)["tip"], tip, rtol=0.0, atol=tolerance)
     np.testing.assert_allclose(scene.quantities(rest)["forces"], forces, rtol=0.01)
+
+
+def test_the_force_of_the_chain_falls_until_it_lifts_off():
+    """The momentum of all parts gives the force; half of the radius halves that at the lift-off."""
+    rho, speed_up, middle = 0.1, 2.0 * G, 0.03
+    lift_off = math.sqrt(2.0 * speed_up / (G * 4.0 * G))
+    assert lift_off == pytest.approx(0.319, abs=5e-4)
+
+    def force(t, radius):
+        side = 1.0 - 0.5 * G * t**2
+        return 2.0 * rho * (side * speed_up - (G * t) ** 2) + math.pi * rho * radius * speed_up
+
+    assert MECHANISMS["chain_over_pulley"].value == pytest.approx((force(0.2, 0.1),), abs=1e-7)
+    for radius in (0.2, 0.1):
+        assert force(lift_off, radius) == pytest.approx(math.pi * rho * radius * speed_up)
+        scene = chain_over_pulley(radius=radius)
+        run = ancf.simulate(
+            scene.scene, 0.349, 1e-3, integrator=ancf.GeneralizedAlpha(0.5),
+            start=ancf.solve_static(scene.scene),
+        )  # fmt: skip
+        found = scene.quantities(run)
+        # Within 1 % of the force at the start: the chain bends from node to node.
+        for step in (130, 180, 230, 280, 349):
+            expected = force(run.t[step] - middle, radius)
+            assert found["force"][step] == pytest.approx(expected, abs=0.01 * force(0.0, radius))
+        assert found["speed"][-1] == pytest.approx(G * lift_off, rel=1e-3)
+
+
+def test_the_net_comes_to_rest_and_the_ball_bears_its_weight():
+    scene, n = net_on_sphere(6), 6
+    run = ancf.simulate(scene.scene, 2.0, 4e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    found = scene.quantities(run)
+    weight = 1000.0 * math.pi * 4e-6 * 1.6 * 2 * (n + 1) * G
+    assert found["force"][-1] == pytest.approx(weight, rel=1e-3)
+    assert found["kinetic_energy"][-1] < 1e-3 * found["kinetic_energy"].max()
+    known = MECHANISMS["net_on_sphere"].value[0]
+    assert known * (n + 1) / 13 == pytest.approx(weight, rel=1e-6)
