@@ -10,6 +10,7 @@ from ancfsparse.problems.flexible import (
     elastic_four_bar,
     elastic_slider_crank,
     moving_supports,
+    sliding_bead,
     spaghetti,
     spin_up,
 )
@@ -24,8 +25,14 @@ from ancfsparse.problems.mechanisms import (
     spatial_pendulum,
 )
 from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
+from ancfsparse.problems.obstacles import (
+    cable_drop,
+    cantilever_on_cylinders,
+    chain_over_pulley,
+    net_on_sphere,
+    sliding_block,
+)
 from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
-from ancfsparse.problems.sliding import sliding_bead
 
 __all__ = [
     "MOTIONS",
@@ -38,10 +45,13 @@ __all__ = [
     "bend",
     "bricard",
     "cable_car",
+    "cable_drop",
     "cantilever",
+    "cantilever_on_cylinders",
     "capstan",
     "catenary",
     "chain",
+    "chain_over_pulley",
     "crane",
     "double_pendulum_bob",
     "dzhanibekov",
@@ -55,6 +65,7 @@ __all__ = [
     "moving_supports",
     "n_four_bar",
     "net",
+    "net_on_sphere",
     "octet",
     "pendulum",
     "planar_rod",
@@ -62,6 +73,7 @@ __all__ = [
     "roll_up",
     "slider_crank",
     "sliding_bead",
+    "sliding_block",
     "spaghetti",
     "spatial_pendulum",
     "spin_up",

@@ -19,7 +19,19 @@ from ancfsparse.scene.bodies.rigid_shapes import Rod
 
 GRAVITY = 9.81  # [m/s2]
 OWN_REFERENCE = "two formulations, natural and minimal coordinates, by DOP853 at rtol 1e-12"
-KEY_UNITS = {"omega": "rad/s", "load": "N", "tension": "N", "turning": "rad/s", "angle": "degrees"}
+KEY_UNITS = {
+    "omega": "rad/s",
+    "load": "N",
+    "tension": "N",
+    "turning": "rad/s",
+    "angle": "degrees",
+    "stiffness": "N/m2",
+    "height": "m",
+    "speed": "m/s",
+    "slip_speed": "m/s",
+    "radius": "m",
+    "acceleration": "m/s2",
+}
 DEFAULT_INTEGRATOR = EnergyMomentum()
 
 

@@ -9,6 +9,7 @@ from ancfsparse.problems.flexible import (
     elastic_four_bar,
     elastic_slider_crank,
     moving_supports,
+    sliding_bead,
     spaghetti,
     spin_up,
 )
@@ -22,8 +23,14 @@ from ancfsparse.problems.mechanisms import (
     planar_rod,
     spatial_pendulum,
 )
+from ancfsparse.problems.obstacles import (
+    cable_drop,
+    cantilever_on_cylinders,
+    chain_over_pulley,
+    net_on_sphere,
+    sliding_block,
+)
 from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
-from ancfsparse.problems.sliding import sliding_bead
 
 EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
 REISSNER_ROD = "rod of Reissner as a boundary value problem, by SciPy"
@@ -87,6 +94,28 @@ CASES = (
     Case(
         capstan, 1e-3, "held", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",
         GeneralizedAlpha(0.5),
+    ),
+    Case(
+        cable_drop, 5e-4, "height", 0.5, (0.3970704,), 5e-6,
+        "fall, impact on the pressure p(e) and rebound of a mass, by DOP853 at rtol 1e-12",
+    ),
+    Case(
+        sliding_block, 1e-2, "distance", 1.5, (1.5291692,), 1e-6,
+        "v^2 / (2 mu g) of Coulomb is 1.5290520; the integral of regularised friction",
+    ),
+    Case(
+        chain_over_pulley, 1e-3, "force", 0.23, (3.0006029,), 0.03,
+        "momentum of an inextensible chain; lift-off after Brun et al. (arXiv 1605.03714)",
+        GeneralizedAlpha(0.5),
+    ),
+    Case(
+        net_on_sphere, 4e-3, "force", 2.0, (5.1282856,), 2e-3, "weight of the net",
+        GeneralizedAlpha(0.5),
+    ),
+    elastic(
+        cantilever_on_cylinders, 1e-3, "tip", 0.0, (1.8905202, -0.4825640), 2e-4,
+        source="rod of Reissner that touches hard cylinders at two points, by shooting; "
+        "Exudyn's test has -0.48427 with 8 cables of 4 straight segments and a soft contact",
     ),
 )  # fmt: skip
 MECHANISMS = {case.make.__name__: case for case in CASES}

