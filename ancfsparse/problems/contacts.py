@@ -192,7 +192,6 @@ def _belt(
     for centre, pulley in zip(centres, pulleys, strict=True):
         drum = Drum(tuple(centre.tolist()), BELT_RADIUS - WIRE_RADIUS)
         contacts += [
-            scene.contact(part, drum, on=pulley, stiffness=stiffness, friction=mu)
-            for part in parts
+            scene.contact(part, drum, on=pulley, stiffness=stiffness, friction=mu) for part in parts
         ]
     return parts, contacts

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.checks import check_count
+from ancfsparse.checks import check_count, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.system_memory import check_memory
@@ -84,20 +84,17 @@ def latin_hypercube(n: int, seed: int = 0, **ranges: tuple[float, float]) -> lis
     start = check_count("seed", seed, 0)
     if not ranges:
         raise InputError("a sample needs parameters: try latin_hypercube(10, length=(1.0, 2.0))")
+    bounds = []
     for name, each in ranges.items():
-        try:
-            low, high = (float(x) for x in each)
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"the range of {name} must be two numbers, got {format_value(each)}"
-            ) from error
-        if not (np.isfinite([low, high]).all() and low < high):
+        pair = check_reals(f"the range of {name}", each, "two numbers")
+        if pair.shape != (2,) or not np.isfinite(pair).all() or not pair[0] < pair[1]:
             raise InputError(
                 f"the range of {name} must be two finite numbers in ascending order, "
                 f"got {format_value(each)}"
             )
+        bounds.append(pair)
     unit = LatinHypercube(len(ranges), rng=np.random.default_rng(start)).random(count)
-    low, high = np.array(list(ranges.values()), dtype=float).T
+    low, high = np.array(bounds).T
     return [dict(zip(ranges, row, strict=True)) for row in (low + unit * (high - low)).tolist()]
 
 

@@ -219,7 +219,12 @@ def test_bad_arguments_are_named(changes, words):
         (lambda: ancf.grid(length=1.0), "the values of length must be a list"),
         (lambda: ancf.grid(length=[]), "length has no values"),
         (lambda: ancf.latin_hypercube(3), "a sample needs parameters"),
-        (lambda: ancf.latin_hypercube(3, length=1.0), "the range of length must be two numbers"),
+        (lambda: ancf.latin_hypercube(3, length=1.0), "the range of length must be two finite"),
+        (lambda: ancf.latin_hypercube(3, length=("a", 2.0)), "the range of length must be two"),
+        (
+            lambda: ancf.latin_hypercube(3, length=np.ma.array([1.0, 2.0], mask=[0, 1])),
+            "the range of length must be two numbers",
+        ),
         (lambda: ancf.latin_hypercube(3, length=(2.0, 1.0)), "in ascending order"),
         (lambda: ancf.latin_hypercube(3, "a", length=(1.0, 2.0)), "seed must be"),
         (lambda: ancf.latin_hypercube(10**20, length=(1.0, 2.0)), "a smaller n"),

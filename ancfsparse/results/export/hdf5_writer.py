@@ -50,13 +50,13 @@ FILE_METADATA = 2**19  # bytes, also for the statistics of the run
 class Writer:
     """Append states to an HDF5 file, which stays readable after an interruption.
 
-    Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
-    multipliers; ``history`` (k, h) if there are history variables; ``places`` (c,) if only some coordinates are saved; as JSON in bytes ``settings``,
-    ``scene`` and, at the end, ``stats``; ``records``, the scene itself if a file can contain it;
-    the group ``outline`` for plots; and the last state of a finished run (`stored_tables`).  All
-    have checksums; values that were never written are NaN.  Attributes: ``mark`` and ``format``
-    identify the file (`hdf5_format`), ``coordinates`` is the number of coordinates of the system,
-    and ``run`` a unique identifier of the run.
+    Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are multipliers;
+    ``history`` (k, h) if there are history variables; ``places`` (c,) if only some coordinates are
+    saved; as JSON in bytes ``settings``, ``scene`` and, at the end, ``stats``; ``records``, the
+    scene itself if a file can contain it; the group ``outline`` for plots; and the last state of a
+    finished run (`stored_tables`).  All have checksums; values that were never written are NaN.
+    Attributes: ``mark`` and ``format`` identify the file (`hdf5_format`), ``coordinates`` is the
+    number of coordinates of the system, and ``run`` a unique identifier of the run.
 
     HDF5 cannot close a file on a full disk.  The disk space for new rows is therefore allocated
     before they are written.

@@ -188,7 +188,8 @@ class Contacts(SceneBase):
         ------
         InputError
             If an argument is invalid, the body begins inside the obstacle by more than 5 % of its
-            radius, with a given stiffness by more than its radius, or an element is longer than a quarter of its circumference.
+            radius, with a given stiffness by more than its radius, or an element is longer than a
+            quarter of its circumference.
 
         Notes
         -----
