@@ -61,7 +61,7 @@ cdef class TimeLoop:
                   double largest_gain, double noise):
         cdef Motion *motion = &self.motion
         cdef dict own = {}
-        self.owner, self.arrays = system, own
+        self.owner, self.arrays, self.histories = system, own, np.empty((0, 0))
         motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
         motion.m = motion.system.n_multipliers
@@ -322,7 +322,7 @@ cdef class TimeLoop:
                     memcpy(&v_out[row, 0], motion.v0, motion.n_all * sizeof(double))
                     memcpy(&a_out[row, 0], motion.a0, motion.n_all * sizeof(double))
                     memcpy(&lam_out[row, 0], motion.lam0, motion.m * sizeof(double))
-                    if self.histories is not None:
+                    if row < self.histories.shape[0]:
                         motion.system.history(motion.system.context, &self.histories[row, 0])
                 self.steps += 1
                 if look(motion):
