@@ -63,13 +63,16 @@ class BeamContactForce(ForceOfStates):
     force : ndarray, shape (k, dim)
         Resultant force on the first body [N], zero for one that touches itself.
     size : ndarray, shape (k,)
-        Sum of the sizes of all forces between two points [N].
+        Sum of the sizes of the normal forces between all pairs of points [N].
+    friction : ndarray, shape (k,)
+        Sum of the sizes of the friction between them [N].
     penetration : ndarray, shape (k,)
         Largest penetration [m].
     """
 
     force: Vector
     size: Vector
+    friction: Vector
     penetration: Vector
 
 
@@ -87,7 +90,7 @@ def contact_force(
     if contribution is None:
         raise foreign_handle("the contact", "attachments[0]")
     if isinstance(contribution, BeamContactContribution):
-        return BeamContactForce(*contribution.forces(np.asarray(states.q)))
+        return BeamContactForce(*contribution.forces(np.asarray(states.q), np.asarray(states.v)))
     contact = contribution.contact
     forces = contribution.forces(np.asarray(states.q), np.asarray(states.v), history)
     per_length = forces / contact.weights[:, None]

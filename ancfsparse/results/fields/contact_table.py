@@ -118,6 +118,7 @@ def _pairs(
     contact = contribution.contact
     elements, positions, forces, depths = contribution.compiled.touches(q)
     sizes = np.linalg.norm(forces, axis=1)
+    friction = np.linalg.norm(contribution.compiled.friction(q, v), axis=1)
     # Each place is there twice, integrated along either axis.
     order = np.argsort(elements, axis=1)
     elements = np.take_along_axis(elements, order, axis=1)
@@ -135,7 +136,7 @@ def _pairs(
             contact,
             (one, other),
             float(sizes[rows].sum()),
-            0.0,
+            float(friction[rows].sum()),
             float(np.linalg.norm(velocity - (normal @ velocity) * normal)),
             float(depths[rows].max()),
         )

@@ -13,7 +13,7 @@ from ancfsparse.checks import check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 
 # Arc over the radius within which a body does not touch itself: half a turn after which it lies at
 # its own side.
@@ -26,7 +26,7 @@ class BeamContact(Attachment):
 
     Attributes
     ----------
-    body, other, stiffness
+    body, other, stiffness, friction, slip_speed
         As in `Scene.contact`; `other` is `body` if it touches itself.
     radii : tuple of float
         Distances of the surfaces of both from their axes [m].
@@ -36,6 +36,8 @@ class BeamContact(Attachment):
     other: ElasticBody
     stiffness: float
     radii: tuple[float, float]
+    friction: float
+    slip_speed: float
     contribution = "force_elements.contact.contacts"
 
     @property
@@ -66,16 +68,20 @@ def make_beam_contact(
     other: ElasticBody,
     stiffness: float,
     radii: tuple[float, float],
-    has_friction: bool,
+    friction: float,
+    slip_speed: float | None,
     before: Iterable[Attachment],
 ) -> BeamContact:
     """Return the contact of two bodies of a scene, or of one with itself; see `Scene.contact`."""
     stiffness = check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2")
-    contact = BeamContact(body, other, stiffness, radii)
-    if has_friction:
+    friction = check_coefficient(f"friction of the contact of {body.name}", friction)
+    if slip_speed is not None:
+        slip_speed = check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
+    contact = BeamContact(body, other, stiffness, radii, friction, slip_speed or 0.0)
+    if friction > 0.0 and slip_speed is None:
         raise InputError(
-            f"{contact.what} has no friction yet: leave out friction and slip_speed, which are for "
-            "obstacles"
+            f"{contact.what} has friction of {friction:.6g} and no slip_speed: give slip_speed= "
+            "[m/s], since beams stick to obstacles only"
         )
     for each in before:
         if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:

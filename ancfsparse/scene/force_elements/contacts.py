@@ -53,6 +53,8 @@ class ContactSpec(Record):
         """Describe both sides and the numbers."""
         if not isinstance(made, Contact):
             numbers = [made.stiffness, *made.radii]
+            if made.friction:
+                numbers += [made.friction, made.slip_speed]
             return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}"
         numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
         on = "" if self.on is None else f" on {self.on.body}"
@@ -132,6 +134,8 @@ class Contacts(SceneBase):
         *,
         stiffness: float,
         radius: float | None = None,
+        friction: float = 0.0,
+        slip_speed: float | None = None,
     ) -> BeamContact: ...
 
     def contact(
@@ -174,7 +178,7 @@ class Contacts(SceneBase):
             Coefficient of friction mu [-].
         slip_speed : float, optional
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
-            stick.  Explicit integrators need it.
+            stick to obstacles.  Explicit integrators and friction of two bodies need it.
         on : RigidBody, optional
             The body that the obstacle is a part of: a ball, or in the plane a drum, whose `base` is
             its position at the start.  It moves with the body, and the forces act on both.
@@ -198,9 +202,11 @@ class Contacts(SceneBase):
         energy if it takes few steps: 1 % with 15, all with two.  In statics there is no sliding,
         and therefore no friction.
 
-        Two bodies need a stiffness, and press on each other, without friction, with k e per length,
-        integrated where they overlap; planar ones lie in one plane.  A body touches itself where
-        the arc between two places is longer than half a turn of its radius and two elements.
+        Two bodies need a stiffness, and press on each other with k e per length, integrated where
+        they overlap; planar ones lie in one plane.  Their friction opposes the relative velocity of
+        points of both axes, without that of surfaces by rotation, and acts on these points, without
+        a moment.  A body touches itself where the arc between two places is longer than half a turn
+        of its radius and two elements.
         """
         if not isinstance(body, ElasticBody):
             raise InputError(
@@ -273,13 +279,16 @@ class Contacts(SceneBase):
         if stiffness is None:
             raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
         radii = _radius(body, radius), _radius(other, radius)
-        check_coefficient(f"friction of the contact of {body.name}", friction)
-        has_friction = friction != 0.0 or slip_speed is not None
         contact = force_elements.make_beam_contact(
-            body, other, stiffness, radii, has_friction, self.attachments
+            body, other, stiffness, radii, friction, slip_speed, self.attachments
         )
         record = ContactSpec(
-            BodyRef(body.name), BodyRef(other.name), contact.stiffness, radius and radii[0]
+            BodyRef(body.name),
+            BodyRef(other.name),
+            contact.stiffness,
+            radius and radii[0],
+            contact.friction,
+            slip_speed if slip_speed is None else contact.slip_speed,
         )
         return self._attach(contact, record)
 

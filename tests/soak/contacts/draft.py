@@ -110,12 +110,18 @@ class Draft:
             options["stiffness"] = float(needed * 10 ** rng.uniform(0.3 if is_unknown else 0.0, 2))
         if self.needs_radius:
             options["radius"] = self.radius
-        if rng.random() < 0.4:
-            typical = math.sqrt(square + 1e-3 * GRAVITY * self.length)
-            options["friction"] = float(rng.uniform(0.05, 0.8))
-            options["slip_speed"] = float(typical * 10 ** rng.uniform(-2.5, -0.5))
+        options |= self.draw_friction(square)
         self.contacts.append(self.scene.contact(body, obstacle, **options))
         self.words |= {"obstacle": obstacle, **options, "on": on is not None}
+
+    def draw_friction(self, square):
+        """Draw friction and a slip speed below that of a fall, given as a square, or none."""
+        rng = self.rng
+        if rng.random() >= 0.4:
+            return {}
+        typical = math.sqrt(square + 1e-3 * GRAVITY * self.length)
+        friction = float(rng.uniform(0.05, 0.8))
+        return {"friction": friction, "slip_speed": float(typical * 10 ** rng.uniform(-2.5, -0.5))}
 
 
 def turn(rng, dim):

@@ -202,9 +202,10 @@ def ropes(draft):
     rest = draft.weight * length * e
     needed = max(energy, rest) * math.sin(angle) / (8 / 15 * math.sqrt(2 * d) * e**2.5)
     stiffness = float(needed * 10 ** rng.uniform(-0.3, 1))
-    radius = {"radius": draft.radius} if draft.needs_radius else {}
-    draft.contacts.append(draft.scene.contact(lower, upper, stiffness=stiffness, **radius))
-    draft.words |= {"n": n, "stiffness": stiffness, "angle": angle}
+    options = {"radius": draft.radius} if draft.needs_radius else {}
+    options |= draft.draw_friction(square)
+    draft.contacts.append(draft.scene.contact(lower, upper, stiffness=stiffness, **options))
+    draft.words |= {"n": n, "stiffness": stiffness, "angle": angle, **options}
     return draft.draw_duration(3)
 
 

@@ -201,6 +201,7 @@ def judge_contacts(drawn, path):
             one, other = (positions(path, points_along(each)) for each in contact.bodies)
             if (k := passes_between(one, other)) is not None:
                 finds.append(f"ropes pass through each other in step {k}")
+            finds += judge_friction(forces.friction, contact.friction * forces.size, "N")
             continue
         # An end sinks into a plane by a part of an element (docs/limits.md), but no part of an axis
         # comes out of the other side of a round obstacle.
@@ -210,10 +211,14 @@ def judge_contacts(drawn, path):
         if (k := passes_base(contact.obstacle, vectors)) is not None:
             finds.append(f"the axis passes through the {contact.obstacle.noun} in step {k}")
         friction = np.linalg.norm(forces.friction, axis=2)
-        most = contact.friction * forces.pressure * (1.0 + MAX_FRICTION_ERROR)
-        if (friction > most).any():
-            finds.append(f"friction exceeds mu p by {np.max(friction - most):.3g} N/m")
+        finds += judge_friction(friction, contact.friction * forces.pressure, "N/m")
     return finds
+
+
+def judge_friction(friction, most, unit):
+    """Return an error if friction exceeds the given bounds."""
+    excess = np.max(friction - most * (1.0 + MAX_FRICTION_ERROR))
+    return [f"friction exceeds mu p by {excess:.3g} {unit}"] if excess > 0.0 else []
 
 
 def deepest_of(drawn, path):

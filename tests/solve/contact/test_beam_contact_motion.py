@@ -162,8 +162,12 @@ def test_wrong_arguments_are_refused_in_one_sentence():
         ((one, two, {}), "needs a stiffness="),
         ((one, two, {"stiffness": 1.0, "on": one}), "is for obstacles"),
         ((one, two, {"stiffness": 1e6, "radius": -1.0}), "radius of the contact of beam 0"),
-        ((one, two, {"stiffness": 1e6, "friction": 0.1, "slip_speed": 0.1}), "no friction yet"),
-        ((one, two, {"stiffness": 1e6, "slip_speed": 0.1}), "no friction yet"),
+        ((one, two, {"stiffness": 1e6, "friction": 0.1}), "no slip_speed: give slip_speed="),
+        ((one, two, {"stiffness": 1e6, "friction": -0.1}), "friction of the contact of beam 0"),
+        (
+            (one, two, {"stiffness": 1e6, "friction": 0.1, "slip_speed": 0.0}),
+            "slip_speed of the contact of beam 0",
+        ),
         ((one, stranger, {"stiffness": 1e6}), "not .* of this scene|another scene"),
         ((one, "floor", {"stiffness": 1e6}), "a beam or a mesh, got"),
         ((one, one.end, {"stiffness": 1e6}), "a beam or a mesh, got"),
@@ -184,11 +188,14 @@ def test_wrong_arguments_are_refused_in_one_sentence():
 
 
 def test_a_contact_of_beams_is_saved_and_refined(tmp_path):
-    scene, *_ = falling()
+    scene, lower, _, _ = falling()
+    scene.contact(lower, lower, stiffness=1e7, friction=0.2, slip_speed=0.01)
     scene.save(tmp_path / "scene.json")
     again = ancf.Scene.load(tmp_path / "scene.json")
     assert again.digest() == scene.digest()
     assert again.records == scene.records
     finer = scene.refined(2)
     assert finer.attachments[0].bodies[0].n_elements == 20
+    assert finer.attachments[1].friction == 0.2
+    assert finer.attachments[1].slip_speed == 0.01
     assert "beam 1" in repr(finer.digest())

@@ -49,6 +49,11 @@ def bent(depth, rng, size=3e-3, **more):
     return system, part, q + size * rng.normal(size=system.n_all)
 
 
+def forces_at_rest(part, q):
+    """Resultant, sums of normal forces and of friction, and penetration in a state."""
+    return [each[0] for each in part.forces(q[None], np.zeros((1, len(q))))]
+
+
 def residual(system, q):
     rest, none = np.zeros(system.n_all), np.zeros(0)
     return system.assembly.residual(q, rest, rest, none, rest, none)[0]
@@ -74,7 +79,7 @@ def test_a_crossing_has_the_force_of_the_overlap_of_two_parabolas(angle):
     """(4/3) sqrt(2) k e^1.5 / sqrt(c), with the curvature c = sin^2 a / d of the gap."""
     depth = 0.1 * RADIUS
     _, part, q = lowered(angle, depth)
-    force, size, deepest = (each[0] for each in part.forces(q[None]))
+    force, size, _, deepest = forces_at_rest(part, q)
     curvature = math.sin(angle) ** 2 / (REACH - depth)
     expected = 4.0 / 3.0 * math.sqrt(2.0) * STIFFNESS * depth**1.5 / math.sqrt(curvature)
     assert np.allclose(force, (0.0, 0.0, -expected), rtol=5e-3, atol=1e-9 * expected)
@@ -89,7 +94,7 @@ def test_a_crossing_that_slides_along_elements_has_no_ripple(angle):
     for x in np.linspace(-0.5, 0.5, 41):
         shift = (20.0 * RADIUS * x, 0.13 * RADIUS, 0.0)
         _, part, q = lowered(angle, 0.1 * RADIUS, shift=shift, n=20)
-        forces.append(part.forces(q[None])[0][0, 2])
+        forces.append(forces_at_rest(part, q)[0][2])
     forces = np.array(forces)
     assert np.ptp(forces) < 1e-6 * np.abs(forces).mean()
 
@@ -97,7 +102,7 @@ def test_a_crossing_that_slides_along_elements_has_no_ripple(angle):
 def test_parallel_cables_press_with_the_stiffness_times_the_penetration():
     _, part, q = lowered(0.0, 0.02 * RADIUS)
     length = 6 * 20.0 * RADIUS  # and a little beyond its ends, where they are half spheres
-    force = part.forces(q[None])[0][0]
+    force = forces_at_rest(part, q)[0]
     assert -force[2] == pytest.approx(STIFFNESS * 0.02 * RADIUS * length, rel=4e-3)
 
 
@@ -116,7 +121,7 @@ def test_forces_are_derivatives_of_the_energy(element, rng):
 
 def test_forces_of_contact_have_neither_resultant_nor_moment(rng):
     system, part, q = bent(0.3 * RADIUS, rng, 1e-3)
-    size = part.forces(q[None])[1][0]
+    size = forces_at_rest(part, q)[1]
     r = residual(system, q)
     for direction in range(3):
         assert abs(r @ system.uniform(direction)) < 1e-12 * size
@@ -272,5 +277,5 @@ def test_no_overlap_is_missed_wherever_cables_cross(angle, rng):
         shift = (*(20.0 * RADIUS * rng.uniform(-1.0, 1.0, 2)), 0.0)
         _, part, q = lowered(angle, depth, shift=shift, n=8)
         expected = 4.0 / 3.0 * math.sqrt(2.0 * REACH) * STIFFNESS * depth**1.5 / math.sin(angle)
-        force = part.forces(q[None])[0][0]
+        force = forces_at_rest(part, q)[0]
         assert -force[2] == pytest.approx(expected, rel=0.06)

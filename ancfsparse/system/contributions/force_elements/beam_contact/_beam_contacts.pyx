@@ -8,12 +8,17 @@ The energy k e^2 / 2 is zero at these ends, so they do not contribute to its der
 
 Between two states the force is its mean over the straight path between them, by Simpson's rule, along
 the vectors d halfway, and a correction without momentum that makes its work the change of the energy.
+Other implicit schemes, which generate energy in impacts that their steps do not resolve, take the
+pressure k (e + theta a) where it is positive, with the approach a of both places in the step and
+theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 """
 include "../../contribution.pxi"
 include "axis_overlap.pxi"
 include "pair_search.pxi"
 include "touching_points.pxi"
 include "mean_forces.pxi"
+include "sliding.pxi"
+include "losses.pxi"
 include "separation.pxi"
 
 CROWDED = f"an element has more than {MOST_PER_ELEMENT} others within reach on average"
@@ -38,20 +43,25 @@ cdef class BeamContact(CompiledContribution):
         Elements that do not touch an element, because they are its neighbours along the axis.
     within : bool
         Whether elements of a group touch each other.
+    mass : (n,) float
+        Masses per length of the elements [kg/m].
     stiffness : float
         Force per length and penetration [N/m2].
+    friction, slip_speed : float
+        Coefficient [-] and velocity [m/s].
     """
 
     cdef Data data
 
     def __cinit__(self, place, slot, length, radius, straight, group, tips, near_start, near,
-                  bint within, double stiffness):
+                  bint within, mass, double stiffness, double friction, double slip_speed):
         cdef Data *data = &self.data
         cdef Search *search = &data.search
         cdef ptrdiff_t n = len(length)
         data.n, data.dim, data.stiffness = n, place.shape[2], stiffness
         data.place, data.slot, data.length = integers(place), integers(slot), reals(length)
-        data.straight, data.tips = integers(straight), integers(tips)
+        data.straight, data.tips, data.mass = integers(straight), integers(tips), reals(mass)
+        data.friction, data.slip_speed, data.dt = friction, slip_speed, 0.0
         search.n, search.radius, search.group = n, reals(radius), integers(group)
         search.within, search.near_start, search.near = within, integers(near_start), integers(near)
         search.skin = 2.0 * max(radius)
@@ -60,10 +70,17 @@ cdef class BeamContact(CompiledContribution):
         data.now, data.push = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.begin, data.halfway = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.end, data.middle = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
+        data.before, data.ahead = self.copy(np.zeros(24 * n)), self.copy(np.zeros(12 * n))
+        data.rubbed, data.speed = data.before + 12 * n, self.copy(np.zeros(12 * n))
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        self.interface.admits = admits
+        self.interface.n_memory = 24 * n if friction > 0.0 else 12 * n
+        self.interface.memory, self.interface.damped = data.before, friction > 0.0
+        self.interface.begin, self.interface.accept = begin, accept
+        if friction > 0.0:
+            self.interface.work = work
+        self.interface.set_step, self.interface.admits = set_step, admits
 
     def __dealloc__(self):
         cdef Data *data = &self.data
@@ -98,7 +115,8 @@ cdef class BeamContact(CompiledContribution):
         cdef const Touch *each
         cdef ptrdiff_t k, c, dim = data.dim
         set_points(data, &q[0], data.now)
-        if not cover(&data.search, data.now, NULL) or not collect(data, data.now, &data.at_now):
+        if not cover(&data.search, data.now, NULL) or not collect(
+                data, data.now, NULL, &data.at_now):
             raise ValueError(CROWDED)
         k = data.at_now.n
         elements, places = np.zeros((k, 2), np.int32), np.zeros((k, 2))
@@ -114,6 +132,54 @@ cdef class BeamContact(CompiledContribution):
             for c in range(dim):
                 f_view[k, c] = each.stiffness * each.e * each.n[c]
         return elements, places, force, depth
+
+    def friction(self, const double[::1] q, const double[::1] v):
+        """Return friction on the points of `touches` (k, dim) [N], with the other sign on their feet."""
+        cdef Data *data = &self.data
+        cdef ptrdiff_t k, c
+        cdef double[3] u
+        cdef double speed
+        force = np.zeros((len(self.touches(q)[0]), data.dim))
+        cdef double[:, ::1] view = force
+        set_points(data, &v[0], data.speed)
+        for k in range(data.at_now.n if data.friction > 0.0 else 0):
+            speed = slide(data, data.at_now.touch + k, u)
+            for c in range(data.dim):
+                view[k, c] = -data.friction * data.at_now.touch[k].stiffness * (
+                    data.at_now.touch[k].e / speed * u[c])
+        return force
+
+    def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
+               double step, bint is_mean, memory):
+        """Return energies of the intervals between states (k - 1, 3) [J], and the memory at the end.
+
+        They are zero, and the losses by friction and by the numerical damping of impacts, by the
+        forces of the step if the interval is one, otherwise by the trapezoidal rule.
+
+        Parameters
+        ----------
+        q, v, t : (k, n_all), (k, n_all), (k,) float
+            States, and their times [s].
+        step : float
+            Step of the run [s]; 0 where none is known and impacts are not damped.
+        is_mean : bool
+            Whether forces of a step are those between its states.
+        memory : (2, 12 n) float or None
+            As returned for the states up to the first one; None at the start.
+        """
+        cdef Data *data = &self.data
+        cdef ptrdiff_t size = 12 * data.n
+        cdef double[::1] kept = <double[:2 * size]>data.before
+        of_run, dt, out = np.array(kept), data.dt, np.zeros((len(t) - 1, 3))
+        cdef double[::1] braked = np.zeros(size)
+        if memory is not None:
+            np.asarray(kept)[size:], np.asarray(braked)[:] = memory
+        data.stepped = data.ended = False
+        add_losses(data, q, v, t, step, is_mean, &braked[0], memory is None, out)
+        memory = np.array([kept[size:], braked])
+        np.asarray(kept)[:], data.dt = of_run, dt
+        data.stepped = data.ended = False
+        return out, memory
 
     def pairs(self, const double[::1] q):
         """Return the listed pairs of elements ``(k, 2)``, which include all that touch."""
@@ -142,43 +208,79 @@ cdef void fail(const Data *self, double *r) noexcept nogil:
         r[self.place[k]] = NAN
 
 
+cdef void set_step(void *context, double dt) noexcept nogil:
+    cdef Data *self = <Data *>context
+    self.ended = self.ended and (self.stepped or dt == self.dt)
+    self.dt = dt
+
+
+cdef void begin(void *context, const ancf_state *x) noexcept nogil:
+    cdef Data *self = <Data *>context
+    self.stepped = self.ended = False
+    accept(context, x)
+
+
+cdef void accept(void *context, const ancf_state *x) noexcept nogil:
+    """Keep the control points of a state, and the friction on them unless its work is that of means."""
+    cdef Data *self = <Data *>context
+    if self.friction > 0.0 and not self.stepped:
+        set_friction(self, x, self.rubbed)
+    set_points(self, x.q, self.before)
+    self.ended = self.ended and self.stepped
+
+
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef const Touch *each
     cdef ptrdiff_t k
-    set_points(self, x.q, self.now)
-    if not cover(&self.search, self.now, NULL) or not collect(self, self.now, &self.at_now):
+    set_points(self, x.q, self.end)
+    self.stepped, self.ended = False, list_damped(self, self.end, &self.at_end)
+    if not self.ended:
         fail(self, r)
         return
-    if self.at_now.n == 0:
+    if self.at_end.n == 0:
         return
     memset(self.push, 0, 12 * self.n * sizeof(double))
-    for k in range(self.at_now.n):
-        each = self.at_now.touch + k
-        push(self, each, each.stiffness * each.e)
+    for k in range(self.at_end.n):
+        each = self.at_end.touch + k
+        push(self.push, each, each.stiffness * each.e, each.n)
+    if x.v != NULL:
+        set_points(self, x.v, self.speed)
+        rub(self, &self.at_end, 1.0, self.push)
     distribute(self, r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
     cdef Data *self = <Data *>context
     set_points(self, q, self.now)
-    if not cover(&self.search, self.now, NULL) or not collect(self, self.now, &self.at_now):
+    if not cover(&self.search, self.now, NULL) or not collect(self, self.now, NULL, &self.at_now):
         return NAN
     return stored(&self.at_now)
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
-    """Add the block of each element by itself; halfway a step for the mean force."""
+    """Add the block of each element by itself, where the last residual was evaluated as there."""
     cdef Data *self = <Data *>context
-    if part != STIFFNESS and part != MATERIAL:
+    cdef bint slides = part == DAMPING and self.friction > 0.0 and x.v != NULL
+    if part != STIFFNESS and part != MATERIAL and not slides:
         return
     set_points(self, x.q, self.now)
-    if is_at(self, self.middle):
+    if slides:
+        set_points(self, x.v, self.speed)
+        if self.stepped and is_at(self, self.middle):
+            add_sliding_blocks(self, &self.at_begin, SIMPSON[0], values)
+            add_sliding_blocks(self, &self.at_halfway, SIMPSON[1], values)
+            add_sliding_blocks(self, &self.at_end, SIMPSON[2], values)
+        elif self.ended and is_at(self, self.end):
+            add_sliding_blocks(self, &self.at_end, 1.0, values)
+        elif cover(&self.search, self.now, NULL) and collect(self, self.now, NULL, &self.at_now):
+            add_sliding_blocks(self, &self.at_now, 1.0, values)
+    elif self.stepped and is_at(self, self.middle):
         add_blocks(self, &self.at_halfway, 2.0 * SIMPSON[1] * 0.5, values)
         add_blocks(self, &self.at_end, 2.0 * SIMPSON[2], values)
-    elif is_at(self, self.begin):
+    elif self.stepped and is_at(self, self.begin):
         add_blocks(self, &self.at_begin, 1.0, values)
-    elif is_at(self, self.end):
+    elif self.ended and is_at(self, self.end):
         add_blocks(self, &self.at_end, 1.0, values)
-    elif cover(&self.search, self.now, NULL) and collect(self, self.now, &self.at_now):
+    elif cover(&self.search, self.now, NULL) and collect(self, self.now, NULL, &self.at_now):
         add_blocks(self, &self.at_now, 1.0, values)

@@ -3,6 +3,9 @@
 The gap is measured from points z of one axis a to their feet u on the other axis b, both from 0 to 1.
 Where the foot passes from b to the next element, a point passes through the plane normal to b
 there, so the points of a with feet on b lie between two roots of a cubic.
+
+With the numerical damping of impacts the penetration is e + theta a with the approach
+a = -n . (da - db) of the point z and its foot u since the last accepted state.
 """
 from libc.math cimport NAN, fabs, fmax, fmin, sqrt
 from libc.string cimport memcpy
@@ -36,6 +39,8 @@ cdef struct Gap:
 cdef struct Sides:
     const Cubic *a
     const Cubic *b
+    double theta  # of the numerical damping of impacts, 0 without it
+    Cubic way_a, way_b  # changes of both axes since the last accepted state, where they are damped
     double reach  # distance at which surfaces touch
     double steep  # bound of |da/dz|
     int n, first  # overlaps, and the first one in the present interval
@@ -136,7 +141,74 @@ cdef Gap gap_at(const Sides *self, double z, double *guess) noexcept nogil:
     guess[0] = foot.u
     slope_at(self.a, z, x)
     out.e, out.slope = self.reach - foot.distance, -dot(foot.n, x)
+    if self.theta > 0.0:
+        out.e += self.theta * approach(self, z, &foot)
+        out.slope += self.theta * approach_slope(self, z, &foot, x)
     return out
+
+
+cdef double approach(const Sides *self, double z, const Foot *foot) noexcept nogil:
+    """Return the approach of a point and its foot along the normal since the last accepted state."""
+    cdef double[3] of_a
+    cdef double[3] of_b
+    place_at(&self.way_a, z, of_a)
+    place_at(&self.way_b, foot.u, of_b)
+    return dot(foot.n, of_b) - dot(foot.n, of_a)
+
+
+cdef double approach_slope(const Sides *self, double z, const Foot *foot,
+                           const double *slope_a) noexcept nogil:
+    """Return the derivative of the approach by z, where the foot and the normal move as well."""
+    cdef double[3] way
+    cdef double[3] of_b
+    cdef double[3] turn
+    cdef double[3] slope_b
+    cdef double rate = 0.0, along, curved, out
+    cdef int c
+    slope_at(self.b, foot.u, slope_b)
+    if 0.0 < foot.u < 1.0:
+        curved = dot(slope_b, slope_b)
+        for c in range(3):
+            curved -= foot.distance * foot.n[c] * (
+                2.0 * self.b.factor[2][c] + 6.0 * foot.u * self.b.factor[3][c])
+        rate = dot(slope_a, slope_b) / curved if curved > 0.0 else 0.0
+    for c in range(3):
+        turn[c] = slope_a[c] - rate * slope_b[c]
+    along = dot(turn, foot.n)
+    for c in range(3):
+        turn[c] = (turn[c] - along * foot.n[c]) / foot.distance
+    place_at(&self.way_a, z, way)
+    place_at(&self.way_b, foot.u, of_b)
+    out = dot(turn, of_b) - dot(turn, way)
+    slope_at(&self.way_a, z, way)
+    slope_at(&self.way_b, foot.u, of_b)
+    return out + rate * dot(foot.n, of_b) - dot(foot.n, way)
+
+
+cdef double steepest(const Cubic *a) noexcept nogil:
+    """Return a bound of |da/dz|."""
+    cdef double most = 0.0
+    cdef int k
+    for k in range(3):
+        most = fmax(most, 3.0 * distance(a.point[k], a.point[k + 1]))
+    return most
+
+
+cdef double steepest_gap(const Sides *self) noexcept nogil:
+    """Return a bound of |de/dz|, with damping for axes that are bent little within their distance."""
+    cdef double most = steepest(self.a), farthest = 0.0, along
+    cdef double[3] way
+    cdef int i, j, c
+    if self.theta == 0.0:
+        return most
+    for i in range(4):
+        for j in range(4):
+            for c in range(3):
+                way[c] = self.way_a.point[i][c] - self.way_b.point[j][c]
+            farthest = fmax(farthest, dot(way, way))
+    along = most / fmax(distance(self.b.point[0], self.b.point[3]), EXACT * self.reach)
+    return most + self.theta * (most * sqrt(farthest) / self.reach + steepest(&self.way_a)
+                                + along * steepest(&self.way_b))
 
 
 cdef double zero_of(const Sides *self, double low, double high, bint of_slope, bint rising,
@@ -275,9 +347,7 @@ cdef void find_overlaps(Sides *self, bint starts, bint ends) noexcept nogil:
     cdef Gap at_low
     cdef Gap at_high
     cdef int n = 1, i, k
-    self.n, self.steep, z[0] = 0, 0.0, 0.0
-    for k in range(3):
-        self.steep = fmax(self.steep, 3.0 * distance(self.a.point[k], self.a.point[k + 1]))
+    self.n, self.steep, z[0] = 0, steepest_gap(self), 0.0
     slope_at(self.b, 0.0, first)
     slope_at(self.b, 1.0, last)
     n = add_roots(self.a, first, origin, z, n)

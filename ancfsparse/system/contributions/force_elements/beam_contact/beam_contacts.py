@@ -38,6 +38,14 @@ class CompiledBeamContact(Compiled, Protocol):
     def touches(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
         """Return elements, positions in them, forces and penetrations of points in contact."""
 
+    def friction(self, q: Vector, v: Vector, /) -> Vector:
+        """Return friction on these points, (k, dim) [N]."""
+
+    def losses(
+        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None, /
+    ) -> tuple[Vector, Vector]:
+        """Return energies as `Contribution.contact_losses`, and the memory at the end."""
+
     def pairs(self, q: Vector, /) -> Integers:
         """Return the pairs of elements that may touch, (k, 2)."""
 
@@ -85,7 +93,10 @@ class BeamContactContribution(Contribution):
             offsets_of(near),
             np.concatenate([np.empty(0, dtype=np.int32), *near]).astype(np.int32),
             contact.is_within,
+            np.concatenate([_masses_per_length(body) for body in contact.bodies]),
             contact.stiffness,
+            contact.friction,
+            contact.slip_speed,
         )
         if np.array_equal(system.q0, system.q_ref):
             self._check_start(system.q0)
@@ -111,27 +122,42 @@ class BeamContactContribution(Contribution):
                 f"{one!r} and {other!r}: move them apart, or start from an equilibrium"
             )
 
-    def forces(self, q: Vector) -> tuple[Vector, Vector, Vector]:
-        """Return resultant on the first body, sum of sizes and largest penetration in states."""
+    def forces(self, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector, Vector]:
+        """Return resultant on the first body, sums of sizes and largest penetration in states.
+
+        The sums are of normal forces and of friction.
+        """
         n, own = len(q), self.contact.body.n_elements
-        resultant, sizes, deepest = np.zeros((n, self._system.dim)), np.zeros(n), np.zeros(n)
-        for k, row in enumerate(q):
-            elements, _, force, depths = self.compiled.touches(np.ascontiguousarray(row))
+        resultant, sizes, deepest = np.zeros((n, self._system.dim)), np.zeros((2, n)), np.zeros(n)
+        for k, state in enumerate(zip(q, v, strict=True)):
+            q_row, v_row = map(np.ascontiguousarray, state)
+            elements, _, force, depths = self.compiled.touches(q_row)
+            friction = self.compiled.friction(q_row, v_row)
             on_body = (elements < own).astype(float)
-            resultant[k] = (on_body[:, 0] - on_body[:, 1]) @ force
-            sizes[k] = np.linalg.norm(force, axis=1).sum()
+            resultant[k] = (on_body[:, 0] - on_body[:, 1]) @ (force + friction)
+            for row, each in zip(sizes, (force, friction), strict=True):
+                row[k] = np.linalg.norm(each, axis=1).sum()
             deepest[k] = depths.max(initial=0.0)
-        return resultant, sizes, deepest
+        return resultant, *sizes, deepest
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""
         return np.array([self.compiled.energy(np.ascontiguousarray(row)) for row in q])
 
+    def contact_losses(
+        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
+    ) -> tuple[Vector | float, Vector | None]:
+        """Return losses between states (k - 1, 3) [J], and the memory."""
+        if self.contact.friction == 0.0 and (is_mean or step == 0.0):
+            return 0.0, None
+        q, v, t = map(np.ascontiguousarray, (q, v, t))
+        return self.compiled.losses(q, v, t, step, is_mean, memory)
+
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector
     ) -> list[tuple[str, Vector]]:
         """Return the sum of all pressures."""
-        return [(f"the pressure of {self.contact.what} [N]", self.forces(q)[1])]
+        return [(f"the pressure of {self.contact.what} [N]", self.forces(q, v)[1])]
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the directions of approach of all points in contact."""
@@ -160,6 +186,11 @@ class BeamContactContribution(Contribution):
         if not len(self.compiled.touches(np.ascontiguousarray(q))[0]):
             return ""
         return f"{self.contact.what} couples elements that the matrix does not couple"
+
+
+def _masses_per_length(body: Any) -> Vector:
+    """Return the mass per length of each element, (n,) [kg/m]."""
+    return np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
 
 
 def _axis_indices(system: Discretization, body: Any) -> Integers:

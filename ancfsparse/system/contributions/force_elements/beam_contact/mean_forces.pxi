@@ -38,7 +38,7 @@ cdef void push_all(Data *self, const Touches *list, double share, double factor)
     cdef ptrdiff_t k
     for k in range(list.n):
         each = list.touch + k
-        push(self, each, share * each.stiffness * (each.e + factor * each.change))
+        push(self.push, each, share * each.stiffness * (each.e + factor * each.change), each.n)
 
 
 cdef double central(Data *self, const Touches *list, double factor) noexcept nogil:
@@ -76,28 +76,34 @@ cdef double central(Data *self, const Touches *list, double factor) noexcept nog
 
 
 cdef bint is_at(const Data *self, const double *points) noexcept nogil:
-    """Return True if the present control points are some of the last step."""
-    return self.stepped and memcmp(self.now, points, 12 * self.n * sizeof(double)) == 0
+    """Return True if the present control points are others, to the last bit."""
+    return memcmp(self.now, points, 12 * self.n * sizeof(double)) == 0
+
+
+cdef bint list_between(Data *self, const double *q0, const double *q1) noexcept nogil:
+    """List the touching points for the mean force between two states; return if that succeeds."""
+    cdef bint same
+    cdef ptrdiff_t k
+    set_points(self, q0, self.now)
+    set_points(self, q1, self.end)
+    same = self.stepped and is_at(self, self.begin)
+    memcpy(self.begin, self.now, 12 * self.n * sizeof(double))
+    for k in range(12 * self.n):
+        self.halfway[k] = 0.5 * (self.begin[k] + self.end[k])
+    self.stepped = (cover(&self.search, self.begin, self.end)
+                    and (same or collect(self, self.begin, NULL, &self.at_begin))
+                    and collect(self, self.halfway, NULL, &self.at_halfway)
+                    and collect(self, self.end, NULL, &self.at_end))
+    self.ended = self.stepped
+    return self.stepped
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
                   double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef double missing, square = 0.0, factor
-    cdef bint same
-    cdef ptrdiff_t k
-    set_points(self, q0, self.now)
-    set_points(self, q1, self.end)
     set_points(self, x.q, self.middle)
-    same = is_at(self, self.begin)
-    memcpy(self.begin, self.now, 12 * self.n * sizeof(double))
-    for k in range(12 * self.n):
-        self.halfway[k] = 0.5 * (self.begin[k] + self.end[k])
-    self.stepped = (cover(&self.search, self.begin, self.end)
-                    and (same or collect(self, self.begin, &self.at_begin))
-                    and collect(self, self.halfway, &self.at_halfway)
-                    and collect(self, self.end, &self.at_end))
-    if not self.stepped:
+    if not list_between(self, q0, q1):
         fail(self, r)
         return
     if self.at_begin.n + self.at_halfway.n + self.at_end.n == 0:
@@ -116,4 +122,9 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     central(self, &self.at_begin, factor)
     central(self, &self.at_halfway, factor)
     central(self, &self.at_end, factor)
+    if x.v != NULL:
+        set_points(self, x.v, self.speed)
+        rub(self, &self.at_begin, SIMPSON[0], self.push)
+        rub(self, &self.at_halfway, SIMPSON[1], self.push)
+        rub(self, &self.at_end, SIMPSON[2], self.push)
     distribute(self, r)

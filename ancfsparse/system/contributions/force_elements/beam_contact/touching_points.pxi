@@ -1,5 +1,9 @@
 """Gauss points of overlaps, and their forces on elements; an include file."""
+from libc.math cimport M_PI
 from libc.string cimport memcmp
+
+# Steps per impact below which it is damped fully, as in a contact with an obstacle.
+cdef double STEPS_PER_IMPACT = 2.0
 
 cdef enum:
     GAUSS = 5  # points of an overlap
@@ -14,7 +18,8 @@ cdef struct Touch:
     int32_t a, b
     double z, u  # places of the point on a, and of its foot on b
     double[3] n  # from the foot to the point
-    double e
+    double e  # penetration, at the end of a step with the numerical damping of impacts
+    double theta  # of that damping
     double stiffness  # times the length of the point [N/m]
     double change  # of the penetration in a step
 
@@ -31,15 +36,23 @@ cdef struct Data:
     const double *length
     const int32_t *straight
     const int32_t *tips
+    const double *mass  # per length, of the elements [kg/m]
     double stiffness
+    double friction, slip_speed
+    double dt  # length of the step, 0 outside of one [s]
     Search search
     double *tight  # (n, 6): boxes of the axes in one state
-    # Control points (n, 4, 3) of a state, and forces on them.
+    # Control points (n, 4, 3) of a state, their velocities, and forces on them.
     double *now
+    double *speed
     double *push
     Touches at_now
-    # In the last step between two states; its midpoint also as rounded by the integrator.
-    bint stepped
+    double *before  # in the last accepted state
+    double *rubbed  # friction on them there
+    double *ahead  # as far behind a state as that is before it
+    # In the last step between two states, with its midpoint also as rounded by the integrator, or
+    # else the end of a step in the last residual.
+    bint stepped, ended
     double *begin
     double *halfway
     double *end
@@ -85,8 +98,30 @@ cdef void blend(const double *points, const Touch *each, double *d) noexcept nog
             d[c] -= of_b[k] * points[12 * each.b + 3 * k + c]
 
 
-cdef bint collect(Data *self, const double *points, Touches *out) noexcept nogil:
-    """List the touching points of all pairs in a state; return False if memory is lacking."""
+cdef inline double damping_ratio(const Data *self, ptrdiff_t a, ptrdiff_t b) noexcept nogil:
+    """Theta of the numerical damping of an impact, whose duration is pi sqrt(reduced mass / k)."""
+    cdef double ratio = STEPS_PER_IMPACT * self.dt / M_PI
+    if self.dt == 0.0:
+        return 0.0
+    return fmin(1.0, ratio * ratio * self.stiffness * (1.0 / self.mass[a] + 1.0 / self.mass[b]))
+
+
+cdef bint list_damped(Data *self, const double *points, Touches *out) noexcept nogil:
+    """List the touching points at the end of a step, with the numerical damping of impacts."""
+    cdef ptrdiff_t k
+    if self.dt == 0.0:
+        return cover(&self.search, points, NULL) and collect(self, points, NULL, out)
+    for k in range(12 * self.n):
+        self.ahead[k] = 2.0 * points[k] - self.before[k]
+    return cover(&self.search, points, self.ahead) and collect(self, points, self.ahead, out)
+
+
+cdef bint collect(Data *self, const double *points, const double *ahead,
+                  Touches *out) noexcept nogil:
+    """List the touching points of all pairs in a state; return False if memory is lacking.
+
+    Those at the end of a damped step are given the points `ahead` as well.
+    """
     cdef const int32_t *pair
     cdef const double *box
     cdef const double *other
@@ -101,6 +136,8 @@ cdef bint collect(Data *self, const double *points, Touches *out) noexcept nogil
         for c in range(3):
             self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = points[12 * e + c]
         bounds(points + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+        if ahead != NULL:
+            bounds(ahead + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
     for k in range(self.search.n_pairs):
         pair = self.search.pair + 2 * k
         box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]
@@ -112,14 +149,23 @@ cdef bint collect(Data *self, const double *points, Touches *out) noexcept nogil
             continue
         expand(points + 12 * pair[0], &a)
         expand(points + 12 * pair[1], &b)
-        if not (add_touches(self, &a, &b, pair[0], pair[1], reach, out)
-                and add_touches(self, &b, &a, pair[1], pair[0], reach, out)):
+        if not (add_touches(self, &a, &b, pair[0], pair[1], reach, ahead, out)
+                and add_touches(self, &b, &a, pair[1], pair[0], reach, ahead, out)):
             return False
     return True
 
 
+cdef void set_way(const double *now, const double *ahead, Cubic *out) noexcept nogil:
+    """Set the change of an axis since the last accepted state."""
+    cdef double[12] way
+    cdef int k
+    for k in range(12):
+        way[k] = ahead[k] - now[k]
+    expand(way, out)
+
+
 cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t of_a, int32_t of_b,
-                      double reach, Touches *out) noexcept nogil:
+                      double reach, const double *ahead, Touches *out) noexcept nogil:
     """Add the Gauss points on axis a in its overlaps with axis b."""
     cdef Sides sides
     cdef Foot foot
@@ -128,7 +174,11 @@ cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t 
     cdef double[3] x
     cdef double span, guess = 0.5
     cdef int i, k
-    sides.a, sides.b, sides.reach = a, b, reach
+    sides.a, sides.b, sides.reach, sides.theta = a, b, reach, 0.0
+    if ahead != NULL:
+        sides.theta = damping_ratio(self, of_a, of_b)
+        set_way(a.point[0], ahead + 12 * of_a, &sides.way_a)
+        set_way(b.point[0], ahead + 12 * of_b, &sides.way_b)
     find_overlaps(&sides, self.tips[2 * of_b], self.tips[2 * of_b + 1])
     for i in range(sides.n):
         span = sides.part[i][1] - sides.part[i][0]
@@ -143,7 +193,9 @@ cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t 
             place_at(a, each.z, x)
             find_foot(b, x, guess, &foot)
             guess = each.u = foot.u
-            each.e = reach - foot.distance
+            each.e, each.theta = reach - foot.distance, sides.theta
+            if sides.theta > 0.0:
+                each.e += sides.theta * approach(&sides, each.z, &foot)
             if each.e <= 0.0:
                 continue
             memcpy(each.n, foot.n, 3 * sizeof(double))
@@ -161,18 +213,18 @@ cdef double stored(const Touches *self) noexcept nogil:
     return sum
 
 
-cdef void push(Data *self, const Touch *each, double size) noexcept nogil:
-    """Add a force on the control points of both elements, along the normal."""
+cdef void push(double *out, const Touch *each, double size, const double *way) noexcept nogil:
+    """Add a force along a direction to those on the control points of both elements."""
     cdef double[4] w
     cdef int k, c
     bernstein(each.z, w)
     for k in range(4):
         for c in range(3):
-            self.push[12 * each.a + 3 * k + c] += w[k] * size * each.n[c]
+            out[12 * each.a + 3 * k + c] += w[k] * size * way[c]
     bernstein(each.u, w)
     for k in range(4):
         for c in range(3):
-            self.push[12 * each.b + 3 * k + c] -= w[k] * size * each.n[c]
+            out[12 * each.b + 3 * k + c] -= w[k] * size * way[c]
 
 
 cdef void distribute(const Data *self, double *r) noexcept nogil:
@@ -197,27 +249,34 @@ cdef void distribute(const Data *self, double *r) noexcept nogil:
 cdef void add_blocks(const Data *self, const Touches *list, double factor,
                      double *values) noexcept nogil:
     cdef const Touch *each
+    cdef double stiffness
     cdef ptrdiff_t k
     for k in range(list.n):
         each = list.touch + k
-        add_block(self, each.a, each.z, each, factor * each.stiffness, values)
-        add_block(self, each.b, each.u, each, factor * each.stiffness, values)
+        stiffness = factor * (1.0 + each.theta) * each.stiffness
+        add_block(self, each.a, each.z, each, stiffness, values)
+        add_block(self, each.b, each.u, each, stiffness, values)
 
 
-cdef void add_block(const Data *self, ptrdiff_t e, double z, const Touch *each, double stiffness,
-                    double *values) noexcept nogil:
-    """Add s (S^T n) (S^T n)^T of one element to the matrix."""
+cdef inline void weigh(const Data *self, ptrdiff_t e, double z, double *of_nodes) noexcept nogil:
+    """Set the weights of position and slope at both ends of an element in one of its points."""
     cdef double[4] w
-    cdef double[4] of_nodes
-    cdef double[12] g
-    cdef ptrdiff_t dim = self.dim, i, j
-    cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
     bernstein(z, w)
     if self.straight[e]:
         of_nodes[0], of_nodes[1], of_nodes[2], of_nodes[3] = 1.0 - z, 0.0, z, 0.0
     else:
         of_nodes[0], of_nodes[1] = w[0] + w[1], self.length[e] / 3.0 * w[1]
         of_nodes[2], of_nodes[3] = w[2] + w[3], -self.length[e] / 3.0 * w[2]
+
+
+cdef void add_block(const Data *self, ptrdiff_t e, double z, const Touch *each, double stiffness,
+                    double *values) noexcept nogil:
+    """Add s (S^T n) (S^T n)^T of one element to the matrix."""
+    cdef double[4] of_nodes
+    cdef double[12] g
+    cdef ptrdiff_t dim = self.dim, i, j
+    cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
+    weigh(self, e, z, of_nodes)
     for i in range(4):
         for j in range(dim):
             g[dim * i + j] = of_nodes[i] * each.n[j]

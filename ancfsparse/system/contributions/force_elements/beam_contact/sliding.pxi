@@ -1,0 +1,118 @@
+"""Friction of points that touch along both axes, and its work; an include file.
+
+It opposes the relative velocity of a point of one axis and its foot on the other one, along the surface.
+"""
+
+
+cdef double slide(const Data *self, const Touch *each, double *u) noexcept nogil:
+    """Set the sliding velocity u of a point relative to its foot; return sqrt(u^2 + slip_speed^2)."""
+    cdef double normal
+    cdef int c
+    blend(self.speed, each, u)
+    normal = dot(u, each.n)
+    for c in range(3):
+        u[c] -= normal * each.n[c]
+    return sqrt(dot(u, u) + self.slip_speed * self.slip_speed)
+
+
+cdef void rub(const Data *self, const Touches *list, double share, double *out) noexcept nogil:
+    """Add a share of the friction to forces on control points that have the velocities `speed`."""
+    cdef const Touch *each
+    cdef double[3] u
+    cdef double size
+    cdef ptrdiff_t k
+    if self.friction == 0.0:
+        return
+    for k in range(list.n):
+        each = list.touch + k
+        size = slide(self, each, u)
+        size = -self.friction * share * each.stiffness * each.e / size
+        push(out, each, size, u)
+
+
+cdef bint find_end(Data *self, const double *q) noexcept nogil:
+    """List the touching points at the end of a step, unless the last residual did; return if that succeeds."""
+    set_points(self, q, self.now)
+    if not (self.ended and not self.stepped and is_at(self, self.end)):
+        memcpy(self.end, self.now, 12 * self.n * sizeof(double))
+        self.stepped, self.ended = False, list_damped(self, self.end, &self.at_end)
+    return self.ended
+
+
+cdef void set_friction(Data *self, const ancf_state *x, double *out) noexcept nogil:
+    """Set the friction on control points at the end of a step."""
+    memset(out, 0, 12 * self.n * sizeof(double))
+    if x.v != NULL and find_end(self, x.q):
+        set_points(self, x.v, self.speed)
+        rub(self, &self.at_end, 1.0, out)
+
+
+cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
+                 double *scratch) noexcept nogil:
+    """Work of friction: of `between`, or by the trapezoidal rule from both states."""
+    cdef Data *self = <Data *>context
+    return friction_work(self, x0, x1, self.stepped)
+
+
+cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1,
+                          bint is_mean) noexcept nogil:
+    cdef double square = 0.0, sum = 0.0
+    cdef ptrdiff_t k
+    if x0.v == NULL or x1.v == NULL:
+        return 0.0
+    if not is_mean:
+        set_friction(self, x1, self.push)
+        set_points(self, x0.q, self.begin)
+        for k in range(12 * self.n):
+            sum += 0.5 * (self.rubbed[k] + self.push[k]) * (self.end[k] - self.begin[k])
+        return sum
+    if not list_between(self, x0.q, x1.q):
+        return NAN
+    total_work(self, &self.at_begin, SIMPSON[0], &square)
+    total_work(self, &self.at_halfway, SIMPSON[1], &square)
+    total_work(self, &self.at_end, SIMPSON[2], &square)
+    set_points(self, x0.v, self.now)
+    set_points(self, x1.v, self.speed)
+    for k in range(12 * self.n):
+        self.speed[k] = 0.5 * (self.now[k] + self.speed[k])
+    memset(self.push, 0, 12 * self.n * sizeof(double))
+    rub(self, &self.at_begin, SIMPSON[0], self.push)
+    rub(self, &self.at_halfway, SIMPSON[1], self.push)
+    rub(self, &self.at_end, SIMPSON[2], self.push)
+    for k in range(12 * self.n):
+        sum += self.push[k] * (self.end[k] - self.begin[k])
+    return sum
+
+
+cdef void add_sliding_blocks(const Data *self, const Touches *list, double share,
+                             double *values) noexcept nogil:
+    """Add the derivative of friction by velocities, of each element by itself."""
+    cdef const Touch *each
+    cdef double[3] u
+    cdef double[9] block
+    cdef double size, speed
+    cdef ptrdiff_t k
+    cdef int c, e
+    for k in range(list.n):
+        each = list.touch + k
+        speed = slide(self, each, u)
+        size = self.friction * share * each.stiffness * each.e / speed
+        for c in range(3):
+            for e in range(3):
+                block[3 * c + e] = size * ((c == e) - each.n[c] * each.n[e]
+                                           - u[c] * u[e] / (speed * speed))
+        add_sliding_block(self, each.a, each.z, block, values)
+        add_sliding_block(self, each.b, each.u, block, values)
+
+
+cdef void add_sliding_block(const Data *self, ptrdiff_t e, double z, const double *block,
+                            double *values) noexcept nogil:
+    """Add S^T B S of one element to the matrix."""
+    cdef double[4] of_nodes
+    cdef ptrdiff_t dim = self.dim, i, j
+    cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
+    weigh(self, e, z, of_nodes)
+    for i in range(4 * dim):
+        for j in range(i + 1):
+            values[slot[0]] += of_nodes[i // dim] * of_nodes[j // dim] * block[3 * (i % dim) + j % dim]
+            slot += 1
