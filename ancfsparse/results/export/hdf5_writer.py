@@ -51,12 +51,13 @@ class Writer:
     """Append states to an HDF5 file, which stays readable after an interruption.
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are
-    multipliers; ``history`` (k, h) if there are history variables; ``places`` (c,) if only some coordinates are saved; as JSON in bytes ``settings``,
-    ``scene`` and, at the end, ``stats``; ``records``, the scene itself if a file can contain it;
-    the group ``outline`` for plots; and the last state of a finished run (`stored_tables`).  All
-    have checksums; values that were never written are NaN.  Attributes: ``mark`` and ``format``
-    identify the file (`hdf5_format`), ``coordinates`` is the number of coordinates of the system,
-    and ``run`` a unique identifier of the run.
+    multipliers; ``history`` (k, h) if there are history variables; ``places`` (c,) if only some
+    coordinates are saved; as JSON in bytes ``settings``, ``scene`` and, at the end, ``stats``;
+    ``records``, the scene itself if a file can contain it; the group ``outline`` for plots; and the
+    last state of a finished run (`stored_tables`).  All have checksums; values that were never
+    written are NaN.  Attributes: ``mark`` and ``format`` identify the file (`hdf5_format`),
+    ``coordinates`` is the number of coordinates of the system, and ``run`` a unique identifier of
+    the run.
 
     HDF5 cannot close a file on a full disk.  The disk space for new rows is therefore allocated
     before they are written.
@@ -202,8 +203,9 @@ class Writer:
             if len(t) < 2:
                 raise
             for half in (slice(0, len(t) // 2), slice(len(t) // 2, len(t))):
-                parts = (x if x is None else x[half] for x in (q, v, a, lam, history))
-                self.append(t[half], *parts, begin=begin + half.start)
+                later = None if history is None else history[half]
+                states = q[half], v[half], a[half], lam[half]
+                self.append(t[half], *states, later, begin=begin + half.start)
             return
         for name, values in tables.items():
             table = self._file[name]

@@ -188,7 +188,8 @@ class Contacts(SceneBase):
         ------
         InputError
             If an argument is invalid, the body begins inside the obstacle by more than 5 % of its
-            radius, with a given stiffness by more than its radius, or an element is longer than a quarter of its circumference.
+            radius, with a given stiffness by more than its radius, or an element is longer than a
+            quarter of its circumference.
 
         Notes
         -----
@@ -325,7 +326,7 @@ def _slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
 def _check_start(contact: Contact) -> None:
     """Refuse a body that begins inside the obstacle.
 
-    With a given stiffness it may be soft, and its axis alone must be outside.
+    With a given stiffness, which can be soft, its axis alone must be outside.
     """
     points, radius = contact.points, contact.radius
     distances = contact.obstacle.distances(np.array([point.position for point in points]))

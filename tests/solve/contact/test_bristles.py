@@ -135,7 +135,7 @@ def test_bristles_keep_momenta_and_lose_energy_to_sliding_alone(dim):
 @pytest.mark.parametrize("speed", [0.01, 1.0], ids=["sticks", "slides"])
 @pytest.mark.parametrize("integrator", BOTH, ids=repr)
 def test_the_matrix_of_a_step_with_bristles_is_the_derivative(integrator, speed):
-    """But for the change of the limit with the pressure, which is not symmetric: none at a speed."""
+    """But for the change of the limit with the pressure, an unsymmetric part: none at a speed."""
     scene, _, _ = level(-0.1 * 0.005 * 0.4, STIFFNESS, velocity=(speed, 0.0), friction=0.5)
     system = System(scene)
     march, *_ = prepare_implicit(system, 1e-3, integrator, ancf.Newton(), 1e-9, math.inf)
