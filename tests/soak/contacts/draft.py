@@ -13,10 +13,13 @@ REST = 0.01  # and under loads at rest
 
 
 class Draft:
-    """Numbers that the parts of a scene share, in axes that are turned at random."""
+    """Numbers that the parts of a scene share, in axes that are turned at random.
 
-    def __init__(self, rng, layout):
-        self.rng, self.layout = rng, layout
+    All its friction has a slip speed if it must, or else less than half of it.
+    """
+
+    def __init__(self, rng, layout, slips):
+        self.rng, self.layout, self.slips = rng, layout, slips
         spatial = layout in ("ropes", "net") or (layout != "pulley" and rng.random() < 0.4)
         self.dim = 3 if spatial else 2
         self.length = float(10 ** rng.uniform(-3, 2))
@@ -113,7 +116,8 @@ class Draft:
         if rng.random() < 0.4:
             typical = math.sqrt(square + 1e-3 * GRAVITY * self.length)
             options["friction"] = float(rng.uniform(0.05, 0.8))
-            options["slip_speed"] = float(typical * 10 ** rng.uniform(-2.5, -0.5))
+            if self.slips or rng.random() < 0.4:
+                options["slip_speed"] = float(typical * 10 ** rng.uniform(-2.5, -0.5))
         self.contacts.append(self.scene.contact(body, obstacle, **options))
         self.words |= {"obstacle": obstacle, **options, "on": on is not None}
 
