@@ -80,7 +80,7 @@ def save_run(run: Trajectory, options: Mapping[str, Any]) -> Trajectory:
         settings["t_start"] = float(run.t[0])
     storage = RunStorage(run.system, len(run.t), nodes, output, settings)
     with storage.open() as recorder:
-        tables = (np.asarray(getattr(run, name)) for name in ("t", "q", "v", "a", "lam"))
-        recorder.append(*tables, run.history)
+        q, v, a = (np.asarray(table) for table in (run.q, run.v, run.a))
+        recorder.append(run.t, q, v, a, run.lam, run.history)
         recorder.finish(run.stats, run.last)
     return storage.trajectory()

@@ -202,8 +202,9 @@ class Writer:
             if len(t) < 2:
                 raise
             for half in (slice(0, len(t) // 2), slice(len(t) // 2, len(t))):
-                parts = (x if x is None else x[half] for x in (q, v, a, lam, history))
-                self.append(t[half], *parts, begin=begin + half.start)
+                later = None if history is None else history[half]
+                states = q[half], v[half], a[half], lam[half]
+                self.append(t[half], *states, later, begin=begin + half.start)
             return
         for name, values in tables.items():
             table = self._file[name]

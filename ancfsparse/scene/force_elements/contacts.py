@@ -335,7 +335,7 @@ def _slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
 def _check_start(contact: Contact) -> None:
     """Refuse a body that begins inside the obstacle.
 
-    With a given stiffness it may be soft, and its axis alone must be outside.
+    With a given stiffness, which can be soft, its axis alone must be outside.
     """
     points, radius = contact.points, contact.radius
     distances = contact.obstacle.distances(np.array([point.position for point in points]))

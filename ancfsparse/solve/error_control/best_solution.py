@@ -58,8 +58,8 @@ class BestSolution:
 
     def _record(self, states: SampledStates, first: int, last: int) -> None:
         rows = slice(first, last)
-        t, q, v, a, lam = (x[rows] for x in (states.t, states.q, states.v, states.a, states.lam))
-        self._recorder.append(t, q, v, a, lam, begin=first)
+        q, v, a, lam, history = (table[rows] for table in states.tables)
+        self._recorder.append(states.t[rows], q, v, a, lam, history, begin=first)
         self._recorded = last
 
 

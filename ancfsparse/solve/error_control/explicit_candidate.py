@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -265,7 +266,7 @@ class ExplicitCandidate:
         if len(self._integrators) == 1:
             return False
         start = np.broadcast_to(states.q[:1], states.q.shape)
-        at_rest = SampledStates(states.t, start, np.zeros_like(states.v), states.a, states.lam)
+        at_rest = replace(states, q=start, v=np.zeros_like(states.v))
         amplitude = distance(self._system, states, at_rest)
         omega = difference_frequency(self._system, states, at_rest)
         first = self._integrators[0]

@@ -264,9 +264,8 @@ def _candidates(
 
 def _explicit_integrators(system: System) -> list[Explicit]:
     """Return the explicit integrators for a scene, by ascending order."""
-    if system.depends_on_reactions or any(
-        term.is_sliding for _, _, term in system.constraints.measures
-    ):
+    is_sliding = any(term.is_sliding for _, _, term in system.constraints.measures)
+    if is_sliding or system.depends_on_reactions or system.assembly.n_history:
         return []
     if not system.n_multipliers and not system.damped:
         return [CentralDifference(), RungeKuttaNystrom(4), RungeKuttaNystrom(8)]

@@ -142,14 +142,15 @@ class StepSizeController:
             limit, easy = math.inf, -1.0
         self.time_loop.control(self.seed, _mass_weights(system), error, limit, easy, N_EASY_STEPS)
         q, _, _, lam = self.time_loop.state
-        self.states = SampledStates.empty(t, system.n_all, system.n_multipliers)
-        self.states.begin(q, system.v0, a, lam)
+        n, m, h = system.n_all, system.n_multipliers, system.assembly.n_history
+        self.states = SampledStates.empty(t, n, m, h)
+        self.states.begin(q, system.v0, a, lam, system.assembly.history)
         self._step_change = StepSizeChange(system, integrator, self.time_loop, self.seed)
         self._cost_monitor = StepCostMonitor(self.cost_model, STEP_RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
         chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
-        widths = (*(system.n_all,) * 3, system.n_multipliers)
-        self._buffer = [np.empty((chunk + 1, width)) for width in widths]
+        self._buffer = [np.empty((chunk + 1, width)) for width in (n, n, n, m, h)]
+        self.time_loop.save_history(self._buffer[-1])
 
     def run(self) -> SampledStates:
         """Integrate over all output times.
@@ -260,13 +261,14 @@ class StepSizeController:
         times = now + self.dt * np.arange(n_steps + 1.0, dtype=np.float64)
         if n_steps == remaining:
             times[-1] = t_next
-        for table, start in zip(self._buffer, self.time_loop.state, strict=True):
-            table[0] = start
+        start = *self.time_loop.state, self.system.assembly.history
+        for table, row in zip(self._buffer, start, strict=True):
+            table[0] = row
         amplitudes = inputs_at(self.system, np.clip(times[1:], begin, end))
         self.iteration.step, before = self.stats.steps, now - self.stats.steps * self.dt
         clock = time.perf_counter()
         taken, code = self.time_loop.advance(
-            self.iteration, n_steps, amplitudes, 1, 0, *self._buffer
+            self.iteration, n_steps, amplitudes, 1, 0, *self._buffer[:4]
         )
         self.stats.march_seconds += time.perf_counter() - clock
         if self.seed.error is not None:

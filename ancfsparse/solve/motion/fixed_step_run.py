@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from ancfsparse.solve.stepping.state_recorder import StateRecorder, buffer_rows
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import Loop
+    from ancfsparse.integrators.interface.time_loops import ImplicitLoop, Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 
@@ -120,8 +120,7 @@ class FixedStepRun(ABC):
             rows = np.arange(begin // every + 1, crossing.step // every + 1, dtype=np.float64)
             if len(rows):
                 times = self._clock.at(every * rows)
-                history = np.tile(self._system.assembly.history, (len(times), 1))
-                self._recorder.append(times, *crossing.interpolate(times), history)
+                self._recorder.append(times, *crossing.interpolate(times))
             self._before = crossing.step, self._time_loop.steps
         return pause
 
@@ -151,7 +150,7 @@ class FixedStepRun(ABC):
         self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
         if self._system.assembly.n_history:
             self._buffer.append(np.empty((self._room + 1, self._system.assembly.n_history)))
-            self._time_loop.save_history(self._buffer[-1])
+            cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
         try:
             outcome = self._run()
             self._keep_last()

@@ -26,6 +26,8 @@ class SampledStates:
         Coordinates and their rates.
     lam : (k, m) float
         Multipliers.
+    history : (k, h) float
+        History variables.
     rows : int
         Number of states that are known.
     """
@@ -35,17 +37,23 @@ class SampledStates:
     v: Vector
     a: Vector
     lam: Vector
+    history: Vector
     rows: int = field(default=0)
 
     @classmethod
-    def empty(cls, t: Vector, n: int, m: int) -> SampledStates:
-        """Return empty states with numbers of coordinates and multipliers."""
-        q, v, a, lam = (np.empty((len(t), width)) for width in (n, n, n, m))
-        return cls(t, q, v, a, lam)
+    def empty(cls, t: Vector, n: int, m: int, h: int = 0) -> SampledStates:
+        """Return empty states with numbers of coordinates, multipliers and history variables."""
+        q, v, a, lam, history = (np.empty((len(t), width)) for width in (n, n, n, m, h))
+        return cls(t, q, v, a, lam, history)
 
-    def begin(self, q: Vector, v: Vector, a: Vector, lam: Vector) -> None:
-        """Set the first state."""
-        for table, row in zip((self.q, self.v, self.a, self.lam), (q, v, a, lam), strict=True):
+    @property
+    def tables(self) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+        """The states without their times."""
+        return self.q, self.v, self.a, self.lam, self.history
+
+    def begin(self, *state: Vector) -> None:
+        """Set the first state, with its history variables if there are any."""
+        for table, row in zip(self.tables, state, strict=False):
             table[0] = row
         self.rows = 1
 
@@ -56,14 +64,15 @@ class SampledStates:
         v: Vector,
         a: Vector,
         lam: Vector,
+        history: Vector | None = None,
         *,
         resolved: bool = False,
     ) -> slice:
         """Interpolate the states in (t[0], t[-1]] from accepted steps; return their rows.
 
-        Coordinates and velocities are cubic Hermite polynomials between steps; accelerations and
-        multipliers are linear.  If equal steps resolve all vibrations, coordinates and velocities
-        are polynomials through several steps.
+        Coordinates and velocities are cubic Hermite polynomials between steps; accelerations,
+        multipliers and history variables are linear.  If equal steps resolve all vibrations,
+        coordinates and velocities are polynomials through several steps.
         """
         span = slice(self.rows, int(np.searchsorted(self.t, t[-1], side="right")))
         if span.start >= span.stop:
@@ -80,16 +89,17 @@ class SampledStates:
         else:
             self.q[span] = interpolation.interpolate_cubic(s, h[:, None], *ends[:4])
             self.v[span] = interpolation.interpolate_cubic(s, h[:, None], *ends[2:])
-        self.a[span] = (1.0 - s) * a[k] + s * a[k + 1]
-        self.lam[span] = (1.0 - s) * lam[k] + s * lam[k + 1]
+        for table, rows in ((self.a, a), (self.lam, lam), (self.history, history)):
+            if rows is not None:
+                table[span] = (1.0 - s) * rows[k] + s * rows[k + 1]
         self.rows = span.stop
         return span
 
     def extrapolated(self, coarse: SampledStates, weight: float) -> SampledStates:
         """Return these states plus a multiple of their difference from those of another run."""
-        pairs = ((self.q, coarse.q), (self.v, coarse.v), (self.a, coarse.a), (self.lam, coarse.lam))
-        q, v, a, lam = (x + weight * (x - y) for x, y in pairs)
-        return SampledStates(self.t, q, v, a, lam, self.rows)
+        pairs = zip(self.tables, coarse.tables, strict=True)
+        q, v, a, lam, history = (x + weight * (x - y) for x, y in pairs)
+        return SampledStates(self.t, q, v, a, lam, history, self.rows)
 
 
 MAX_ROUNDING_UNITS = 100.0  # of a motion, over that of a step and the root of the number of steps

@@ -13,10 +13,13 @@ REST = 0.01  # and under loads at rest
 
 
 class Draft:
-    """Numbers that the parts of a scene share, in axes that are turned at random."""
+    """Numbers that the parts of a scene share, in axes that are turned at random.
 
-    def __init__(self, rng, layout):
-        self.rng, self.layout = rng, layout
+    All its friction has a slip speed if it must, or else less than half of it.
+    """
+
+    def __init__(self, rng, layout, slips):
+        self.rng, self.layout, self.slips = rng, layout, slips
         spatial = layout in ("ropes", "net") or (layout != "pulley" and rng.random() < 0.4)
         self.dim = 3 if spatial else 2
         self.length = float(10 ** rng.uniform(-3, 2))
@@ -110,18 +113,20 @@ class Draft:
             options["stiffness"] = float(needed * 10 ** rng.uniform(0.3 if is_unknown else 0.0, 2))
         if self.needs_radius:
             options["radius"] = self.radius
-        options |= self.draw_friction(square)
+        options |= self.draw_friction(square, slips=self.slips or self.rng.random() < 0.4)
         self.contacts.append(self.scene.contact(body, obstacle, **options))
         self.words |= {"obstacle": obstacle, **options, "on": on is not None}
 
-    def draw_friction(self, square):
-        """Draw friction and a slip speed below that of a fall, given as a square, or none."""
+    def draw_friction(self, square, slips=True):
+        """Draw friction, and a slip speed below the speed whose square is given, or neither."""
         rng = self.rng
         if rng.random() >= 0.4:
             return {}
-        typical = math.sqrt(square + 1e-3 * GRAVITY * self.length)
-        friction = float(rng.uniform(0.05, 0.8))
-        return {"friction": friction, "slip_speed": float(typical * 10 ** rng.uniform(-2.5, -0.5))}
+        options = {"friction": float(rng.uniform(0.05, 0.8))}
+        if slips:
+            typical = math.sqrt(square + 1e-3 * GRAVITY * self.length)
+            options["slip_speed"] = float(typical * 10 ** rng.uniform(-2.5, -0.5))
+        return options
 
 
 def turn(rng, dim):

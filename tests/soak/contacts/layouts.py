@@ -215,13 +215,14 @@ def net(draft):
     side, size = int(rng.integers(3, 5)), float(length * rng.uniform(0.3, 0.6))
     nodes, edges, _ = grid(side)
     places = (nodes / (side - 1) - 0.5) * length
+    least = math.ceil(1.1 * length / (side - 1) / (QUARTER * size))
     height = size + draft.radius + draft.gap
     points = [draft.at(x, height, z) for x, z in places]
     velocity = draft.along(0, -draft.speed) if draft.speed else None
     mesh = draft.keep(
         draft.scene.add_mesh(
             points, edges, draft.element, draft.section, draft.material,
-            n_elements=int(rng.integers(1, 3)), velocity=velocity, **draft.options,
+            n_elements=max(least, int(rng.integers(1, 3))), velocity=velocity, **draft.options,
         )
     )  # fmt: skip
     draft.touch(mesh, ancf.Ball(draft.at(0.02 * length, 0, 0.03 * length), size))

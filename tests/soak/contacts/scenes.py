@@ -20,14 +20,19 @@ class Touching(scenes.Drawn):
 
     contacts: list = field(default_factory=list)
     pulls: list = field(default_factory=list)  # points, and the signals of forces on them
-    is_explicit: bool = False
+    explicit: object = None  # integrator of an explicit run
     max_halvings: int = 0
+
+    @property
+    def is_explicit(self):
+        return self.explicit is not None
 
 
 def draw(rng):
     """Draw a scene with contacts."""
     layout = str(rng.choice(LAYOUTS))
-    draft = Draft(rng, layout)
+    wants_explicit = rng.random() < 0.2
+    draft = Draft(rng, layout, slips=wants_explicit)
     duration = PARTS[layout](draft)
     steps = int(rng.integers(20, 80))
     dt = duration / steps
@@ -37,7 +42,7 @@ def draw(rng):
     )  # fmt: skip
     if layout == "ropes":
         drawn.max_halvings = 6
-    if rng.random() < 0.2:
+    if wants_explicit:
         take_explicit_steps(drawn)
     drawn.words |= {
         "element": draft.element, **draft.options, "radius": draft.radius, "gap": draft.gap,
@@ -49,10 +54,14 @@ def draw(rng):
 
 
 def take_explicit_steps(drawn):
-    """Choose steps for central differences, if they take so many as a trial has time for."""
-    try:
-        limit = ancf.stable_step(drawn.scene, ancf.CentralDifference())
-    except ancf.AncfError:
+    """Choose an explicit integrator and its steps, if a trial has time for them."""
+    for integrator in (ancf.CentralDifference(), ancf.DormandPrince()):  # the other for friction
+        try:
+            limit = ancf.stable_step(drawn.scene, integrator)
+            break
+        except ancf.AncfError:
+            continue
+    else:
         return
     for each in System(drawn.scene).contributions:
         contact = getattr(each, "contact", None)
@@ -61,5 +70,5 @@ def take_explicit_steps(drawn):
             limit = min(limit, math.sqrt(mass / getattr(each, "stiffness", contact.stiffness)))
     steps = math.ceil(drawn.t_end / (EXPLICIT_FRACTION * limit))
     if steps <= MAX_EXPLICIT_STEPS:
-        drawn.dt, drawn.steps, drawn.is_explicit = drawn.t_end / steps, steps, True
+        drawn.dt, drawn.steps, drawn.explicit = drawn.t_end / steps, steps, integrator
         drawn.max_halvings = 0

@@ -46,6 +46,11 @@ def test_all_parts_are_drawn():
     }
     assert nouns == {"half-space", "ball", "drum"}
     assert {drawn.is_explicit for drawn in drawings} == {True, False}
+    rubbing = [(each, drawn) for drawn in drawings for each in drawn.contacts
+               if isinstance(each, trials.Contact) and each.friction]  # fmt: skip
+    assert 0.3 < np.mean([each.sticks for each, _ in rubbing]) < 0.7
+    assert not any(each.sticks and drawn.is_explicit for each, drawn in rubbing)
+    assert any(drawn.is_explicit for _, drawn in rubbing)
     lengths = [drawn.words["length"] for drawn in drawings]
     assert min(lengths) < 3e-3
     assert max(lengths) > 30.0
@@ -101,8 +106,18 @@ def test_energy_that_no_force_gave_is_seen():
     assert any("more than was given" in find for find in trials.judge(drawn, again))
 
 
-def test_the_work_of_a_turning_drum_is_given(monkeypatch):
-    drawn = scene_of(lambda each: is_turned(each) and each.words["layout"] == "wrap")
+@pytest.mark.parametrize("slip_speed", [None, 0.1])
+def test_the_work_of_a_turning_drum_is_given(monkeypatch, slip_speed):
+    scene = ancf.Scene((0, 0))
+    arc = ancf.Arc((0, 0), (-0.102, 0), -3.0)
+    cable = {"section": ancf.Circle(0.004), "material": ancf.Material(1e8, 1e3)}
+    rod = scene.add_beam("thin", curve=arc, n_elements=16, **cable)
+    load = ancf.Ramp((0.0, -1.0), 0.005)
+    scene.pin(rod.start)
+    scene.point_force(rod.end, load)
+    drum = ancf.Drum((0, 0), 0.1, angular_velocity=-5.0)
+    contact = scene.contact(rod, drum, friction=0.3, slip_speed=slip_speed)
+    drawn = Touching(scene, [rod], 5e-4, 60, contacts=[contact], pulls=[(rod.end, load)])
     path, _ = trials.simulate(drawn, CONSERVING, "auto")
     assert trials.judge(drawn, path) == []
     given = trials.given_work(drawn, path)

@@ -29,7 +29,7 @@ def run(seed, index):
     drawn = draw(rng)
     integrator, solver = draw_integrator(rng), draw_solver(rng)
     if drawn.is_explicit:
-        integrator, solver = ancf.CentralDifference(), "auto"
+        integrator, solver = drawn.explicit, "auto"
     return attempt(drawn, integrator, solver)
 
 
@@ -163,7 +163,7 @@ def surface_power(contact, path):
 
     The pressure k e, with e of the states or, in schemes other than energy-momentum, as damped in
     an impact (docs/theory.md), acts against the sliding velocity; what only takes energy counts as
-    none.
+    none.  Bristles can act in any direction, also in that of the surface.
     """
     vectors = away(contact.obstacle, vectors_from(contact, path, contact.points))
     sizes = np.linalg.norm(vectors, axis=-1)
@@ -171,7 +171,6 @@ def surface_power(contact, path):
     sliding = positions(path, contact.points, path.v) - surface
     normals = vectors / sizes[..., None]
     sliding = sliding - (sliding * normals).sum(axis=-1)[..., None] * normals
-    speed = np.sqrt((sliding**2).sum(axis=-1) + contact.slip_speed**2)
     depths = contact.obstacle.radius + contact.radius - sizes
     stiffness = stiffness_of(contact, path)
     mass = contact.body.material.density * contact.body.section.area
@@ -181,7 +180,11 @@ def surface_power(contact, path):
         depths[1:], depths[1:] + np.minimum(1.0, ratio**2)[:, None] * np.diff(depths, axis=0)
     )
     pressure = stiffness * np.maximum(most, 0.0) * contact.weights
-    along = -(sliding * surface).sum(axis=-1) / speed
+    if contact.sticks:
+        along = np.linalg.norm(surface, axis=-1)
+    else:
+        speed = np.sqrt((sliding**2).sum(axis=-1) + contact.slip_speed**2)
+        along = -(sliding * surface).sum(axis=-1) / speed
     return (contact.friction * pressure * np.maximum(along, 0.0)).sum(axis=1)
 
 

@@ -177,6 +177,24 @@ def test_deflections_are_stored_with_states(tmp_path, integrator):
     assert np.array_equal(stored.contact_force(contact).friction, forces.friction)
 
 
+@pytest.mark.parametrize("integrator", [None, ancf.GeneralizedAlpha(0.5)], ids=repr)
+def test_runs_to_an_accuracy_save_deflections(tmp_path, integrator):
+    """Of a cable that slides to rest; without deflections its friction would be zero."""
+    mu, speed, options = 0.2, 0.5, {"accuracy": 1e-6, "output": tmp_path / "run.h5"}
+    scene, rod, contact = level(-DEPTH, STIFFNESS, friction=mu, velocity=(speed, 0.0))
+    if integrator is not None:
+        options["integrator"] = integrator
+    run = ancf.simulate(scene, 0.3, 1e-3, **options)
+    end = speed / (mu * 9.81)
+    sliding = (run.t > 0.01) & (run.t < end - 0.01)
+    friction = run.contact_force(contact).force[:, 0]
+    np.testing.assert_allclose(friction[sliding], -mu * LINE_MASS * 9.81, rtol=1e-2)
+    impulse = np.sum(0.5 * (friction[11:] + friction[10:-1]) * np.diff(run.t[10:]))
+    change = np.ptp(run.velocity(rod.at(0.5))[[10, -1], 0])
+    assert impulse == pytest.approx(-LINE_MASS * change, rel=1e-3)
+    assert abs(run.position(rod.at(0.5))[-1, 0] - 0.5 - 0.5 * speed * end) < 1e-4
+
+
 def test_explicit_integrators_need_a_slip_speed():
     scene, _, _ = level(2e-3, STIFFNESS, friction=0.2)
     with pytest.raises(ancf.InputError, match="contacts that stick: give them a slip_speed"):

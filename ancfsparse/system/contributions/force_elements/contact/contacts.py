@@ -24,7 +24,7 @@ from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
-# Stiffness of bristles over that of the contact.  A cable on a drum that slides takes as many
+# Stiffness of bristles over the one of the contact.  A cable on a drum that slides takes as many
 # iterations as without friction, and with 1 in place of .1 up to five times as many.
 GRIP_RATIO = 0.1
 MAX_DEFAULT_PENETRATION = 3.0 * IMPACT_RATIO  # over the radius of the body
@@ -197,9 +197,9 @@ def of(system: Discretization) -> list[Contribution]:
     n_history = 0
     for each in system.attachments:
         if isinstance(each, Contact):
-            made = ContactContribution(system, each, n_history)
-            n_history += made.n_history
-            contacts.append(made)
+            contribution = ContactContribution(system, each, n_history)
+            n_history += contribution.n_history
+            contacts.append(contribution)
         if isinstance(each, BeamContact):
             contacts.append(BeamContactContribution(system, each))
     return contacts
