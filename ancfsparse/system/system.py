@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.array_types import Vector
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene import Scene
@@ -76,6 +76,22 @@ class System(Discretization):
         """Reset the internal variables of contributions to those of the start."""
         if len(self._memory):
             self.assembly.memory = self._memory
+
+    def set_history(self, history: Vector) -> None:
+        """Set the history variables that are saved with a state, zero if empty."""
+        if self.assembly.n_history:
+            memory = self.assembly.memory
+            memory[self._history_places] = history if len(history) else 0.0
+            self.assembly.memory = memory
+
+    @cached_property
+    def _history_places(self) -> Indices:
+        """Indices of the history variables in the internal variables of all contributions."""
+        memory = self.assembly.memory
+        self.assembly.memory = np.arange(len(memory), dtype=np.float64)
+        places = self.assembly.history.astype(np.int32)
+        self.assembly.memory = memory
+        return places
 
     @cached_property
     def layout(self) -> CoordinateLayout:

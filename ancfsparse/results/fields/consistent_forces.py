@@ -46,6 +46,7 @@ def recover_forces(system: System, states: StateHistory) -> StateHistory:
     motion = system.prescribed.history(states.t)
     a[:, first:] = motion.a
     for k, q in enumerate(states.q):
+        system.set_history(states.history[k])
         solver.factor(q, lam[k], amplitudes[k])
         rate = np.zeros(system.n_multipliers)
         rate[first_equation:] = motion.s_rate[k]
@@ -53,7 +54,7 @@ def recover_forces(system: System, states: StateHistory) -> StateHistory:
         rate = -system.constraints.curvature(q, v[k])
         rate[first_equation:] += motion.s_second[k]
         solver.solve_motion(q, v[k], a[k], lam[k], rate, amplitudes[k])
-    return StateHistory(states.q, v, a, lam, states.t)
+    return states._replace(v=v, a=a, lam=lam)
 
 
 class _ConstrainedSolver:

@@ -117,7 +117,7 @@ def evaluate_energy(
     Energy
         Energies at those times.
     """
-    q, v, a, lam, t = states
+    q, v, a, lam, t, history = states
     # Blocks of rows: the states may be in a file and exceed the memory.
     step = max(1, BLOCK_SIZE // max(1, q.shape[1]))
     parts, drive_works, parametric_works = [], [], []
@@ -132,7 +132,9 @@ def evaluate_energy(
             back = np.where(np.arange(i, i + len(t_part)) > 0, lag, 0.0)
             q_then = q_part - back[:, None] * v_part
             v_then = v_part - back[:, None] * a_part
-            then = StateHistory(q_then, v_then, a_part, lam_part, t_part - back)
+            before = np.maximum(np.arange(i, i + len(t_part)) - (lag > 0.0), 0)
+            z_then = 0.5 * (history[before] + history[i : i + step])
+            then = StateHistory(q_then, v_then, a_part, lam_part, t_part - back, z_then)
             driving = drive_power(system, then)
             if every_step:
                 rows = slice(max(i - 1, 0), i + step)
@@ -163,7 +165,7 @@ def _contact_losses(
     system: System, states: StateHistory, rows: int, lag: float, damped_step: float
 ) -> Vector:
     """Return work of turning obstacles, losses to friction and damped impacts, (3, k) [J]."""
-    q, v, _, _, t = states
+    q, v, _, _, t, _ = states
     out = np.zeros((3, len(t)))
     for each in system.contributions:
         memory = None

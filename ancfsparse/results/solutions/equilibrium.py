@@ -72,7 +72,8 @@ class Equilibrium(Solution):
     @property
     def _states(self) -> StateHistory:
         rest = np.zeros((1, len(self.q)))
-        return StateHistory(self.q[None], rest, rest, self.lam[None], np.array([self.t]))
+        times, history = np.array([self.t]), np.empty((1, 0))
+        return StateHistory(self.q[None], rest, rest, self.lam[None], times, history)
 
     def _select(self, values: Values) -> Values:
         if not isinstance(values, np.ndarray):
@@ -88,7 +89,7 @@ class Equilibrium(Solution):
     @property
     def elastic_energy(self) -> float:
         """Strain energy of the scene [J]."""
-        q, v, _, _, t = self._states
+        q, v, _, _, t, _ = self._states
         return float(self.system.energies(q, v, t)[1][0])
 
     def contacts(self) -> ContactTable:

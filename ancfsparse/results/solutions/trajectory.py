@@ -109,7 +109,8 @@ class Trajectory(TrajectoryOutput):
 
     @property
     def _states(self) -> StateHistory:
-        return StateHistory(self.q, self.v, self.a, self.lam, self.t)
+        history = np.empty((len(self.t), 0)) if self.history is None else self.history
+        return StateHistory(self.q, self.v, self.a, self.lam, self.t, history)
 
     @cached_property
     def _states_of_forces(self) -> StateHistory:

@@ -34,14 +34,21 @@ def test_what_sticks_moves_by_the_force_over_the_stiffness_and_back(integrator):
     assert friction[200:300].mean() == pytest.approx(-0.8 * mu * weight, rel=1e-2)
 
 
-def test_friction_follows_the_loop_of_a_reversed_motion():
-    """A parallelogram at each point: the slope of the bristles, and the limit of the pressure."""
-    mu, weight, reach = 0.5, LINE_MASS * 9.81, 1e-3
-    scene, rod, contact = level(-DEPTH, STIFFNESS, friction=mu)
+def driven_loop():
+    """A cable at rest whose ends are led forth and back on a floor, and its contact."""
+    reach = 1e-3
+    scene, rod, contact = level(-DEPTH, STIFFNESS, friction=0.5)
     for end in (rod.start, rod.end):
         x, y = end.position
         motion = ancf.Table([0.0, 0.5, 1.5], [(x, y), (x + reach, y), (x - reach, y)], smooth=True)
         scene.drive(end, motion)
+    return scene, rod, contact
+
+
+def test_friction_follows_the_loop_of_a_reversed_motion():
+    """A parallelogram at each point: the slope of the bristles, and the limit of the pressure."""
+    mu, weight = 0.5, LINE_MASS * 9.81
+    scene, _, contact = driven_loop()
     run = ancf.simulate(scene, 1.5, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
     forces, slope = run.contact_force(contact), GRIP_RATIO * STIFFNESS
     places = np.stack([run.position(point)[:, 0] for point in contact.points], axis=1)
@@ -51,6 +58,43 @@ def test_friction_follows_the_loop_of_a_reversed_motion():
     assert np.abs(forces.friction[..., 0] + slope * z).max() < 1e-3 * mu * weight
     assert forces.friction[400:480, :, 0].mean() == pytest.approx(-mu * weight, rel=0.02)
     assert forces.friction[1300:1480, :, 0].mean() == pytest.approx(mu * weight, rel=0.02)
+
+
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_drives_carry_friction_and_supply_what_it_takes(integrator):
+    scene, rod, contact = driven_loop()
+    run = ancf.simulate(scene, 1.5, 1e-3, integrator=integrator)
+    friction = run.contact_force(contact).force[:, 0]
+    drives = run.reaction(rod.start)[:, 0] + run.reaction(rod.end)[:, 0]
+    slides = slice(400, 480), slice(1300, 1480)
+    assert [drives[k].mean() for k in slides] == pytest.approx(
+        [-friction[k].mean() for k in slides], rel=0.02
+    )
+    energy = run.energy
+    missing = energy.total - energy.total[0] - energy.work + energy.lost
+    assert np.abs(missing).max() < 0.01 * energy.friction.max()
+
+
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_the_bearing_of_a_pulley_carries_friction_too(integrator):
+    scene = ancf.Scene((0.0, 0.0))
+    pulley = scene.add_body(mass=0.05, inertia=4e-4, position=(0.0, 0.0))
+    pin = scene.pin(pulley.origin)
+    rope = scene.add_beam(
+        "thin",
+        curve=ancf.Arc((0, 0), (-0.101, 0), -math.pi),
+        n_elements=30,
+        section=ancf.Circle(0.002),
+        material=ancf.Material(1e9, 4e3),
+    )
+    contact = scene.contact(rope, ancf.Drum((0, 0), 0.1), on=pulley, friction=0.8)
+    for end, force in ((rope.start, 2.4), (rope.end, 2.9)):
+        scene.add_mass(end, 0.3)
+        scene.point_force(end, ancf.Ramp((0.0, -force), 0.05, smooth=True))
+    run = ancf.simulate(scene, 0.1, 1e-3, integrator=integrator)
+    forces = run.contact_force(contact)
+    assert np.abs(forces.friction).max() > 1.0
+    np.testing.assert_allclose(run.joint_force(pin).force, forces.force, atol=1e-9)
 
 
 @pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (0.98, False), (1.05, True)])

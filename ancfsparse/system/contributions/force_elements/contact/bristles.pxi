@@ -86,13 +86,14 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, double pressure
         creep(self, k, q1, &place, &end, &x[0])
     else:
         x[0] = x[1] = x[2] = 0.0
+    if self.interval == 0.0 or not self.is_mean:
+        place = end
+        weigh(self, k, q1, q1, &end)
     for c in range(dim):
         trial[c] = self.z[dim * k + c]
     if self.is_mean:
         shorten(self, limit_of(self, k, pressure), trial)
     else:
-        place = end
-        weigh(self, k, q1, q1, &end)
         transport(self, &end.n[0], &x[0])
     transport(self, &place.n[0], trial)
     for c in range(dim):
