@@ -115,7 +115,7 @@ class Draft:
         self.words |= {"obstacle": obstacle, **options, "on": on is not None}
 
     def draw_friction(self, square):
-        """Draw friction and a slip speed below that of a fall, given as a square, or none."""
+        """Draw friction, and a slip speed below the speed whose square is given, or neither."""
         rng = self.rng
         if rng.random() >= 0.4:
             return {}
