@@ -8,6 +8,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.results.fields import energy_balance
+from tests.system.contributions.test_beam_contacts import control_points
 
 RADIUS, SPEED = 0.005, 2.0
 SECTION, MATERIAL = ancf.Circle(2.0 * RADIUS), ancf.Material(1e8, 5e3)
@@ -134,3 +135,66 @@ def test_explicit_runs_and_energy_momentum_are_not_damped():
         energy = ancf.simulate(scene, 0.01, dt, integrator=integrator).energy
         assert not energy.impact_damping.any()
         assert energy.total[-1] == pytest.approx(energy.total[0], rel=1e-5)
+
+
+def cubics(run, k):
+    """Control points of all elements in a state, by body, (2, n, 4, 3)."""
+    system, q = run.system, run.q[k]
+    points = control_points(system, q)
+    return points.reshape(2, -1, 4, 3)
+
+
+def on_curve(points, z):
+    """Points of curves (n, 4, 3) at z (k,), and their first two derivatives, each (n, k, 3)."""
+    y = 1.0 - z
+    weights = (
+        (y**3, 3 * y * y * z, 3 * y * z * z, z**3),
+        (-3 * y * y, 3 * y * (y - 2 * z), 3 * z * (2 * y - z), 3 * z * z),
+        (6 * y, 6 * (z - 2 * y), 6 * (y - 2 * z), 6 * z),
+    )
+    return [np.einsum("jk,njc->nkc", np.array(each), points) for each in weights]
+
+
+def brute_force(one, other, before_one, before_other, theta, per_area):
+    """Force of one body on the other one by half of the pressures, sampled along its axis, (3,)."""
+    z = (np.arange(2000) + 0.5) / 2000
+    force = np.zeros(3)
+    for a, a0 in zip(one, before_one, strict=True):
+        x, x0 = (on_curve(each[None], z)[0][0] for each in (a, a0))
+        for b, b0 in zip(other, before_other, strict=True):
+            gaps = np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0))
+            if gaps.max() > 3.0 * RADIUS:
+                continue
+            u = np.full(len(z), 0.5)
+            for _ in range(8):
+                foot, slope, bend = (each[0] for each in on_curve(b[None], u))
+                h = ((x - foot) * slope).sum(axis=1)
+                u = u + h / ((slope**2).sum(axis=1) - ((x - foot) * bend).sum(axis=1))
+            inside = (u > 0.0) & (u < 1.0)
+            d = x - on_curve(b[None], u)[0][0]
+            distance = np.linalg.norm(d, axis=1)
+            n = d / distance[:, None]
+            d0 = x0 - on_curve(b0[None], u)[0][0]
+            e = 2.0 * RADIUS - distance + theta * (n * (d0 - d)).sum(axis=1)
+            force += 0.5 * per_area * ((np.maximum(e, 0.0) * inside) @ n) / len(z)
+    return force
+
+
+def test_the_damped_force_is_the_sum_of_pressures_sampled_along_both_axes():
+    """From the states of a run, whose accelerations are the force; its overlaps are not used."""
+    stiffness, dt = 1e7, 1e-4
+    scene, _ = crossing(stiffness, 2.5 * SPEED * dt)
+    run = ancf.simulate(scene, 2e-3, dt, integrator=ancf.Newmark(0.0), tolerance=1e-13)
+    system, length = run.system, 1.0 / 6.0
+    theta = min(1.0, (2.0 * dt / (math.pi * math.sqrt(0.5 * LINE_MASS / stiffness))) ** 2)
+    upper = np.zeros(system.n_all)
+    upper[system.vectors("r")[1][:, 2]] = 1.0
+    n_early = 0
+    for k in range(1, len(run.t)):
+        (low, up), (low0, up0) = cubics(run, k), cubics(run, k - 1)
+        expected = brute_force(up, low, up0, low0, theta, stiffness * length)
+        expected -= brute_force(low, up, low0, up0, theta, stiffness * length)
+        found = upper @ system.assembly.inertia(run.a[k])
+        assert found == pytest.approx(expected[2], rel=2e-3, abs=1e-4)
+        n_early += expected[2] > 1.0
+    assert n_early > 5

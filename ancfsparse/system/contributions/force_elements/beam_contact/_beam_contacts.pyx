@@ -244,7 +244,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     for k in range(self.at_end.n):
         each = self.at_end.touch + k
         push(self.push, each, each.stiffness * each.e, each.n)
-    if x.v != NULL:
+    if self.friction > 0.0 and x.v != NULL:
         set_points(self, x.v, self.speed)
         rub(self, &self.at_end, 1.0, self.push)
     distribute(self, r)

@@ -122,7 +122,7 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     central(self, &self.at_begin, factor)
     central(self, &self.at_halfway, factor)
     central(self, &self.at_end, factor)
-    if x.v != NULL:
+    if self.friction > 0.0 and x.v != NULL:
         set_points(self, x.v, self.speed)
         rub(self, &self.at_begin, SIMPSON[0], self.push)
         rub(self, &self.at_halfway, SIMPSON[1], self.push)

@@ -31,7 +31,10 @@ cdef void rub(const Data *self, const Touches *list, double share, double *out) 
 
 
 cdef bint find_end(Data *self, const double *q) noexcept nogil:
-    """List the touching points at the end of a step, unless the last residual did; return if that succeeds."""
+    """List the touching points at the end of a step, if the last residual did not.
+
+    Returns whether that succeeds.
+    """
     set_points(self, q, self.now)
     if not (self.ended and not self.stepped and is_at(self, self.end)):
         memcpy(self.end, self.now, 12 * self.n * sizeof(double))
