@@ -38,8 +38,8 @@ class Energy:
     dissipated : ndarray, shape (k,)
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     friction : ndarray, shape (k,)
-        Energy lost to friction of contacts since the first saved state [J]: the work of friction
-        along the sliding.  With `EnergyMomentum`, all steps saved and none divided, its forces are
+        Energy given to friction of contacts since the first saved state [J]: the work of friction
+        along the sliding, and the energy stored in bristles, which can return.  With `EnergyMomentum`, all steps saved and none divided, its forces are
         those between two states, without quadrature error; otherwise it follows from the forces
         in the saved states by the trapezoidal rule.
     impact_damping : ndarray, shape (k,)
