@@ -61,7 +61,7 @@ cdef class TimeLoop:
                   double largest_gain, double noise):
         cdef Motion *motion = &self.motion
         cdef dict own = {}
-        self.owner, self.arrays = system, own
+        self.owner, self.arrays, self.histories = system, own, None
         motion.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         motion.n_free, motion.n_all = motion.system.n_free, motion.system.n_all
         motion.m = motion.system.n_multipliers
