@@ -81,17 +81,17 @@ class System(Discretization):
         """Set the history variables that are saved with a state, zero if empty."""
         if self.assembly.n_history:
             memory = self.assembly.memory
-            memory[self._history_places] = history if len(history) else 0.0
+            memory[self._history_indices] = history if len(history) else 0.0
             self.assembly.memory = memory
 
     @cached_property
-    def _history_places(self) -> Indices:
+    def _history_indices(self) -> Indices:
         """Indices of the history variables in the internal variables of all contributions."""
         memory = self.assembly.memory
         self.assembly.memory = np.arange(len(memory), dtype=np.float64)
-        places = self.assembly.history.astype(np.int32)
+        indices = self.assembly.history.astype(np.int32)
         self.assembly.memory = memory
-        return places
+        return indices
 
     @cached_property
     def layout(self) -> CoordinateLayout:

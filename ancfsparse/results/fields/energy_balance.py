@@ -38,10 +38,11 @@ class Energy:
     dissipated : ndarray, shape (k,)
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     friction : ndarray, shape (k,)
-        Energy lost to friction of contacts since the first saved state [J]: the work of friction
-        along the sliding.  With `EnergyMomentum`, all steps saved and none divided, its forces are
-        those between two states, without quadrature error; otherwise it follows from the forces
-        in the saved states by the trapezoidal rule.
+        Energy given to friction of contacts since the first saved state [J]: the work of friction
+        along the sliding, and the energy stored in bristles, which can return.  With
+        `EnergyMomentum`, all steps saved and none divided, its forces are those between two states,
+        without quadrature error; otherwise it follows from the forces in the saved states by the
+        trapezoidal rule.
     impact_damping : ndarray, shape (k,)
         Energy that the numerical damping of impacts has taken since the first saved state [J], by
         the trapezoidal rule over the saved states.  It is zero with `EnergyMomentum`, with explicit

@@ -145,7 +145,8 @@ class RunStorage:
     def _check_room(self, output: Path) -> None:
         """Check that the states fit on the disk."""
         width = self._system.n_all if self._columns is None else len(self._columns)
-        needed = 8.0 * self._rows * (3 * width + self._system.n_multipliers + 1)
+        others = self._system.n_multipliers + self._system.assembly.n_history + 1
+        needed = 8.0 * self._rows * (3 * width + others)
         import shutil  # loads compression
 
         free = shutil.disk_usage(output.parent).free

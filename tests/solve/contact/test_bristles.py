@@ -239,6 +239,18 @@ def test_runs_to_an_accuracy_save_deflections(tmp_path, integrator):
     assert abs(run.position(rod.at(0.5))[-1, 0] - 0.5 - 0.5 * speed * end) < 1e-4
 
 
+@pytest.mark.parametrize("integrator", BOTH, ids=repr)
+def test_a_time_loop_takes_steps_without_a_table_of_deflections(integrator):
+    scene, _, _ = level(-DEPTH, STIFFNESS, friction=0.2, velocity=(0.5, 0.0))
+    system = System(scene)
+    ready = prepare_implicit(system, 1e-3, integrator, ancf.Newton(), "default", math.inf)
+    n, m = system.n_all, system.n_multipliers
+    rows = [np.empty((3, width)) for width in (n, n, n, m)]
+    taken = ready.time_loop.advance(ready.iteration, 2, np.zeros((2, 0)), 1, 0, *rows)
+    assert taken == (2, 0)
+    assert system.assembly.history.any()
+
+
 def test_explicit_integrators_need_a_slip_speed():
     scene, _, _ = level(2e-3, STIFFNESS, friction=0.2)
     with pytest.raises(ancf.InputError, match="contacts that stick: give them a slip_speed"):
