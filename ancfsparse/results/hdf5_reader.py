@@ -137,7 +137,7 @@ def read_run(path: str | Path, system: System) -> Trajectory:
         if system.prescribed.differences and "dt" in stored.settings:  # as in the run
             end = stored.settings.get("t_end", stored.t[-1])
             system.prescribed.resolve(stored.settings["dt"], stored.t[0], end)
-        history = None
+        history = np.empty((0, 0))
         if "history" in file:
             history = check_values(path, "history", np.asarray(file["history"])[: len(stored.t)])
         return Trajectory(system, *stored, ending, history)

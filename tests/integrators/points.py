@@ -37,6 +37,7 @@ class Point:
     """
 
     damped = depends_on_reactions = False
+    n_history, history = 0, np.zeros(0)
 
     def __init__(self, q, v, mass=1.0, gravity=9.81, radius=None, stiffness=0.0, length=1.0):
         self.mass, self.radius, self.stiffness, self.length = mass, radius, stiffness, length

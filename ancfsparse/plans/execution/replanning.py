@@ -22,6 +22,7 @@ from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR
 from ancfsparse.system import System
+from ancfsparse.system.coordinates.state import StateHistory
 
 P = TypeVar("P", bound=PlanData)
 
@@ -149,7 +150,7 @@ def _join(one: Trajectory, other: Trajectory | None) -> Trajectory:
         return one
     arrays: dict[str, Any] = {
         name: np.concatenate([np.asarray(getattr(one, name)), np.asarray(getattr(other, name))[1:]])
-        for name in ("t", "q", "v", "a", "lam")
+        for name in StateHistory._fields
     }
     stats = replace(other.stats)
     for each in fields(RunStats):

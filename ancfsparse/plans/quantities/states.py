@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.results import Trajectory
+from ancfsparse.system.coordinates.state import StateHistory
 
 
 def select_states(run: Trajectory, rows: slice | NDArray[Any], **changes: Any) -> Trajectory:
@@ -17,7 +18,5 @@ def select_states(run: Trajectory, rows: slice | NDArray[Any], **changes: Any) -
     With other arrays of the selected states, such as ``q`` and ``v``, and other fields in
     `changes`.
     """
-    arrays = {name: np.asarray(getattr(run, name))[rows] for name in ("t", "q", "v", "a", "lam")}
-    if run.history is not None:
-        arrays["history"] = run.history[rows]
+    arrays = {name: np.asarray(getattr(run, name))[rows] for name in StateHistory._fields}
     return replace(run, **{**arrays, **changes})

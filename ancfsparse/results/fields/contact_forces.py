@@ -77,7 +77,7 @@ class BeamContactForce(ForceOfStates):
 
 
 def contact_force(
-    system: System, contact: object, states: StateHistory, history: Vector | None = None
+    system: System, contact: object, states: StateHistory
 ) -> ContactForce | BeamContactForce:
     """Return the forces of a contact, see `Solution.contact_force`."""
     if not isinstance(contact, Contact | BeamContact):
@@ -92,7 +92,7 @@ def contact_force(
     if isinstance(contribution, BeamContactContribution):
         return BeamContactForce(*contribution.forces(np.asarray(states.q), np.asarray(states.v)))
     contact = contribution.contact
-    forces = contribution.forces(np.asarray(states.q), np.asarray(states.v), history)
+    forces = contribution.forces(np.asarray(states.q), np.asarray(states.v), states.history)
     per_length = forces / contact.weights[:, None]
     return ContactForce(
         np.array([contact.body.arc(point) for point in contact.points]),

@@ -198,8 +198,7 @@ class Solution(Configurations):
         InputError
             If the contact does not belong to the scene.
         """
-        history = getattr(self, "history", None)
-        values: Any = fields.contact_force(self.system, contact, self._states, history)
+        values: Any = fields.contact_force(self.system, contact, self._states)
         return self._select(values)
 
     def strain(self, body: ElasticBody, s: SectionPoints = None) -> Vector:

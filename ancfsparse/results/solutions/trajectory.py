@@ -64,7 +64,12 @@ class Trajectory(TrajectoryOutput):
     stats: RunStats
     settings: Mapping[str, Any] = field(default_factory=dict)
     ending: State | StoredState | None = None
-    history: Vector | None = None
+    history: Vector = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __post_init__(self) -> None:
+        """Let runs without history variables have as many rows of none as states."""
+        if not self.history.shape[1]:
+            object.__setattr__(self, "history", np.empty((len(self.t), 0)))
 
     def __repr__(self) -> str:
         """Summarise the run in two lines."""
@@ -109,8 +114,7 @@ class Trajectory(TrajectoryOutput):
 
     @property
     def _states(self) -> StateHistory:
-        history = np.empty((len(self.t), 0)) if self.history is None else self.history
-        return StateHistory(self.q, self.v, self.a, self.lam, self.t, history)
+        return StateHistory(*(getattr(self, name) for name in StateHistory._fields))
 
     @cached_property
     def _states_of_forces(self) -> StateHistory:
@@ -203,9 +207,8 @@ class Trajectory(TrajectoryOutput):
             If the time is outside the run.
         """
         row = plotting.nearest_row(self.t, self.t[-1] if time is None else time)
-        history = None if self.history is None else self.history[row]
         q, v = np.array(self.q[row]), np.array(self.v[row])
-        return fields.contact_table(self.system, q, v, history)
+        return fields.contact_table(self.system, q, v, self.history[row])
 
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body.

@@ -150,7 +150,8 @@ class StepSizeController:
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
         chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
         self._buffer = [np.empty((chunk + 1, width)) for width in (n, n, n, m, h)]
-        self.time_loop.save_history(self._buffer[-1])
+        if h:
+            self.time_loop.save_history(self._buffer[-1])
 
     def run(self) -> SampledStates:
         """Integrate over all output times.
