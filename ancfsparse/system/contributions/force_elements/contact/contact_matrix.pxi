@@ -1,0 +1,80 @@
+"""Contribution of a contact to the iteration matrix; included by `_contacts.pyx`."""
+
+
+cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, double *pressure,
+                        double *slope) noexcept nogil:
+    """Set pressure and stiffness of a point; return whether there is any.
+
+    Where the last residual was evaluated, they are as there.
+    """
+    if here.e == self.at[k]:
+        pressure[0], slope[0] = self.force[k], self.slope[k]
+    else:
+        pressure[0] = self.stiffness[k] * law_force(here.e, self.layer)
+        slope[0] = self.stiffness[k] * law_slope(here.e, self.layer)
+    return pressure[0] > 0.0 or slope[0] > 0.0
+
+
+cdef void normal_block(const Data *self, int part, const Place *here, double pressure,
+                       double slope, double *block) noexcept nogil:
+    """Set the derivative of the pressure on a point by its position, (3, 3)."""
+    cdef double across = 0.0
+    cdef ptrdiff_t c, e, dim = self.points.dim
+    if part == STIFFNESS and self.is_round and here.distance > 0.0:
+        across = pressure / here.distance
+    for c in range(dim):
+        for e in range(dim):
+            block[3 * c + e] = (slope + across) * here.n[c] * here.n[e]
+            if self.is_round:
+                block[3 * c + e] -= across * self.projector[dim * c + e]
+
+
+cdef void sliding_block(const Data *self, ptrdiff_t k, const ancf_state *x, const Place *here,
+                        double pressure, double *block) noexcept nogil:
+    """Set the derivative of friction by the velocity of a point along the obstacle, (3, 3)."""
+    cdef double speed
+    cdef double[3] u
+    move(self, k, x.v, &u[0])
+    speed = slide(self, here, &u[0])
+    along_surface(self, here, self.friction * pressure / speed, 1.0 / (speed * speed), &u[0], block)
+
+
+cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef const Points *points = &self.points
+    cdef const int32_t *slot = self.slot
+    cdef Place here
+    cdef double[9] block
+    cdef double[9] rubbing
+    cdef const double *weight
+    cdef double pressure, slope
+    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL, sticks
+    cdef ptrdiff_t k, i, j, c, e, size, dim = points.dim
+    if not (part == STIFFNESS or part == MATERIAL or slides):
+        return
+    for k in range(points.n):
+        size = dim * (points.start[k + 1] - points.start[k])
+        locate(self, k, x.q, &here)
+        if not respond(self, k, &here, &pressure, &slope):
+            slot += size * (size + 1) // 2
+            continue
+        weight = points.weight + points.start[k]
+        sticks = self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]
+        if slides or sticks:
+            weigh(self, k, x.q, x.q, &here)
+        if slides:
+            sliding_block(self, k, x, &here, pressure, &rubbing[0])
+        else:
+            normal_block(self, part, &here, pressure, slope, &block[0])
+            if sticks:
+                sticking_block(self, k, &here, pressure, &rubbing[0])
+        # Coordinates are numbered consecutively, with the directions of each together.
+        for i in range(size // dim):
+            for c in range(dim):
+                for j in range(i + 1):
+                    for e in range(dim if j < i else c + 1):
+                        if not slides:
+                            values[slot[0]] += weight[i] * weight[j] * block[3 * c + e]
+                        if slides or sticks:
+                            values[slot[0]] += self.weights[i] * self.weights[j] * rubbing[3 * c + e]
+                        slot += 1
