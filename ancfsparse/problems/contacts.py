@@ -37,6 +37,7 @@ def capstan(
     tension: float = 10.0,
     turning: float = 2.0,
     n_elements: int = 48,
+    slip_speed: float = 0.0,
 ) -> Mechanism:
     """Return a wire around a turning drum, one end of which is fixed and the other one pulled.
 
@@ -44,6 +45,7 @@ def capstan(
     `angle` [degrees] with `n_elements`; its ends are straight.  The drum turns at `turning`
     [rad/s], towards the fixed end if positive, so that the tension there is
     ``tension * exp(mu * angle)`` (Euler, Eytelwein), else ``tension * exp(-mu * angle)``.
+    The wire can stick, or with a `slip_speed` [m/s] its friction depends on the velocity.
 
     Quantities: the ``held`` tension at the fixed end [N].
     """
@@ -73,7 +75,14 @@ def capstan(
     stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * growth)
     drum = Drum((0.0, 0.0), DRUM_RADIUS, angular_velocity=-turning)
     for part in parts:
-        scene.contact(part, drum, stiffness=stiffness, radius=WIRE_RADIUS, friction=mu)
+        scene.contact(
+            part,
+            drum,
+            stiffness=stiffness,
+            radius=WIRE_RADIUS,
+            friction=mu,
+            slip_speed=slip_speed or None,
+        )
     return Mechanism(
         scene, {"held": lambda run: np.linalg.norm(run.reaction(fixed_end.start), axis=1)}
     )

@@ -1,6 +1,7 @@
 """The study of the cable around a rotating cylinder, on two cases."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -13,6 +14,8 @@ def wraps():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "FRICTIONS", (0.3,))
         patch.setattr(study, "ANGLES", (180.0,))
+        # What sticks is limited by the damped pressure of a step, 1e-4 more or less in waves.
+        patch.setattr(study, "capstan", functools.partial(study.capstan, slip_speed=1e-3))
         return study.wrapped_cylinder()
 
 
@@ -22,8 +25,7 @@ def test_ratios_and_forces_follow_the_formula(wraps):
     assert wraps[1].ratio == pytest.approx(1.0 / 2.566332, rel=1e-4)
     for each in wraps:
         assert each.pressure_error < 1e-3
-        # Friction is limited by the damped pressure of the step, in waves 1e-4 more or less.
-        assert each.friction_error < 2e-4
+        assert each.friction_error < 1e-4
         inside = (each.polar_angle > 20.0) & (each.polar_angle < 160.0)
         # Of the last state alone, in which waves still run along the wire.
         assert np.allclose(each.pressure[inside], each.exact_pressure[inside], rtol=1e-2)
