@@ -187,27 +187,27 @@ cdef double approach_slope(const Sides *self, double z, const Foot *foot,
 
 cdef double steepest(const Cubic *a) noexcept nogil:
     """Return a bound of |da/dz|."""
-    cdef double most = 0.0
+    cdef double slope = 0.0
     cdef int k
     for k in range(3):
-        most = fmax(most, 3.0 * distance(a.point[k], a.point[k + 1]))
-    return most
+        slope = fmax(slope, 3.0 * distance(a.point[k], a.point[k + 1]))
+    return slope
 
 
 cdef double steepest_gap(const Sides *self) noexcept nogil:
     """Return a bound of |de/dz|, with damping for axes that are bent little within their distance."""
-    cdef double most = steepest(self.a), farthest = 0.0, along
+    cdef double slope = steepest(self.a), farthest = 0.0, along
     cdef double[3] way
     cdef int i, j, c
     if self.theta == 0.0:
-        return most
+        return slope
     for i in range(4):
         for j in range(4):
             for c in range(3):
                 way[c] = self.way_a.point[i][c] - self.way_b.point[j][c]
             farthest = fmax(farthest, dot(way, way))
-    along = most / fmax(distance(self.b.point[0], self.b.point[3]), EXACT * self.reach)
-    return most + self.theta * (most * sqrt(farthest) / self.reach + steepest(&self.way_a)
+    along = slope / fmax(distance(self.b.point[0], self.b.point[3]), EXACT * self.reach)
+    return slope + self.theta * (slope * sqrt(farthest) / self.reach + steepest(&self.way_a)
                                 + along * steepest(&self.way_b))
 
 
