@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -83,6 +85,17 @@ class System(Discretization):
             memory = self.assembly.memory
             memory[self._history_indices] = history if len(history) else 0.0
             self.assembly.memory = memory
+
+    @contextmanager
+    def sticking_friction(self) -> Iterator[None]:
+        """Let matrices contain the stiffness of friction that sticks in the present state."""
+        for each in self.contributions:
+            each.set_sticking(True)
+        try:
+            yield
+        finally:
+            for each in self.contributions:
+                each.set_sticking(False)
 
     @cached_property
     def _history_indices(self) -> Indices:

@@ -20,7 +20,7 @@
  * and its multiplier is not changed. */
 #define IC_DEPENDENT 1e-5
 
-IC_INLINE int ic_is_held(const ic *self) { return self->border.n > 0; }
+IC_INLINE int ic_is_sticking(const ic *self) { return self->border.n > 0; }
 
 /* out = B x */
 static void ic_pull(const ic_border *border, const float *x, double *out)

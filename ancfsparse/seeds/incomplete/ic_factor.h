@@ -242,7 +242,7 @@ static ptrdiff_t ic_factor_shifted(ic *self, const double *values, double shift)
     ic_on_fronts(self, ic_spread_singles);
     ic_on_fronts(self, ic_mirror);
     self->slides = self->use == IC_KEPT && ic_find_modes(self);
-    if (ic_is_held(self))
+    if (ic_is_sticking(self))
         ic_find_border(self);
     return 0;
 }

@@ -17,7 +17,7 @@ enum { IC_SAMPLE = 256 };
 static double ic_precondition(ic *self)
 {
     double sum;
-    if (ic_is_held(self))
+    if (ic_is_sticking(self))
         return ic_hold(self, NULL, self->r, self->z, self->border.of_z);
     sum = ic_sweep(self, self->r, self->z);
     return self->slides ? sum + ic_slide_after(self) : sum;
@@ -73,7 +73,7 @@ static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
     ptrdiff_t k = 0;
     ic_on_fronts(self, ic_clear_x);
     first = self->slides ? ic_slide_first(self) : 0.0;
-    if (ic_is_held(self))
+    if (ic_is_sticking(self))
         first = ic_hold_first(self);
     ic_copy_all(self, self->r, self->z);
     zr = ic_precondition(self);
@@ -83,7 +83,7 @@ static ptrdiff_t ic_conjugate(ic *self, double share, ptrdiff_t most)
     ic_border_sum(self, border->of_p, border->of_z, 0.0, border->of_z);
     while (k < most) {
         double curvature = ic_product(self, self->p, self->z);
-        if (ic_is_held(self))
+        if (ic_is_sticking(self))
             curvature += ic_add_border(self);
         if (!(curvature > 0.0)) { /* true for NaN */
             if (k == 0)
@@ -200,8 +200,8 @@ static void ic_solve(void *context, const double *r, double *x)
 {
     ic *self = context;
     int plain = self->mode == IC_PLAIN;
-    int power = ic_gather(self, r, plain && !ic_is_held(self) ? self->x : self->r);
-    if (plain && ic_is_held(self)) {
+    int power = ic_gather(self, r, plain && !ic_is_sticking(self) ? self->x : self->r);
+    if (plain && ic_is_sticking(self)) {
         ic_hold(self, self->border.off, self->r, self->x, self->border.of_x);
     } else if (plain) {
         ic_sweep(self, NULL, self->x);

@@ -19,7 +19,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     initial_acceleration,
     load_amplitudes_at_start,
 )
-from ancfsparse.solve.initial_conditions.restart import check_start
+from ancfsparse.solve.initial_conditions.restart import check_start, restore_contributions
 from ancfsparse.solve.linearization.matrices import (
     check_coupling,
     free_submatrix,
@@ -112,7 +112,8 @@ class LinearizedSystem:
     def _matrix(self, mass: float, stiffness: float, damping: float = 0.0) -> Vector:
         state, matrix = self.state, self.system.assembly.matrix
         args, zero = (state.q, state.lam, self._amplitudes), np.zeros_like(state.q)
-        return matrix(mass, stiffness, *args, damping_factor=damping, v=zero)
+        with self.system.sticking_friction():
+            return matrix(mass, stiffness, *args, damping_factor=damping, v=zero)
 
     def damping(self) -> sp.csr_array:
         """Return the damping matrix C over the free coordinates [N s/m, N s, N m s]."""
@@ -273,6 +274,7 @@ def _linearize(of: Scene | Equilibrium, at: object) -> LinearizedSystem:
         return LinearizedSystem(of.system, of.state, of.system.loads.amplitudes(time)[0])
     state = check_start(at, "at")
     system = System(of, state)
+    restore_contributions(state, system)
     lam = np.zeros(system.n_multipliers)
     if state is None:
         if system.gyroscopic is not None:

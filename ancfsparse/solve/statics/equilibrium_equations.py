@@ -136,6 +136,11 @@ class EquilibriumEquations(Norms):
         """Return a sentence on a force whose part between points is not in the tangent."""
         return omitted_coupling(self.system, q, self._amplitudes)
 
+    @property
+    def amplitudes(self) -> Vector:
+        """Amplitudes of the loads, (n_amplitudes,)."""
+        return np.asarray(self._amplitudes)
+
     def move_to(self, t: float) -> None:
         """Set loads and prescribed motions of another time [s]; `loads` keeps its maximum."""
         self._amplitudes = self.system.loads.amplitudes(np.array([t]))[0]

@@ -64,10 +64,14 @@ def find_free_equilibrium(
 def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) -> bool:
     """Return whether the force on the whole scene along one of the axes has no reaction.
 
-    Forces that are functions of the motion may react in a place that the scene has not reached.
+    Forces that are functions of the motion, contacts, stops and ropes may react in a place that the
+    scene has not reached.
     """
     system = equations.system
-    if any(not term.is_explicit_in_time for term in system.contributions):
+    at = state.q[None], np.zeros((1, system.n_all)), equations.amplitudes[None]
+    if any(
+        not term.is_explicit_in_time or term.unilateral_forces(*at) for term in system.contributions
+    ):
         return False
     for column in np.concatenate(system.vectors("r")).T:
         x = np.zeros(system.n_all)

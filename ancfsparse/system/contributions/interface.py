@@ -90,6 +90,9 @@ class Contribution(ABC):
         """
         return 0.0, None
 
+    def set_sticking(self, is_sticking: bool) -> None:  # noqa: B027
+        """Let its matrix contain the stiffness of friction that sticks, or only in steps."""
+
     def power(self, q: Vector, v: Vector, amplitudes: Vector) -> Vector | float:
         """Return the power of its loads, shape (k,) [W].
 

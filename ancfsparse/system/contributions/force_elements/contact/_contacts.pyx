@@ -44,6 +44,7 @@ cdef struct Data:
     double reach, layer, friction, slip_speed
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
     double interval  # since the last accepted state [s]
+    bint is_sticking  # whether bristles stick in the matrix of a state, outside of steps
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
     ptrdiff_t n_all
     double *q0  # coordinates in the last accepted state
@@ -129,6 +130,15 @@ cdef class Contact(CompiledContribution):
         self.interface.set_step = set_step
         if friction > 0.0:
             self.interface.work = work
+
+    @property
+    def is_sticking(self):
+        """True if bristles stick in the matrix of a state, outside of steps."""
+        return self.data.is_sticking
+
+    @is_sticking.setter
+    def is_sticking(self, bint value):
+        self.data.is_sticking = value and self.data.grip > 0.0
 
     @property
     def deepest(self):

@@ -7,6 +7,10 @@ Between two states f is that of z + x/2, so that friction never returns more ene
 Outside of a step x is zero.
 """
 
+# Relative distance of a deflection to its limit below which a bristle of a saved state slides: the
+# damped pressure, which limited it, differs from the pressure in the state by up to 1e-4.
+cdef double SLIDING_RATIO = 1e-3
+
 
 cdef void transport(const Data *self, const double *n, double *u) noexcept nogil:
     """Rotate a vector of another tangent plane into that with the normal n."""
@@ -179,11 +183,14 @@ cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, doubl
     """Set the derivative of friction by the position of a point along the obstacle, (3, 3)."""
     cdef const double *u = self.trial + self.points.dim * k
     cdef ptrdiff_t c
-    cdef double square = 0.0, limit = limit_of(self, k, pressure)
+    cdef double square = 0.0, limit = limit_of(self, k, pressure), least
     cdef double factor = self.grip * self.stiffness[k]
+    if self.is_sticking:
+        u = self.z + self.points.dim * k
     for c in range(self.points.dim):
         square += u[c] * u[c]
-    if square <= limit * limit:
+    least = limit * (1.0 - SLIDING_RATIO) if self.is_sticking else limit
+    if square <= least * least:
         along_surface(self, here, factor, 0.0, u, block)
     else:
-        along_surface(self, here, factor * limit / sqrt(square), 1.0 / square, u, block)
+        along_surface(self, here, factor * fmin(limit / sqrt(square), 1.0), 1.0 / square, u, block)

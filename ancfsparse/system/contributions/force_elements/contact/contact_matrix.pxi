@@ -59,7 +59,7 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
             slot += size * (size + 1) // 2
             continue
         weight = points.weight + points.start[k]
-        sticks = self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]
+        sticks = self.is_sticking or self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]
         if slides or sticks:
             weigh(self, k, x.q, x.q, &here)
         if slides:

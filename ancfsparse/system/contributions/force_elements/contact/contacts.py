@@ -34,6 +34,7 @@ class CompiledContact(Compiled, Protocol):
     """A contact as a contribution (_contacts.pyx), with its largest penetration in a run [m]."""
 
     deepest: float
+    is_sticking: bool
 
     def forces(self, q: Vector, v: Vector, z: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
@@ -137,6 +138,10 @@ class ContactContribution(Contribution):
         Both are for one state; penetrations are negative where there is a gap.
         """
         return self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
+
+    def set_sticking(self, is_sticking: bool) -> None:
+        """Let its matrix contain the stiffness of bristles that stick, or only in steps."""
+        self._compiled.is_sticking = is_sticking
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""
