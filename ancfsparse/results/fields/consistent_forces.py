@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.system.coordinates.constraint_terms import Gradients
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
@@ -65,24 +64,35 @@ class _ConstrainedSolver:
         self._seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
         self._diagonal = np.asarray(system.pattern.indptr[:-1])
         self._factored = np.empty(0)
-        self._phi_q: Any = None
+        self._phi_q: Gradients
 
     def factor(self, q: Vector, lam: Vector, amplitudes: Vector) -> None:
         """Factor the matrix of a state, if it differs from that of the last."""
         system, n, diagonal = self._system, self._system.n_free, self._diagonal
-        self._phi_q = system.constraints.jacobian(q)
+        self._phi_q = phi_q = system.constraints.gradients(q)
         values = np.array(system.assembly.matrix(1.0, 0.0, q, lam, amplitudes))
-        phi_q = self._phi_q[:, :n]
-        values[diagonal[n:]] = -REGULARIZATION * (phi_q.power(2) @ (1.0 / values[diagonal[:n]]))
+        flexible = np.zeros(system.n_all)
+        flexible[:n] = 1.0 / values[diagonal[:n]]
+        squares = phi_q.values**2 * flexible[phi_q.columns]
+        values[diagonal[n:]] = -REGULARIZATION * self._sum_by_row(squares)
         if not np.array_equal(values, self._factored):
             self._seed.factor(values)
             self._factored = values
+
+    def _times_gradients(self, x: Vector) -> Vector:
+        return self._sum_by_row(self._phi_q.values * x[self._phi_q.columns])
+
+    def _sum_by_row(self, entries: Vector) -> Vector:
+        sums = np.bincount(self._phi_q.rows, entries, minlength=self._system.n_multipliers)
+        return np.asarray(sums, dtype=np.float64)
 
     def project(self, v: Vector, rate: Vector) -> None:
         """Change velocities in place until ``phi_q v = rate``, least in the norm of the mass."""
         n = self._system.n_free
         for _ in range(N_REFINEMENTS):
-            change = self._seed.solve(np.concatenate([np.zeros(n), rate - self._phi_q @ v]))[:n]
+            change = self._seed.solve(
+                np.concatenate([np.zeros(n), rate - self._times_gradients(v)])
+            )[:n]
             v[:n] += change
             if np.max(np.abs(change), initial=0.0) <= VELOCITY_TOLERANCE * np.max(np.abs(v)):
                 break
@@ -96,7 +106,7 @@ class _ConstrainedSolver:
         n_refinements = MAX_REFINEMENTS if system.depends_on_reactions else N_REFINEMENTS
         for _ in range(n_refinements):
             force = -system.assembly.residual(*state)[0][:n]
-            change = self._seed.solve(np.concatenate([force, rate - self._phi_q @ a]))
+            change = self._seed.solve(np.concatenate([force, rate - self._times_gradients(a)]))
             a[:n] += change[:n]
             lam += change[n:]
             largest = np.max(np.abs(lam), initial=0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,14 @@ if TYPE_CHECKING:
 
 TERM_FIELDS = ("i", "j", "coefficient", "about")
 EQUATION_FIELDS = ("offset", "offset_size", "mass", "labels", "source")
+
+
+class Gradients(NamedTuple):
+    """Entries of phi_q, of shape (k,): rows, columns and values [1]."""
+
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    values: NDArray[np.float64]
 
 
 @dataclass
@@ -148,6 +156,11 @@ class Constraints:
         """Return phi_q, sparse (m, n_all) [1]."""
         import scipy.sparse as sp
 
+        rows, columns, values = self.gradients(q)
+        return sp.csr_array((values, (rows, columns)), shape=(len(self.offset), len(q)))
+
+    def gradients(self, q: NDArray[np.float64]) -> Gradients:
+        """Return the entries of phi_q [1]; those with the same indices are summed."""
         row, i, j = (np.array(x, dtype=np.int64) for x in (self.row, self.i, self.j))
         c, a = np.array(self.coefficient), np.array(self.about)
         linear = j == LINEAR
@@ -159,8 +172,7 @@ class Constraints:
             rows.append(np.full(len(at), k))
             columns.append(at.astype(np.int64))
             values.append(factor * gradient)
-        places = (np.concatenate(rows), np.concatenate(columns))
-        return sp.csr_array((np.concatenate(values), places), shape=(len(self.offset), len(q)))
+        return Gradients(np.concatenate(rows), np.concatenate(columns), np.concatenate(values))
 
     def reach(self, q: NDArray[np.float64]) -> sp.csr_array:
         """Return the pattern of possible gradients, (m or more, n_all).
