@@ -63,7 +63,14 @@ if TYPE_CHECKING:
     from ancfsparse.results.hdf5_reader import load
     from ancfsparse.scene import Pulse, Ramp, Sine, Table
     from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
-    from ancfsparse.scene.force_elements.obstacles import Ball, Drum, HalfSpace
+    from ancfsparse.scene.force_elements.obstacles import (
+        Ball,
+        Block,
+        Capsule,
+        Drum,
+        HalfSpace,
+        Torus,
+    )
     from ancfsparse.scene.geometry.curves import Arc, Helix
     from ancfsparse.solve import (
         assemble,
@@ -89,7 +96,9 @@ __all__ = [
     "Arc",
     "AssemblyError",
     "Ball",
+    "Block",
     "Box",
+    "Capsule",
     "CentralDifference",
     "Circle",
     "ConvergenceError",
@@ -134,6 +143,7 @@ __all__ = [
     "StepError",
     "Table",
     "Taper",
+    "Torus",
     "Trajectory",
     "Tube",
     "UnresolvedSignalWarning",
@@ -174,7 +184,7 @@ _load = on_demand(
         "results.hdf5_reader": "load",
         "scene": "Pulse Ramp Sine Table",
         "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
-        "scene.force_elements.obstacles": "Ball Drum HalfSpace",
+        "scene.force_elements.obstacles": "Ball Block Capsule Drum HalfSpace Torus",
         "scene.geometry.curves": "Arc Helix",
         "solve": "assemble buckling complex_modes load_path modal_response modes quasi_static "
         "solve_static stable_step",

@@ -101,6 +101,10 @@ def everything(fine=1):
     drum = ancf.Drum((2.5, -5.0, 0.0), 2.0, axis=(0.0, 1.0, 1.0), angular_velocity=1.0)
     scene.contact(rope, drum, stiffness=1e5, friction=0.2, slip_speed=1e-3)
     scene.contact(rod, ancf.Ball((1.0, -3.0, 0.0), 1.0), stiffness=1e5, radius=0.02)
+    scene.contact(rope, ancf.Capsule((1.0, -7.0, 0.0), (2.0, -8.0, 0.0), 1.0), stiffness=1e5)
+    block = ancf.Block((2.5, -9.0, 0.0), (3.0, 2.0, 2.0), 0.1, (0.6, 0.8, 0.0, 0.0))
+    scene.contact(rope, block, stiffness=1e5)
+    scene.contact(rope, ancf.Torus((2.5, -9.0, 0.0), 2.0, 0.5, (0.0, 1.0, 0.0)), stiffness=1e5)
     add_special_beams(scene, fine)
     return scene
 

@@ -18,7 +18,7 @@ from ancfsparse.system.system import System
 if TYPE_CHECKING:
     import h5py
 
-FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z")
+FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z", "lines")
 PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
 
 
@@ -39,7 +39,7 @@ class RigidOutline:
         and inertia.
     points : ndarray, shape (n, n_vectors)
         Its centre in the frame of the body [m], followed by the points of its joints, ropes and
-        springs for a body without shape.
+        springs for a body without shape; of the form "lines" the pairs of their ends.
     """
 
     name: str

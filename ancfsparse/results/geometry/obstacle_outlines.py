@@ -1,4 +1,4 @@
-"""Lines of the half-spaces, drums and balls that bodies touch."""
+"""Lines of the obstacles that bodies touch."""
 
 from __future__ import annotations
 
@@ -10,19 +10,27 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.results.geometry.body_outlines import PACKED, RigidOutline, make_solid
+from ancfsparse.results.geometry.core_outlines import CIRCLE_PIECES, trace_circle, trace_core
 from ancfsparse.scene import Body
+from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.contacts import Contact
-from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Drum, HalfSpace, Obstacle
+from ancfsparse.scene.force_elements.obstacles import (
+    OBSTACLE_TYPES,
+    Ball,
+    Drum,
+    HalfSpace,
+    Obstacle,
+)
 from ancfsparse.system.system import System
 
 if TYPE_CHECKING:
     import h5py
 
-CIRCLE_PIECES = 64  # pieces of a circle, a multiple of `AXIAL_LINES`
-AXIAL_LINES = 8  # of a drum
+AXIAL_LINES = 8  # of a drum, a divisor of `CIRCLE_PIECES`
 MIN_LENGTH_RATIO = 1.0  # length of a drum, over its radius
 HATCH_RATIO = 0.025  # spacing and depth of hatching strokes, over the extent of the picture
 GRID_RATIO = 0.1  # spacing of the grid in a plane, over the extent of the picture
+MOVING_EXTENT = 2.0  # half extent of a plane or a drum on a body, over its size or radius
 MAX_ENLARGEMENT = 3.0  # extent of a picture with a drum or a ball, over that of the bodies
 
 
@@ -37,15 +45,23 @@ def make_moving_obstacles(system: System, of: Body | None = None) -> list[RigidO
     contacts = (each for each in system.attachments if isinstance(each, Contact))
     moving = {(each.obstacle, each.on): each for each in contacts if each.on}
     outlines = []
-    for (obstacle, body), contact in moving.items():
+    for (_, body), contact in moving.items():
         if body is not None and of in (None, body):
-            frame = make_solid(system, body, [])
-            centre = contact.base_point.offsets or (0.0,) * body.n_vectors
-            reach = np.full(3, obstacle.radius)
-            outlines.append(
-                RigidOutline(body.name, "sphere", frame.places, reach, np.array([centre]))
-            )
+            outlines.append(_make_moving(system, contact, body))
     return outlines
+
+
+def _make_moving(system: System, contact: Contact, body: RigidBody) -> RigidOutline:
+    """Return an obstacle on a rigid body: a ball, or else its lines at the start."""
+    obstacle, frame = contact.obstacle, make_solid(system, body, [])
+    if obstacle.is_alike:
+        centre = contact.base_point.offsets or (0.0,) * body.n_vectors
+        reach = np.full(3, obstacle.radius)
+        return RigidOutline(body.name, "sphere", frame.places, reach, np.array([centre]))
+    extent = MOVING_EXTENT * max(body.size, obstacle.radius)
+    box = np.array(obstacle.base) + np.array([[-extent], [extent]])
+    arms = trace_obstacle(obstacle, box, box).reshape(-1, obstacle.dim) - body.positions[0]
+    return RigidOutline(body.name, "lines", frame.places, np.zeros(3), arms @ body.vectors[0].T)
 
 
 def write_obstacles(group: h5py.Group, obstacles: Iterable[Obstacle]) -> None:
@@ -90,9 +106,11 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
     if isinstance(obstacle, HalfSpace):
         return _trace_plane(obstacle, limits)
     centre, radius, dim = np.array(obstacle.base), obstacle.radius, obstacle.dim
-    if not isinstance(obstacle, Drum):
+    if isinstance(obstacle, Ball):
         pairs = [np.delete(np.eye(dim), k, axis=0) for k in range(3)] if dim == 3 else [np.eye(2)]
-        return np.concatenate([_circle(centre, radius * pair) for pair in pairs])
+        return np.concatenate([trace_circle(centre, radius * pair) for pair in pairs])
+    if not isinstance(obstacle, Drum):
+        return trace_core(obstacle)
     centres, pair = centre[None], np.eye(2)
     if obstacle.axis is not None:
         along = np.array(obstacle.axis) / np.linalg.norm(obstacle.axis)
@@ -100,7 +118,7 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
         half = 0.5 * max(float(np.ptp(box, axis=0) @ np.abs(along)), MIN_LENGTH_RATIO * radius)
         centres = centre + np.outer([middle - half, middle, middle + half], along)
         pair = _tangents(along)
-    circles = np.stack([_circle(each, radius * pair) for each in centres])
+    circles = np.stack([trace_circle(each, radius * pair) for each in centres])
     lines = [*circles]
     if len(centres) > 1:
         points = circles[:, :: CIRCLE_PIECES // AXIAL_LINES, 0]
@@ -129,13 +147,6 @@ def _trace_plane(obstacle: HalfSpace, limits: Vector) -> Vector:
         starts = origin + np.outer(steps, across)
         lines.append(np.stack([starts - reach * along, starts + reach * along], axis=1))
     return np.concatenate(lines)
-
-
-def _circle(centre: Vector, arms: Vector) -> Vector:
-    """Return the pieces of a circle with two radius vectors (2, dim)."""
-    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_PIECES + 1)
-    points = centre + np.stack([np.cos(angles), np.sin(angles)], axis=1) @ arms
-    return np.stack([points[:-1], points[1:]], axis=1)
 
 
 def _tangents(normal: Vector) -> Vector:

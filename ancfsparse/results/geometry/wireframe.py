@@ -62,6 +62,8 @@ def _shape(solid: RigidOutline) -> Shape:
     reach, form, n = solid.reach, solid.form, solid.points.shape[1]
     if form == "inertia":
         return _star(solid)
+    if form == "lines":
+        return solid.points, [(k, k + 1) for k in range(0, len(solid.points), 2)], []
     if n == 3 and form.startswith("cylinder"):
         parts = _cylinder(reach, "xyz".index(form[-1]))
     elif n == 3 and form == "sphere":

@@ -15,7 +15,7 @@ from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene import bodies, force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
-from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES, Obstacle
+from ancfsparse.scene.force_elements import obstacles
 from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, Record
@@ -24,6 +24,7 @@ from ancfsparse.scene.sections.standard_sections import Circle, Tube
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.force_elements.beam_contacts import BeamContact
+    from ancfsparse.scene.force_elements.obstacles import Obstacle
 
 GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
@@ -97,6 +98,12 @@ class Contact(Attachment):
         return [Point(self.body, e, x) for e in range(self.body.n_elements) for x in xi.tolist()]
 
     @property
+    def frame(self) -> Vector:
+        """Axes of the core as rows, (dim, dim), in space, or along the vectors of the body `on`."""
+        axes = self.obstacle.core.axes
+        return axes if self.on is None else np.asarray(axes @ self.on.vectors[0].T)
+
+    @property
     def base_point(self) -> Point:
         """Point of the body `on` at the base of the obstacle."""
         assert self.on is not None
@@ -163,7 +170,7 @@ class Contacts(SceneBase):
         ----------
         body : Beam or Mesh
             The body, with given element and number of elements.
-        obstacle : HalfSpace, Drum, Ball, Beam or Mesh
+        obstacle : HalfSpace, Drum, Ball, Capsule, Block, Torus, Beam or Mesh
             The obstacle, or another body; `body` again if it touches itself.
         stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
@@ -180,8 +187,8 @@ class Contacts(SceneBase):
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
             stick to obstacles.  Explicit integrators and friction of two bodies need it.
         on : RigidBody, optional
-            The body that the obstacle is a part of: a ball, or in the plane a drum, whose `base` is
-            its position at the start.  It moves with the body, and the forces act on both.
+            The body that the obstacle is a part of, which is placed where it is at the start.  It
+            moves and turns with the body, and the forces act on both.
 
         Returns
         -------
@@ -224,10 +231,10 @@ class Contacts(SceneBase):
                     f"on= of a contact is for obstacles: leave it out for {obstacle.name}"
                 )
             return self._contact_of_beams(body, obstacle, stiffness, radius, friction, slip_speed)
-        if not isinstance(obstacle, Obstacle):
+        if not isinstance(obstacle, obstacles.Obstacle):
             raise InputError(
-                f"contact of {body.name} needs one of {', '.join(OBSTACLE_TYPES)}, a beam or a "
-                f"mesh, got {format_value(obstacle)}"
+                f"contact of {body.name} needs one of {', '.join(obstacles.OBSTACLE_TYPES)}, a "
+                f"beam or a mesh, got {format_value(obstacle)}"
             )
         if obstacle.dim != self.dim:
             raise InputError(
@@ -304,12 +311,6 @@ def _moving(obstacle: Obstacle, on: object) -> RigidBody:
             f"the {obstacle.noun} is on {on.name}, a thin rod without rotation about its axis: "
             "give the body an inertia in place of the shape Rod"
         )
-    if obstacle.normal_vector is not None or not np.array_equal(
-        obstacle.projector, np.eye(obstacle.dim)
-    ):
-        raise InputError(
-            f"a {obstacle.noun} cannot move with {on.name}: take a Ball, or in the plane a Drum"
-        )
     if obstacle.spin.any():
         raise InputError(
             f"the {obstacle.noun} turns with {on.name}: leave its angular_velocity out and give "
@@ -351,9 +352,12 @@ def _check_start(contact: Contact) -> None:
 
 def _check_elements(contact: Contact) -> None:
     """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
-    curvature_radius = contact.obstacle.radius + contact.radius
-    longest, limit = float(contact.body.lengths.max()), MAX_ELEMENT_ANGLE * curvature_radius
-    if contact.obstacle.radius > 0.0 and longest > limit:
+    if contact.obstacle.is_flat:
+        return
+    curvature_radius = contact.obstacle.bend_radius + contact.radius
+    limit = MAX_ELEMENT_ANGLE * curvature_radius + 0.25 * contact.obstacle.perimeter
+    longest = float(contact.body.lengths.max())
+    if longest > limit:
         times = math.ceil(longest / limit)
         raise InputError(
             f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "

@@ -9,10 +9,8 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import (
-    check_finite,
     check_moderate,
     check_positive,
-    check_reals,
     check_vector,
 )
 from ancfsparse.errors import InputError
@@ -21,15 +19,15 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
 from ancfsparse.scene.geometry.positions import check_position
 from ancfsparse.scene.kinematics.rigid_motion import (
+    ROUNDING_RATIO,
     RigidMotion,
     check_inertia,
+    orientation_axes,
     second_moments,
     spin_matrix,
 )
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import as_data, record_type
-
-ROUNDING_RATIO = 1e-9  # relative error of inertias, unit vectors and right angles
 
 
 class RigidBodies(SceneBase):
@@ -115,7 +113,7 @@ class RigidBodies(SceneBase):
         arm = np.append(1.0, centre_of_mass[:n_vectors])
         spread[1:, 1:] = second[:n_vectors, :n_vectors]
         spread += body_mass * np.outer(arm, arm)
-        axes = _axes(label, dim, orientation)
+        axes = orientation_axes(f"orientation of {label}", dim, orientation)
         origin = check_position(f"position of {label}", position, dim)[None].copy()
         spin = np.zeros((dim, dim))
         if angular_velocity is not None:
@@ -204,45 +202,6 @@ def _second_moments(
 
 def _listed(values: Iterable[float]) -> str:
     return ", ".join(f"{value:.6g}" for value in values)
-
-
-def _axes(label: str, dim: int, orientation: ArrayLike | None) -> Vector:
-    """Return the unit vectors of a frame in rows, (dim, dim)."""
-    what = f"orientation of {label}"
-    if orientation is None:
-        return np.eye(dim)
-    if dim == 2:
-        angle = check_finite(what, orientation, "rad")
-        c, s = np.cos(angle), np.sin(angle)
-        return np.array([[c, s], [-s, c]])
-    needed = "a unit quaternion (4 numbers) or a rotation matrix (3 x 3)"
-    given = check_reals(what, orientation, needed)
-    if given.shape not in ((4,), (3, 3)) or not np.isfinite(given).all():
-        raise InputError(f"{what} must be {needed}, got {format_value(orientation)}")
-    if given.shape == (4,):
-        norm = float(np.linalg.norm(given))
-        if abs(norm - 1.0) > ROUNDING_RATIO:
-            raise InputError(f"{what} must be a unit quaternion, got one of length {norm:.9g}")
-        return _matrix(given / norm).T
-    off = float(np.abs(given.T @ given - np.eye(3)).max())
-    if off > ROUNDING_RATIO:
-        raise InputError(f"{what} must have orthonormal columns, but they are off by {off:.3g}")
-    if np.linalg.det(given) < 0.0:
-        raise InputError(f"{what} is left-handed, a reflection: change the sign of one column")
-    left, _, right = np.linalg.svd(given)
-    return np.asarray((left @ right).T)
-
-
-def _matrix(quaternion: Vector) -> Vector:
-    """Return the rotation matrix of a unit quaternion, real part first, (3, 3)."""
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def _across(spin: Vector, axis: Vector) -> Vector:

@@ -1,4 +1,4 @@
-"""Half-spaces, drums and balls in pictures and files of runs."""
+"""Obstacles in pictures and files of runs."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,9 @@ from PIL import Image
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
+from ancfsparse.results.geometry.obstacle_outlines import trace_obstacle
 from ancfsparse.results.geometry.scene_outline import make_outline
+from ancfsparse.results.geometry.wireframe import trace_edges
 from ancfsparse.results.hdf5_reader import read_outline
 from ancfsparse.results.plotting.canvas import OBSTACLE_WIDTH
 from tests.results.conftest import damage_outline
@@ -113,6 +115,9 @@ def test_a_body_has_its_obstacles_in_files_too(tmp_path):
         ancf.Drum((0.4, 0.0), 0.2),
         ancf.HalfSpace((0, -1), (0, 2)),
         ancf.Ball((1, 0), 0.1),
+        ancf.Capsule((0.2, 0.0), (0.6, 0.1), 0.1),
+        ancf.Block((0.4, 0.0), (0.5, 0.3), 0.05, 0.2),
+        ancf.Torus((0.4, -0.2), 0.15, 0.05),
     ]
     run = touching(*obstacles, path=tmp_path / "run.h5")
     assert make_outline(run.system).obstacles == obstacles
@@ -124,10 +129,60 @@ def test_a_body_has_its_obstacles_in_files_too(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "obstacle", [ancf.Ball((0.5, 0.0), 0.2), ancf.HalfSpace((0.0, 0.0, 0.25), (0, 0, 1))]
+    "obstacle",
+    [
+        ancf.Ball((0.5, 0.0), 0.2),
+        ancf.HalfSpace((0.0, 0.0, 0.25), (0, 0, 1)),
+        ancf.Torus((0.5, 0.0, 0.0), 0.15, 0.05, (1, 0, 1)),
+    ],
 )
 def test_obstacles_are_rendered(tmp_path, obstacle):
     pytest.importorskip("pyvista")
     with Image.open(touching(obstacle).render(tmp_path / "a.png")) as image:
         grey = np.abs(np.asarray(image.convert("RGB")).astype(int) - 0x99).max(axis=2) < 16
     assert grey.sum() > 200
+
+
+@pytest.mark.parametrize(
+    "obstacle",
+    [
+        ancf.Capsule((0.2, 0.0), (0.6, 0.1), 0.1),
+        ancf.Block((0.4, 0.0), (0.5, 0.3), 0.05, 0.2),
+        ancf.Block((0.4, 0.0), (0.5, 0.3)),
+        ancf.Torus((0.4, 0.0), 0.15, 0.05),
+        ancf.Capsule((0.2, 0.1, 0.0), (0.6, 0.3, 0.1), 0.1),
+        ancf.Block((0.4, 0.2, 0.0), (0.5, 0.3, 0.4), 0.05, (0.8, 0, 0.6, 0)),
+        ancf.Block((0.4, 0.2, -0.3), (0.5, 0.3, 0.4), orientation=(0.8, 0, 0.6, 0)),
+        ancf.Torus((0.4, 0.2, 0.0), 0.15, 0.05, (1, 0, 1)),
+    ],
+)
+def test_lines_of_shapes_are_on_their_surface_and_follow_a_body(obstacle):
+    lines = trace_obstacle(obstacle, np.zeros((2, obstacle.dim)), np.zeros((2, obstacle.dim)))
+    assert np.abs(obstacle.distances(lines[:, 0])).max() < 1e-12
+    assert np.abs(obstacle.distances(lines[:, 1])).max() < 1e-12
+    # In the middle of a piece of a circle by its sagitta off.
+    middles = obstacle.distances(lines.mean(axis=1))
+    assert np.abs(middles).max() < 0.2001 * (1.0 - np.cos(np.pi / 64))
+    # On a body that turns it turns, too.
+    dim = obstacle.dim
+    scene = ancf.Scene((0.0,) * dim)
+    cable = scene.add_beam("thin", 9 * np.eye(dim)[1], np.ones(dim), 100, SECTION, MATERIAL)
+    turn = 0.3 if dim == 2 else (0.8, 0.6, 0, 0)
+    spin = 2.0 if dim == 2 else (0, 0, 2.0)
+    inertia = 1.0 if dim == 2 else (1.0, 1.0, 1.0)
+    body = scene.add_body(
+        mass=1.0,
+        inertia=inertia,
+        position=0.1 * np.ones(dim),
+        orientation=turn,
+        angular_velocity=spin,
+    )
+    scene.contact(cable, obstacle, on=body, stiffness=1e3)
+    run = ancf.simulate(scene, 0.1, 1e-2, integrator=ancf.EnergyMomentum())
+    (outline,) = [s for s in make_outline(run.system).solids if s.form == "lines"]
+    drawn = trace_edges(run.q[[0, -1]], outline)
+    np.testing.assert_allclose(drawn[0], lines, atol=1e-12)
+    c, s = np.cos(0.2), np.sin(0.2)
+    matrix = np.eye(dim)
+    matrix[:2, :2] = [[c, -s], [s, c]]
+    np.testing.assert_allclose(drawn[1], (lines - 0.1) @ matrix.T + 0.1, atol=1e-4)

@@ -148,7 +148,6 @@ def test_scenes_with_obstacles_on_bodies_are_stored(tmp_path):
 @pytest.mark.parametrize(
     ("obstacle", "on", "message"),
     [
-        (ancf.HalfSpace((0, -1), (0, 1)), "wheel", "cannot move with"),
         (ancf.Drum((0, -1), 0.5, angular_velocity=1.0), "wheel", "leave its angular_velocity out"),
         (ancf.Ball((0, -1), 0.5), "cable", "needs a rigid body"),
         (ancf.Ball((0, -1), 0.5), "other", "of another scene"),

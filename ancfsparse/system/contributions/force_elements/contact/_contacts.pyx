@@ -3,15 +3,15 @@
 
 A point x is at d = A (x - base) from the base of the obstacle, fixed or a point of a rigid body
 with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch where the
-penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane.  The pressure p(e) of
-contact_law.pxi acts along n = d / |d|, and friction along the surface (sliding.pxi, bristles.pxi).
+penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane; other shapes and ones
+that turn are in shapes.pxi.  The pressure p(e) of contact_law.pxi acts along n = d / |d|, and friction along the surface (sliding.pxi, bristles.pxi).
 
 Between two states the pressure is the discrete gradient (W(e1) - W(e0)) / (e1 - e0) along
 (d0 + d1) / (|d0| + |d1|), whose work is the change of the energy W.  Other implicit schemes, which
 generate energy in impacts that their steps do not resolve, take p(e1 + theta (e1 - e0)) with e0
 of the last accepted state and theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 """
-from libc.math cimport NAN, sqrt, tan
+from libc.math cimport INFINITY, NAN, sqrt, tan
 from libc.string cimport memcpy
 
 include "../../contribution.pxi"
@@ -39,8 +39,13 @@ cdef struct Data:
     const double *projector  # (dim, dim)
     const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
     double *weights  # workspace for `weigh`
-    const int32_t *turning  # of each coordinate of the points, whether it is of a vector u_i
+    const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
     bint is_round
+    bint has_frame  # whether the shape is that of shapes.pxi, by the three that follow
+    const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
+    const double *bounds  # of the core in it, (2, dim) [m]
+    double ring  # radius of a core that is a circle, otherwise 0 [m]
+    bint frame_moves  # whether it is on a body
     double reach, layer, friction, slip_speed
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
     double interval  # since the last accepted state [s]
@@ -58,9 +63,13 @@ cdef struct Data:
 
 cdef struct Place:  # of a point relative to the obstacle
     double[3] d  # vector from the base
-    double distance  # |d|
+    double distance  # |d|, or that from the core of a shape with a frame
     double[3] n
     double e  # penetration
+    double[3] b  # with a frame: d along the body, and the derivatives of the distance by it
+    double[3] m
+    double[3] g  # m in space, along the unit vector n
+    double[9] u  # vectors of the body as rows
 
 
 cdef class Contact(CompiledContribution):
@@ -77,9 +86,15 @@ cdef class Contact(CompiledContribution):
     projector, spin : (dim, dim) float
         See `Obstacle`.
     turning : (m,) int32
-        Of the coordinates of the points, 1 for vectors of the body of the obstacle.
+        Of the coordinates of the points, i + 1 for vectors u_i of the body of the obstacle.
     is_round : bool
         False for a plane.
+    frame : (dim, dim) or (0, dim) float
+        Axes of an obstacle with a core in them, as rows, in space or along the vectors of its body.
+    bounds : (2, dim) float
+        Of the core [m].
+    ring : float
+        Radius of a core that is a circle [m].
     reach : float
         Distance from the base at which surfaces touch [m].
     layer : float
@@ -95,7 +110,7 @@ cdef class Contact(CompiledContribution):
     cdef Data data
 
     def __cinit__(self, start, place, weight, slot, stiffness, impact_time, base, normal, projector, spin, turning,
-                  bint is_round, double reach, double layer, double friction, double slip_speed,
+                  bint is_round, frame, bounds, double ring, double reach, double layer, double friction, double slip_speed,
                   double grip, ptrdiff_t n_all):
         cdef Data *data = &self.data
         cdef ptrdiff_t n
@@ -112,6 +127,10 @@ cdef class Contact(CompiledContribution):
         data.turning = integers(turning)
         data.weights = self.copy(np.zeros(np.max(np.diff(start))))
         data.is_round, data.reach, data.layer = is_round, reach, layer
+        data.has_frame, data.ring = len(frame) > 0, ring
+        data.frame_moves = data.has_frame and np.any(turning)
+        if data.has_frame:
+            data.frame, data.bounds = self.copy(frame), self.copy(bounds)
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
@@ -161,7 +180,7 @@ cdef class Contact(CompiledContribution):
             if here.e > 0.0:
                 pressure = self.data.stiffness[k] * law_force(here.e, self.data.layer)
                 for c in range(dim):
-                    view[0, k, c] = pressure * here.n[c]
+                    view[0, k, c] = pressure * leaving(&self.data, &here)[c]
                 if self.data.grip > 0.0:
                     if z.shape[0] == 0:
                         continue
@@ -192,6 +211,23 @@ cdef class Contact(CompiledContribution):
             slide(&self.data, &here, &u[k, 0])
             e[k] = here.e
         return velocities, depths
+
+    def gradients(self, const double[::1] q):
+        """Return the derivatives of the distance of each point by its coordinates, (m, dim) [1]."""
+        cdef ptrdiff_t k, c, n = self.data.points.n
+        out = np.zeros((self.data.points.m, self.data.points.dim))
+        cdef double[:, ::1] view = out
+        cdef const int32_t *start = self.data.points.start
+        cdef Place here
+        cdef ptrdiff_t i
+        for k in range(n):
+            locate(&self.data, k, &q[0], &here)
+            for i in range(start[k], start[k + 1]):
+                for c in range(self.data.points.dim):
+                    view[i, c] = self.data.points.weight[i] * leaving(&self.data, &here)[c]
+                    if self.data.frame_moves and self.data.turning[i]:
+                        view[i, c] += here.m[self.data.turning[i] - 1] * here.d[c]
+        return out
 
     def energy(self, const double[::1] q):
         """Return the potential of the pressures [J]."""
@@ -227,30 +263,6 @@ cdef class Contact(CompiledContribution):
         np.asarray(kept)[:], np.asarray(before)[:] = of_run
         self.data = own
         return out, memory
-
-
-cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
-    """Find a point relative to the obstacle; its normal is zero on the base of a round one."""
-    cdef double[3] x
-    cdef ptrdiff_t c, i, dim = self.points.dim
-    cdef double square = 0.0
-    sum_up(&self.points, k, q, NULL, &x[0])
-    if not self.is_round:
-        out.distance = 0.0
-        for c in range(dim):
-            out.d[c] = x[c] - self.base[c]
-            out.n[c] = self.normal[c]
-            out.distance += out.n[c] * out.d[c]
-    else:
-        for c in range(dim):
-            out.d[c] = 0.0
-            for i in range(dim):
-                out.d[c] += self.projector[dim * c + i] * (x[i] - self.base[i])
-            square += out.d[c] * out.d[c]
-        out.distance = sqrt(square)
-        for c in range(dim):
-            out.n[c] = out.d[c] / out.distance if out.distance > 0.0 else 0.0
-    out.e = self.reach - out.distance
 
 
 cdef void set_step(void *context, double dt) noexcept nogil:
@@ -322,7 +334,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer)
         pressure = self.force[k] = self.stiffness[k] * law_force(e, self.layer)
         if pressure > 0.0:
-            push_sum(&self.points, k, -pressure, &here.n[0], r)
+            push_normal(self, k, pressure, &here, r)
             if self.grip > 0.0:
                 stick(self, k, x.q, pressure, &f[0])
                 push_friction(self, k, &f[0], r)
@@ -339,8 +351,8 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef Place begin
     cdef Place end
     cdef double[3] f
-    cdef double pressure, both
-    cdef ptrdiff_t k, c
+    cdef double pressure
+    cdef ptrdiff_t k
     self.is_mean = True
     for k in range(self.points.n):
         locate(self, k, q0, &begin)
@@ -349,11 +361,8 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
             self.at[k] = NAN
             continue
         pressure = self.force[k] = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
-        if self.is_round:
-            both = begin.distance + end.distance
-            for c in range(self.points.dim):
-                end.n[c] = (begin.d[c] + end.d[c]) / both if both > 0.0 else 0.0
-        push_sum(&self.points, k, -pressure, &end.n[0], r)
+        mean_normal(self, &begin, &end)
+        push_normal(self, k, pressure, &end, r)
         self.slope[k] = self.stiffness[k] * mean_slope(begin.e, end.e, self.layer)
         locate(self, k, x.q, &begin)
         self.at[k] = begin.e
@@ -378,6 +387,7 @@ cdef double energy(void *context, const double *q) noexcept nogil:
     return sum
 
 
+include "shapes.pxi"
 include "sliding.pxi"
 include "bristles.pxi"
 include "contact_matrix.pxi"

@@ -20,6 +20,9 @@ cdef void normal_block(const Data *self, int part, const Place *here, double pre
     """Set the derivative of the pressure on a point by its position, (3, 3)."""
     cdef double across = 0.0
     cdef ptrdiff_t c, e, dim = self.points.dim
+    if self.has_frame:
+        block_in_frame(self, part, here, pressure, slope, block)
+        return
     if part == STIFFNESS and self.is_round and here.distance > 0.0:
         across = pressure / here.distance
     for c in range(dim):
@@ -66,6 +69,8 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
             sliding_block(self, k, x, &here, pressure, &rubbing[0])
         else:
             normal_block(self, part, &here, pressure, slope, &block[0])
+            if self.frame_moves:
+                add_turning(self, part, k, &here, pressure, slope, slot, values)
             if sticks:
                 sticking_block(self, k, &here, pressure, &rubbing[0])
         # Coordinates are numbered consecutively, with the directions of each together.

@@ -38,8 +38,8 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
     pressure = mass * gravity + sum(
         _bound(load) for load in system.external_loads if isinstance(load, DistributedForce)
     )
-    if obstacle.radius > 0.0:
-        pressure += _tension(system, contact) / (obstacle.radius + radius)
+    if not obstacle.is_flat:
+        pressure += _tension(system, contact) / (obstacle.bend_radius + radius)
     gaps = obstacle.distances(body.positions) - radius
     squared_speed = 2.0 * gravity * float(np.max(gaps, initial=0.0))
     if body.velocity is not None:

@@ -42,6 +42,9 @@ class CompiledContact(Compiled, Protocol):
     def motion(self, q: Vector, v: Vector, /) -> tuple[Vector, Vector]:
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
 
+    def gradients(self, q: Vector, /) -> Vector:
+        """Return derivatives of the distances of points by their coordinates, (m, dim) [1]."""
+
     def energy(self, q: Vector, /) -> float:
         """Return the potential of the pressures [J]."""
 
@@ -62,16 +65,18 @@ class ContactContribution(Contribution):
         self._first_history = first_history
         self.stiffness = contact.stiffness or default_stiffness(system, contact)
         relative: list[tuple[float, Point]] = []
-        vectors = np.empty(0, dtype=np.int32)
+        vectors: list[int] = []
         if contact.on is not None:
             # Sums have the vectors of the body among their coordinates also without weights.
             body_points = [contact.on.at(unit) for unit in np.eye(system.dim)]
             relative = [(-1.0, contact.base_point), *((0.0, each) for each in body_points)]
             origin = system.point(contact.on.origin)[0][0]
-            indices = np.concatenate([system.point(each)[0][0] for each in body_points])
-            vectors = np.setdiff1d(indices, origin).astype(np.int32)
+            for indices, weights in map(system.point, body_points):
+                vectors += np.setdiff1d(indices[0, weights != 0.0], origin).tolist()
         self._points = PointSums.of(system, [[(1.0, point), *relative] for point in contact.points])
-        self._turning = np.isin(self._points.place[0], vectors).astype(np.int32)
+        self._turning = np.zeros(self._points.place.shape[1], dtype=np.int32)
+        for number, vector in enumerate(vectors, 1):
+            self._turning[self._points.place[0] == vector] = number
         self._compiled: CompiledContact
 
     def cliques(self) -> list[Indices]:
@@ -81,7 +86,8 @@ class ContactContribution(Contribution):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled contact."""
         points, contact, obstacle = self._points, self.contact, self.contact.obstacle
-        dim, normal = obstacle.dim, obstacle.normal_vector
+        dim, normal, core = obstacle.dim, obstacle.normal_vector, obstacle.core
+        is_affine = obstacle.projector is not None and (contact.on is None or obstacle.is_alike)
         self._compiled = compiled_module("contacts").Contact(
             points.start,
             points.place,
@@ -91,10 +97,13 @@ class ContactContribution(Contribution):
             np.pi * np.sqrt(self._mass_per_length() / self.stiffness),
             np.zeros(dim) if contact.on else np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
-            obstacle.projector,
+            obstacle.projector if is_affine else np.zeros((dim, dim)),
             obstacle.spin,
             self._turning,
             normal is None,
+            np.zeros((0, dim)) if is_affine else contact.frame,
+            core.bounds,
+            core.ring,
             obstacle.radius + contact.radius,
             LAYER_RATIO * contact.radius,
             contact.friction,
@@ -177,17 +186,16 @@ class ContactContribution(Contribution):
         ]
 
     def resisted_motions(self, q: Vector) -> Any:
-        """Return the normals at points that are pressed."""
+        """Return the gradients of the distances of points that are pressed."""
         import scipy.sparse as sp
 
         points = self._points
-        pressed = self.forces(q[None], np.zeros((1, len(q))))[0, 0]
-        sizes = np.linalg.norm(pressed, axis=1)
+        pressed = self.forces(q[None], np.zeros((1, len(q))))[0, 0].any(axis=1)
+        gradients = self._compiled.gradients(np.ascontiguousarray(q))
         rows, columns, values = [], [], []
-        for row, k in enumerate(np.flatnonzero(sizes)):
+        for row, k in enumerate(np.flatnonzero(pressed)):
             terms = slice(points.start[k], points.start[k + 1])
-            normal = pressed[k] / sizes[k]
-            values.append(np.outer(normal, points.weight[terms]).ravel())
+            values.append(gradients[terms].T.ravel())
             columns.append(points.place[:, terms].ravel())
             rows.append(np.full(columns[-1].size, row))
         if not rows:

@@ -33,21 +33,20 @@ cdef double damping_loss(const Data *self, const ancf_state *x0,
         before = self.last[k] - self.stiffness[k] * law_force(begin.e, self.layer)
         after = damped_force(self, k, end.e) - self.stiffness[k] * law_force(end.e, self.layer)
         for c in range(self.points.dim):
-            sum += 0.5 * (before * begin.n[c] + after * end.n[c]) * (begin.d[c] - end.d[c])
+            if self.has_frame:
+                sum += 0.5 * (before * begin.m[c] + after * end.m[c]) * (begin.b[c] - end.b[c])
+            else:
+                sum += 0.5 * (before * begin.n[c] + after * end.n[c]) * (begin.d[c] - end.d[c])
     return sum
 
 
 cdef void look_back(Data *self, const ancf_state *x, double dt) noexcept nogil:
     """Set the penetrations one step before a state from its velocities."""
     cdef Place here
-    cdef double[3] u
-    cdef ptrdiff_t k, c
+    cdef ptrdiff_t k
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
-        sum_up(&self.points, k, x.v, NULL, &u[0])
-        self.before[k] = here.e
-        for c in range(self.points.dim):
-            self.before[k] += dt * here.n[c] * u[c]
+        self.before[k] = here.e + dt * approach(self, k, x.v, &here)
 
 
 cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,

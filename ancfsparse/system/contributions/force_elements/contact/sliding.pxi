@@ -81,6 +81,9 @@ cdef void halve(const Data *self, Place *begin, const Place *end) noexcept nogil
     """Move a place halfway to another one, with the normal there."""
     cdef ptrdiff_t c
     cdef double square = 0.0
+    if self.has_frame:
+        halve_in_frame(self, begin, end)
+        return
     for c in range(self.points.dim):
         begin.d[c] = 0.5 * (begin.d[c] + end.d[c])
         square += begin.d[c] * begin.d[c]

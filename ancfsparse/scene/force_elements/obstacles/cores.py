@@ -1,0 +1,53 @@
+"""Cores of obstacles, whose points are those within a radius of the core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancfsparse.array_types import Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Core:
+    """A block, or a circle about the first axis of a frame, in the plane about its origin.
+
+    Attributes
+    ----------
+    axes : ndarray, shape (dim, dim)
+        Axes of the frame as rows, orthonormal.
+    bounds : ndarray, shape (2, dim)
+        Lowest and highest coordinates of the block in the frame [m], which can be equal or endless.
+    ring : float
+        Radius of the circle [m], or zero.
+    """
+
+    axes: Vector
+    bounds: Vector
+    ring: float = 0.0
+
+    def distances(self, arms: Vector) -> Vector:
+        """Return the distances of points at vectors (k, dim) from the origin of the frame [m].
+
+        Within a block they are minus the depth below its nearest face.
+        """
+        y = arms @ self.axes.T
+        if self.ring:
+            across = np.hypot(y[:, -2], y[:, -1]) - self.ring
+            return np.asarray(np.hypot(across, y[:, 0] if y.shape[1] == 3 else 0.0))
+        low, high = y - self.bounds[0], self.bounds[1] - y
+        outside = np.linalg.norm(np.minimum(np.minimum(low, high), 0.0), axis=1)
+        depth = np.minimum(low, high).min(axis=1)
+        return np.asarray(np.where(outside > 0.0, outside, -np.maximum(depth, 0.0)))
+
+
+def axes_along(direction: Vector) -> Vector:
+    """Return orthonormal axes as rows, (dim, dim), the first along a direction; right-handed."""
+    first = direction / np.linalg.norm(direction)
+    if len(first) == 2:
+        return np.array([first, [-first[1], first[0]]])
+    second = np.eye(3)[np.argmin(np.abs(first))]
+    second = second - second @ first * first
+    second = second / np.linalg.norm(second)
+    return np.stack([first, second, np.cross(first, second)])

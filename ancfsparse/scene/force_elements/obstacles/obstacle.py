@@ -1,0 +1,99 @@
+"""The base class of obstacles."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.array_types import Vector
+from ancfsparse.checks import check_vector, set_fields
+from ancfsparse.errors import InputError
+from ancfsparse.messages import format_value
+from ancfsparse.scene.force_elements.obstacles.cores import Core
+
+
+class Obstacle(ABC):
+    """A body, the set of points within a `radius` of its `core`, which is placed at `base`.
+
+    If the core is a plane, an axis or a centre, the vector from it to a point x is
+    ``d = projector (x - base)``.
+    """
+
+    noun: ClassVar[str]
+    radius: float
+    base: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Check the arguments that all obstacles have."""
+        size: tuple[int, ...]
+        try:
+            size = np.shape(self.base)
+        except ValueError:  # rows that differ
+            size = ()
+        if size not in ((2,), (3,)):
+            raise InputError(
+                f"the position of a {self.noun} must have 2 components (planar) or 3, got "
+                f"{format_value(self.base)}"
+            )
+        base = check_vector(f"the position of a {self.noun}", self.base, size[0], "m")
+        set_fields(self, base=tuple(base.tolist()))
+
+    @property
+    def dim(self) -> int:
+        """Number of components of a position, 2 or 3."""
+        return len(self.base)
+
+    @property
+    @abstractmethod
+    def core(self) -> Core:
+        """The core, in a frame with the base as origin."""
+
+    @property
+    def projector(self) -> Vector | None:
+        """Matrix (dim, dim) that keeps the part of a vector away from a straight core [-]."""
+        return None
+
+    @property
+    def is_alike(self) -> bool:
+        """True if it looks the same from all sides: its orientation does not matter."""
+        return np.array_equal(self.core.bounds, np.zeros((2, self.dim))) and not self.core.ring
+
+    @property
+    def bend_radius(self) -> float:
+        """Smallest radius around which a line on its surface bends, zero for an edge [m]."""
+        return self.radius
+
+    @property
+    def perimeter(self) -> float:
+        """Length around the core, where that is straight between bends [m]."""
+        return 0.0
+
+    @property
+    def is_flat(self) -> bool:
+        """True if it is not curved anywhere."""
+        return self.normal_vector is not None
+
+    @property
+    def normal_vector(self) -> Vector | None:
+        """Outward normal (dim,) if it is the same everywhere, else None."""
+        return None
+
+    @property
+    def spin(self) -> Vector:
+        """Skew matrix (dim, dim) of the angular velocity of its surface [rad/s]."""
+        return np.zeros((self.dim, self.dim))
+
+    def distances(self, positions: Vector) -> Vector:
+        """Return the distances of points (k, dim) from the surface, (k,) [m], negative inside."""
+        return self.core.distances(positions - np.array(self.base)) - self.radius
+
+
+def check_direction(what: str, vector: ArrayLike, dim: int) -> tuple[float, ...]:
+    """Return a direction, which is not zero, as numbers."""
+    direction = check_vector(what, vector, dim)
+    if not direction.any():
+        raise InputError(f"{what} must have a direction, got {format_value(vector)}")
+    return tuple(direction.tolist())

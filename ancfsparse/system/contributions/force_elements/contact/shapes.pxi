@@ -1,0 +1,323 @@
+"""Obstacles that are the points within a radius of their core; included by `_contacts.pyx`.
+
+The core is a set of points b with low <= y <= high in a frame y = F b, where bounds can be endless
+or equal: a segment, a block, and on moving bodies a plane and an axis, too; or a circle about the
+first axis of the frame.  With the closest point c of the core the distance is D = |y - c|, and within
+a block minus the depth below its nearest face.  For a point at d = x - base from an obstacle on a
+rigid body with the vectors u_i, b_i = u_i . d, otherwise b = d.  The pressure acts with the
+derivatives of D: m_i along b_i, so n = m_i u_i on the point, and m_i d on u_i.  Therefore momenta are
+kept.
+
+Between two states m is that halfway, corrected along the change of b so that its product with it is
+the change of D (Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467), as b is bilinear in d and u_i.
+"""
+
+# Change of a position over the distance from the base below which the correction is left out.
+# Without a limit rounding errors turn the force by 1e-5 where a point 0.1 m from the base moves by
+# 1e-12 m; with 1e-3 the work of a motion of 1e-6 m is off by 1e-12 of the energy instead of 1e-14.
+cdef double SAME_PLACE = 1e-6
+
+
+cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
+    """Find a point relative to the obstacle; its normal is zero on the base of a round one."""
+    cdef double[3] x
+    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef double square = 0.0
+    if self.has_frame:
+        locate_in_frame(self, k, q, out)
+        return
+    sum_up(&self.points, k, q, NULL, &x[0])
+    if not self.is_round:
+        out.distance = 0.0
+        for c in range(dim):
+            out.d[c] = x[c] - self.base[c]
+            out.n[c] = self.normal[c]
+            out.distance += out.n[c] * out.d[c]
+    else:
+        for c in range(dim):
+            out.d[c] = 0.0
+            for i in range(dim):
+                out.d[c] += self.projector[dim * c + i] * (x[i] - self.base[i])
+            square += out.d[c] * out.d[c]
+        out.distance = sqrt(square)
+        for c in range(dim):
+            out.n[c] = out.d[c] / out.distance if out.distance > 0.0 else 0.0
+    out.e = self.reach - out.distance
+
+
+cdef double reduce_ring(const Data *self, double *y, double *e) noexcept nogil:
+    """Turn y into the vector from the closest point of the circle; return the distance to its axis.
+
+    Sets the unit vector e along the radius, zero on the axis.
+    """
+    cdef ptrdiff_t c, dim = self.points.dim, first = dim - 2
+    cdef double across = sqrt(y[first] * y[first] + y[first + 1] * y[first + 1])
+    e[0] = 0.0
+    for c in range(first, dim):
+        e[c] = y[c] / across if across > 0.0 else 0.0
+        y[c] -= self.ring * e[c]
+    return across
+
+
+cdef double leave_block(const Data *self, double *y) noexcept nogil:
+    """Turn y into the vector from the closest point of the block; return the depth in the block.
+
+    Within the block it becomes minus the vector to its nearest face, out of which it points.
+    """
+    cdef ptrdiff_t c, dim = self.points.dim, nearest = 0
+    cdef double low, high, depth = INFINITY, side = 1.0, outside = 0.0
+    for c in range(dim):
+        low, high = y[c] - self.bounds[c], self.bounds[dim + c] - y[c]
+        if fmin(low, high) < depth:
+            depth, nearest, side = fmin(low, high), c, 1.0 if high <= low else -1.0
+        y[c] = low if low < 0.0 else -high if high < 0.0 else 0.0
+        outside += fabs(y[c])
+    if outside > 0.0:
+        return 0.0
+    y[nearest] = side
+    return depth
+
+
+cdef void measure(const Data *self, Place *out) noexcept nogil:
+    """Set the distance and its derivatives from the vectors of a place."""
+    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef double[3] y
+    cdef double[3] e
+    cdef double depth = -1.0, square = 0.0
+    for i in range(dim):
+        out.b[i] = out.d[i]
+        if self.frame_moves:
+            out.b[i] = 0.0
+            for c in range(dim):
+                out.b[i] += out.u[3 * i + c] * out.d[c]
+    for i in range(dim):
+        y[i] = 0.0
+        for c in range(dim):
+            y[i] += self.frame[dim * i + c] * out.b[c]
+    if self.ring > 0.0:
+        reduce_ring(self, &y[0], &e[0])
+        depth = 0.0
+    else:
+        depth = leave_block(self, &y[0])
+    for i in range(dim):
+        square += y[i] * y[i]
+    out.distance = sqrt(square)
+    for i in range(dim):
+        out.m[i] = 0.0
+        for c in range(dim):
+            out.m[i] += self.frame[dim * c + i] * y[c]
+        out.m[i] = out.m[i] / out.distance if out.distance > 0.0 else 0.0
+    if depth > 0.0:
+        out.distance = -depth
+    turn_normal(self, out)
+
+
+cdef inline void turn_normal(const Data *self, Place *out) noexcept nogil:
+    """Set the derivative of the distance and the normal in space from those along the body."""
+    cdef ptrdiff_t c, i
+    cdef double square = 0.0
+    for c in range(self.points.dim):
+        out.g[c] = out.m[c]
+        if self.frame_moves:
+            out.g[c] = 0.0
+            for i in range(self.points.dim):
+                out.g[c] += out.m[i] * out.u[3 * i + c]
+        square += out.g[c] * out.g[c]
+    for c in range(self.points.dim):
+        out.n[c] = out.g[c] / sqrt(square) if square > 0.0 else 0.0
+
+
+cdef inline const double *leaving(const Data *self, const Place *here) noexcept nogil:
+    """Return the derivative of the distance by the position of a point."""
+    if self.has_frame:
+        return &here.g[0]
+    return &here.n[0]
+
+
+cdef void locate_in_frame(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
+    """Find a point relative to an obstacle with a frame."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t c, i
+    sum_up(points, k, q, NULL, &out.d[0])
+    for c in range(points.dim):
+        out.d[c] -= self.base[c]
+    if self.frame_moves:
+        for i in range(points.start[k], points.start[k + 1]):
+            if self.turning[i]:
+                for c in range(points.dim):
+                    out.u[3 * (self.turning[i] - 1) + c] = q[points.place[c * points.m + i]]
+    measure(self, out)
+    out.e = self.reach - out.distance
+
+
+cdef void halve_in_frame(const Data *self, Place *begin, const Place *end) noexcept nogil:
+    """Move a place halfway to another one, with the normal there."""
+    cdef ptrdiff_t c, i
+    for c in range(self.points.dim):
+        begin.d[c] = 0.5 * (begin.d[c] + end.d[c])
+        if self.frame_moves:
+            for i in range(self.points.dim):
+                begin.u[3 * i + c] = 0.5 * (begin.u[3 * i + c] + end.u[3 * i + c])
+    measure(self, begin)
+
+
+cdef void mean_normal(const Data *self, const Place *begin, Place *end) noexcept nogil:
+    """Turn the end of a step into a place halfway whose normal makes the change of energy exact."""
+    cdef ptrdiff_t c
+    cdef double[3] change
+    cdef double both, moved = 0.0, size = 0.0, rest = end.distance - begin.distance
+    if not self.has_frame:
+        if self.is_round:
+            both = begin.distance + end.distance
+            for c in range(self.points.dim):
+                end.n[c] = (begin.d[c] + end.d[c]) / both if both > 0.0 else 0.0
+        return
+    for c in range(self.points.dim):
+        change[c] = end.b[c] - begin.b[c]
+        moved += change[c] * change[c]
+    halve_in_frame(self, end, begin)
+    for c in range(self.points.dim):
+        rest -= end.m[c] * change[c]
+        size += end.b[c] * end.b[c]
+    if moved > SAME_PLACE * SAME_PLACE * size:
+        for c in range(self.points.dim):
+            end.m[c] += rest / moved * change[c]
+        turn_normal(self, end)
+
+
+cdef inline void push_normal(const Data *self, ptrdiff_t k, double pressure, const Place *place,
+                             double *r) noexcept nogil:
+    """Subtract the force of a pressure on a point and on the body of the obstacle."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t c, i
+    push_sum(points, k, -pressure, leaving(self, place), r)
+    if self.frame_moves:
+        for i in range(points.start[k], points.start[k + 1]):
+            if self.turning[i]:
+                for c in range(points.dim):
+                    r[points.place[c * points.m + i]] -= (
+                        pressure * place.m[self.turning[i] - 1] * place.d[c])
+
+
+cdef void bend(const Data *self, const Place *here, double *h) noexcept nogil:
+    """Set the second derivatives of the distance by b, (3, 3).
+
+    They are (1 - n n^T - c') / D with the derivative c' of the closest point.
+    """
+    cdef ptrdiff_t a, b, i, j, dim = self.points.dim, first = 0 if self.ring == 0.0 else dim - 2
+    cdef double[3] v
+    cdef double[3] e
+    cdef double[9] own
+    cdef double across = 0.0, swing = 0.0
+    for i in range(9):
+        own[i] = h[i] = 0.0
+    if here.distance <= 0.0:
+        return
+    for i in range(dim):
+        v[i] = e[i] = 0.0
+        for a in range(dim):
+            v[i] += self.frame[dim * i + a] * here.b[a]
+    if self.ring > 0.0:
+        across = reduce_ring(self, &v[0], &e[0])
+        swing = self.ring / across if across > 0.0 else 0.0  # ratio at which c follows
+    else:
+        leave_block(self, &v[0])
+    for i in range(dim):
+        if self.ring > 0.0 or v[i] != 0.0:
+            own[4 * i] = 1.0 / here.distance
+        for j in range(dim):
+            if i >= first and j >= first:
+                own[3 * i + j] += swing * (e[i] * e[j] - (i == j)) / here.distance
+            own[3 * i + j] -= v[i] * v[j] / here.distance ** 3
+    for a in range(dim):
+        for b in range(dim):
+            for i in range(dim):
+                for j in range(dim):
+                    h[3 * a + b] += (
+                        self.frame[dim * i + a] * own[3 * i + j] * self.frame[dim * j + b])
+
+
+cdef void turn_columns(const Data *self, const Place *here, const double *h, double *out) noexcept nogil:
+    """Set U h (3, 3), where the columns of U are the vectors of the body."""
+    cdef ptrdiff_t a, c, i, dim = self.points.dim
+    for c in range(dim):
+        for a in range(dim):
+            out[3 * c + a] = h[3 * c + a]
+            if self.frame_moves:
+                out[3 * c + a] = 0.0
+                for i in range(dim):
+                    out[3 * c + a] += here.u[3 * i + c] * h[3 * i + a]
+
+
+cdef void block_in_frame(const Data *self, int part, const Place *here, double pressure,
+                         double slope, double *block) noexcept nogil:
+    """Set the derivative of the pressure on a point by its position, (3, 3)."""
+    cdef double[9] h
+    cdef double[9] half
+    cdef double[9] turned
+    cdef ptrdiff_t c, e, dim = self.points.dim
+    for c in range(9):
+        turned[c] = 0.0
+    if part == STIFFNESS:
+        bend(self, here, &h[0])
+        turn_columns(self, here, &h[0], &half[0])
+        for c in range(dim):
+            for e in range(dim):
+                h[3 * c + e] = half[3 * e + c]
+        turn_columns(self, here, &h[0], &turned[0])
+    for c in range(dim):
+        for e in range(dim):
+            block[3 * c + e] = slope * here.g[c] * here.g[e] - pressure * turned[3 * c + e]
+
+
+cdef void add_turning(const Data *self, int part, ptrdiff_t k, const Place *here, double pressure,
+                      double slope, const int32_t *slot, double *values) noexcept nogil:
+    """Add the derivatives of a pressure that the vectors of the body have a part in."""
+    cdef const Points *points = &self.points
+    cdef const double *weight = points.weight + points.start[k]
+    cdef const int32_t *turning = self.turning + points.start[k]
+    cdef double[9] h
+    cdef double[9] half
+    cdef double along, across, bent, share
+    cdef ptrdiff_t i, j, c, e, a, b, dim = points.dim
+    bend(self, here, &h[0])
+    turn_columns(self, here, &h[0], &half[0])
+    for i in range(points.start[k + 1] - points.start[k]):
+        a = turning[i] - 1
+        for c in range(dim):
+            for j in range(i + 1):
+                b = turning[j] - 1
+                along = here.m[a] if a >= 0 else 0.0
+                across = here.m[b] if b >= 0 else 0.0
+                for e in range(dim if j < i else c + 1):
+                    share = slope * (
+                        weight[i] * here.g[c] * across * here.d[e]
+                        + along * here.d[c] * (weight[j] * here.g[e] + across * here.d[e]))
+                    if part == STIFFNESS:
+                        bent = along * weight[j] + across * weight[i] if c == e else 0.0
+                        if b >= 0:
+                            bent += weight[i] * half[3 * c + b] * here.d[e]
+                        if a >= 0:
+                            bent += here.d[c] * half[3 * e + a] * weight[j]
+                        if a >= 0 and b >= 0:
+                            bent += here.d[c] * h[3 * a + b] * here.d[e]
+                        share -= pressure * bent
+                    values[slot[0]] += share
+                    slot += 1
+
+
+cdef double approach(const Data *self, ptrdiff_t k, const double *v, const Place *here) noexcept nogil:
+    """Return the velocity at which a point leaves the obstacle."""
+    cdef const Points *points = &self.points
+    cdef double[3] u
+    cdef double sum = 0.0
+    cdef ptrdiff_t c, i
+    sum_up(points, k, v, NULL, &u[0])
+    for c in range(points.dim):
+        sum += leaving(self, here)[c] * u[c]
+        if self.frame_moves:
+            for i in range(points.start[k], points.start[k + 1]):
+                if self.turning[i]:
+                    sum += (here.m[self.turning[i] - 1] * here.d[c]
+                            * v[points.place[c * points.m + i]])
+    return sum
