@@ -70,6 +70,9 @@ typedef struct {
     void (*set_step)(void *context, double dt);
     /* Whether a step between two states lets no bodies pass through each other; null: any step. */
     int (*admits)(void *context, const double *q0, const double *q1);
+    /* Whether bodies touch in other places than in the last accepted state, by the last residual;
+     * null: never. */
+    int (*strikes)(void *context);
 } ancf_system;
 
 typedef struct {
@@ -150,6 +153,8 @@ typedef struct {
     /* Whether the last matrix on the way to the solution had a pivot of the wrong sign although the
      * equations have a potential: then the solution is a saddle point of it. */
     const int *saddle;
+    /* Solve the step again, because its equations have changed; the next step has other ones. */
+    int (*repeat)(void *context);
 } ancf_nonlinear;
 
 #endif

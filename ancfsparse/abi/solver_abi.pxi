@@ -33,6 +33,7 @@ cdef extern from "solver_abi.h":
         void (*history)(void *, double *) noexcept nogil
         void (*set_step)(void *, double) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
+        int (*strikes)(void *) noexcept nogil
 
     ctypedef struct ancf_seed:
         void *context
@@ -83,3 +84,4 @@ cdef extern from "solver_abi.h":
         int (*again)(void *, int) noexcept nogil
         const int *doubtful
         const int *saddle
+        int (*repeat)(void *) noexcept nogil

@@ -62,6 +62,8 @@ typedef struct {
     void (*tune)(void *context, const double *amplitudes);
     /* Whether a step between two states lets no bodies pass through each other.  Null: any step. */
     int (*admits)(void *context, const double *q0, const double *q1);
+    /* As in ancf_system */
+    int (*strikes)(void *context);
 } ancf_contribution;
 
 #endif

@@ -18,6 +18,9 @@ cdef bint MEAN_FORCES = False
 
 cdef struct Scheme:
     Weights weights
+    Weights regular  # by the integrator, with the scale that belongs to them
+    double regular_scale
+    double *alert  # number of steps whose energy is still checked after an impact
     double *b0  # a0 itself where it is the true acceleration
     bint shifted  # whether b0 differs from a0
     Control control
@@ -47,6 +50,7 @@ cdef class March(TimeLoop):
         scheme.b0 = self.motion.a0
         if scheme.shifted:
             scheme.b0 = kept(self.arrays, "b0", b)
+        scheme.alert = reserved(self.arrays, "alert", 1)
         vectors = 3 if self.motion.system.damped else 2  # as `keep` stores
         aside = self.arrays["aside"] = np.empty(vectors * len(q) + self.motion.m)
         cdef double[::1] view = aside
@@ -131,10 +135,12 @@ cdef set_weights(Motion *self, double dt, integrator):
     w.q_b, w.q_a = dt * dt * (0.5 - beta + beta * w.b_b), dt * dt * beta * (w.b_a + w.b_new)
     w.v_b, w.v_a = dt * (1.0 - gamma + gamma * w.b_b), dt * gamma * w.b_a
     w.v_new, self.scale = dt * gamma * w.b_new, dt * dt * beta * w.b_new
+    self.scheme.regular, self.scheme.regular_scale = w[0], self.scale
 
 
 cdef void set_load(Motion *self, const double *amplitudes) noexcept nogil:
     self.amplitudes = amplitudes
+    take_regular_weights(self)
 
 
 cdef void prescribe(Motion *self) noexcept nogil:
@@ -254,6 +260,7 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     cdef Control *control = &self.scheme.control
     cdef ptrdiff_t evaluated = self.scheme.evaluated, matrices = self.scheme.matrices
     cdef int outcome = solver.solve(solver.context)
+    cdef bint hard
     if outcome != 0:
         measure(self)
         if self.watch.steps >= WATCH_EVERY and ancf_watch_gains(&self.watch, False):
@@ -265,7 +272,10 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
             control, self.system, self.dt, self.a0, self.a, self.r):
         return TOO_INACCURATE
     evaluated, matrices = self.scheme.evaluated - evaluated, self.scheme.matrices - matrices
-    if (evaluated >= HARD_STEP or matrices >= HARD_FOR_NEWTON) and not settle(self, solver):
+    hard = evaluated >= HARD_STEP or matrices >= HARD_FOR_NEWTON
+    if control.seed == NULL and strikes(self) and settle_impact(self, solver, not hard):
+        return 0
+    if hard and not settle(self, solver):
         return WOULD_GAIN
     if control.seed != NULL and follow(control, self.n_all, self.dt):
         return MAY_GROW
@@ -307,3 +317,4 @@ cdef void accept_part(void *context, ptrdiff_t part) noexcept nogil:
 
 
 include "energy_selection.pxi"
+include "impact_steps.pxi"

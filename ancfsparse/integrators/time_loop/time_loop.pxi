@@ -18,9 +18,10 @@ include "loop_data.pxi"
 
 
 # Arrays that determine the next steps, besides the state: the integrator's own acceleration,
-# coordinates one step before, the choice of predictor, history of loads, forces of moving supports.
+# coordinates one step before, the choice of predictor, history of loads, forces of moving supports,
+# steps since an impact (older files have none).
 REMEMBERED = ("b0", "before", "earlier", "phase", "amplitudes0", "rate", "bend", "size", "past",
-              "force0")
+              "force0", "alert")
 
 
 cdef class TimeLoop:
@@ -216,7 +217,7 @@ cdef class TimeLoop:
         """Restore the `memory` of a time loop that reached the current state."""
         recall_watch(&self.motion.watch, memory["watch"])
         for name in REMEMBERED:
-            if name in self.arrays:
+            if name in self.arrays and name in memory:
                 self.arrays[name][:] = memory[name]
 
     @property

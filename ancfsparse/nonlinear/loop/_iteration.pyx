@@ -65,6 +65,7 @@ cdef class Iteration:
         loop.values = &values[0]
         self.interface.context, self.interface.solve, self.interface.again = loop, solve, again
         self.interface.confirm, self.interface.prefer = confirm, prefer
+        self.interface.repeat = repeat
         self.interface.doubtful, self.interface.saddle = &loop.doubtful, &loop.saddle
         self.capsule = PyCapsule_New(&self.interface, "ancf_nonlinear", NULL)
 

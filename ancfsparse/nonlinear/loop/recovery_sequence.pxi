@@ -172,3 +172,24 @@ cdef int again(void *context, int reason) noexcept nogil:
     if self.rung < DESCENT and not self.halves and has_saddles(self):
         return climb(self, DESCENT, reason, &used)
     return reason
+
+
+cdef int repeat(void *context) noexcept nogil:
+    """Solve the step with other equations, by the chosen method and a new seed.
+
+    The properties of the solution of the former ones remain, for it may still be accepted.
+    """
+    cdef Loop *self = <Loop *>context
+    cdef Rung rung = self.rung, compared = self.compared
+    cdef int doubtful = self.doubtful, saddle = self.saddle, outcome
+    tally(self, -1)
+    record(self, NEW_SEED, GAINED_ENERGY)
+    retreat(self)
+    self.equations.restart(self.equations.context)
+    self.reseed_due = True
+    self.step -= 1
+    outcome = solve(self)
+    self.counts.recoveries_reseed += outcome == CONVERGED and self.rung == METHOD
+    self.rung, self.compared, self.doubtful, self.saddle = rung, compared, doubtful, saddle
+    self.reseed_due = True
+    return outcome

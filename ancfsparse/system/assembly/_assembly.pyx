@@ -56,7 +56,7 @@ cdef class Assembly:
                   const int64_t[::1] indptr, contributions):
         cdef Flat *flat = &self.flat
         cdef const ancf_contribution *each
-        cdef bint keeps = False, works = False, steps = False, chooses = False
+        cdef bint keeps = False, works = False, steps = False, chooses = False, touches = False
         # Kept alive: the structures below hold pointers to these.
         self.contributions, self.indptr = tuple(contributions), indptr
         flat.n_contributions = len(self.contributions)
@@ -75,6 +75,7 @@ cdef class Assembly:
             works |= each.work != NULL
             steps |= each.set_step != NULL
             chooses |= each.admits != NULL
+            touches |= each.strikes != NULL
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
@@ -100,6 +101,8 @@ cdef class Assembly:
             self.interface.set_step = set_step
         if chooses:
             self.interface.admits = admits
+        if touches:
+            self.interface.strikes = strikes
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def __dealloc__(self):

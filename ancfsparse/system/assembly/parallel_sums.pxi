@@ -257,3 +257,14 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
         if each.admits != NULL and not each.admits(each.context, q0, q1):
             return False
     return True
+
+
+cdef int strikes(void *context) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t k
+    for k in range(self.n_contributions):
+        each = self.contributions[k]
+        if each.strikes != NULL and each.strikes(each.context):
+            return True
+    return False

@@ -81,6 +81,7 @@ cdef class BeamContact(CompiledContribution):
         if friction > 0.0:
             self.interface.work = work
         self.interface.set_step, self.interface.admits = set_step, admits
+        self.interface.strikes = strikes
 
     def __dealloc__(self):
         cdef Data *data = &self.data
@@ -227,6 +228,12 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         set_friction(self, x, self.rubbed)
     set_points(self, x.q, self.before)
     self.ended = self.ended and self.stepped
+    self.touching = self.at_end.n
+
+
+cdef int strikes(void *context) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    return self.at_end.n != self.touching
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:

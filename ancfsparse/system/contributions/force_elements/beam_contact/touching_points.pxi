@@ -58,6 +58,7 @@ cdef struct Data:
     double *end
     double *middle
     Touches at_begin, at_halfway, at_end
+    ptrdiff_t touching  # number of touching points of the last accepted state
 
 
 cdef void set_points(const Data *self, const double *q, double *points) noexcept nogil:

@@ -146,7 +146,7 @@ cdef class Contact(CompiledContribution):
         self.interface.n_memory = self.interface.n_history + 2 * n
         self.interface.memory = data.z
         self.interface.begin, self.interface.accept = begin, accept
-        self.interface.set_step = set_step
+        self.interface.set_step, self.interface.strikes = set_step, strikes
         if friction > 0.0:
             self.interface.work = work
 
@@ -305,6 +305,15 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         self.before[k] = here.e
     if self.grip > 0.0:
         memcpy(self.q0, x.q, self.n_all * sizeof(double))
+
+
+cdef int strikes(void *context) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef ptrdiff_t k
+    for k in range(self.points.n):
+        if (self.force[k] > 0.0) != (self.last[k] > 0.0):
+            return True
+    return False
 
 
 cdef inline double damping_ratio(const Data *self, ptrdiff_t k) noexcept nogil:

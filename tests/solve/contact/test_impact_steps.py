@@ -1,0 +1,80 @@
+"""Steps of Newmark's family that would gain energy in an impact are repeated without memory."""
+
+import math
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from tests.solve.contact.test_contact_motion import FLOOR, LINE_MASS, MATERIAL, SECTION, level
+
+NEWMARKS = [
+    *(ancf.Newmark(0.0), ancf.Newmark(0.1), ancf.HHT(0.1)),
+    *(ancf.GeneralizedAlpha(0.9), ancf.GeneralizedAlpha(0.5), ancf.GeneralizedAlpha(0.0)),
+]
+
+
+@pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9])
+@pytest.mark.parametrize("integrator", NEWMARKS, ids=repr)
+def test_a_body_that_begins_close_to_the_floor_returns_no_more_energy(integrator, stiffness, dt):
+    """It touches in the first step, or in the second one; up to 9 times as much came back."""
+    for share in (0.1, 0.4, 0.9, 1.3):  # of the way of a step
+        height, speed = 3.0 * dt * share, 3.0
+        scene, rod, _ = level(height, stiffness, velocity=(0.0, -speed))
+        steps = max(12, round(0.02 / dt) if stiffness < 1e6 else 0)
+        run = ancf.simulate(scene, steps * dt, dt, integrator=integrator, tolerance=1e-10)
+        y, v = run.position(rod.at(0.5))[:, 1] - 0.005, run.velocity(rod.at(0.5))[:, 1]
+        returned = (0.5 * v**2 + 9.81 * y)[3:].max() / (0.5 * speed**2 + 9.81 * height)
+        assert returned < 1.0001
+
+
+def test_a_repeated_step_remembers_no_acceleration():
+    """q1 - q0 = dt (v0 + v1) / 2 and v1 - v0 = dt a1, as for beta = 1/2 and gamma = 1."""
+    dt = 1e-3
+    scene, _, _ = level(1e-4, 1e9, velocity=(0.0, -3.0))
+    run = ancf.simulate(scene, 8 * dt, dt, integrator=ancf.GeneralizedAlpha(0.5), tolerance=1e-10)
+    repeated = [each.step for each in run.stats.events if each.cause == "gained energy"]
+
+    def errors(k):
+        way = run.q[k] - run.q[k - 1] - 0.5 * dt * (run.v[k - 1] + run.v[k])
+        change = run.v[k] - run.v[k - 1] - dt * run.a[k]
+        return np.abs(way).max() / (3.0 * dt), np.abs(change).max() / 3.0
+
+    assert repeated
+    assert 1 not in repeated
+    assert min(errors(1)) > 1e-2  # the impact itself, by the formulas of the integrator
+    for k in repeated:
+        assert max(errors(k)) < 1e-9
+
+
+@pytest.mark.parametrize("integrator", NEWMARKS[:4:3], ids=repr)
+def test_steps_that_are_divided_in_an_impact_gain_no_energy(integrator):
+    """A tilted cable on a stiff floor, whose steps a solver of few corrections divides."""
+    slope, height = 0.1, 0.1
+    scene = ancf.Scene((0.0, -9.81))
+    end = (math.cos(slope), height + math.sin(slope))
+    rod = scene.add_beam("thin", (0.0, height), end, 8, SECTION, MATERIAL)
+    scene.contact(rod, FLOOR, stiffness=1e9)
+    solver = ancf.QuasiNewton("bfgs", 5, max_iterations=3)
+    run = ancf.simulate(scene, 0.4, 1e-3, integrator=integrator, solver=solver, max_halvings=8)
+    assert run.stats.short_steps > 50
+    energy = run.energy.total - run.energy.total[0]
+    assert energy.max() < 1e-4 * LINE_MASS * 9.81 * height
+
+
+@pytest.mark.parametrize("integrator", NEWMARKS[:4:3], ids=repr)
+def test_a_run_that_is_interrupted_between_repeated_steps_is_one_run(integrator):
+    """The number of steps since an impact is part of the state."""
+    options = {"integrator": integrator, "solver": ancf.Newton()}
+
+    def near():
+        return level(1e-4, 1e9, velocity=(0.0, -3.0))[0]
+
+    whole = ancf.simulate(near(), 0.012, 1e-3, **options)
+    assert any(each.cause == "gained energy" for each in whole.stats.events)
+    for steps in range(1, 6):
+        scene = near()
+        first = ancf.simulate(scene, steps * 1e-3, 1e-3, **options)
+        second = ancf.simulate(scene, 0.012, 1e-3, start=first.last, **options)
+        assert np.array_equal(second.q[-1], whole.q[-1])
