@@ -69,7 +69,9 @@ if TYPE_CHECKING:
         Capsule,
         Drum,
         HalfSpace,
+        HeightField,
         Torus,
+        TriangleMesh,
     )
     from ancfsparse.scene.geometry.curves import Arc, Helix
     from ancfsparse.solve import (
@@ -112,6 +114,7 @@ __all__ = [
     "ErrorNotMetWarning",
     "GeneralizedAlpha",
     "HalfSpace",
+    "HeightField",
     "Helix",
     "IBeam",
     "InputError",
@@ -145,6 +148,7 @@ __all__ = [
     "Taper",
     "Torus",
     "Trajectory",
+    "TriangleMesh",
     "Tube",
     "UnresolvedSignalWarning",
     "UnstableEquilibriumWarning",
@@ -184,7 +188,8 @@ _load = on_demand(
         "results.hdf5_reader": "load",
         "scene": "Pulse Ramp Sine Table",
         "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
-        "scene.force_elements.obstacles": "Ball Block Capsule Drum HalfSpace Torus",
+        "scene.force_elements.obstacles": "Ball Block Capsule Drum HalfSpace "
+        "HeightField Torus TriangleMesh",
         "scene.geometry.curves": "Arc Helix",
         "solve": "assemble buckling complex_modes load_path modal_response modes quasi_static "
         "solve_static stable_step",

@@ -105,8 +105,18 @@ def everything(fine=1):
     block = ancf.Block((2.5, -9.0, 0.0), (3.0, 2.0, 2.0), 0.1, (0.6, 0.8, 0.0, 0.0))
     scene.contact(rope, block, stiffness=1e5)
     scene.contact(rope, ancf.Torus((2.5, -9.0, 0.0), 2.0, 0.5, (0.0, 1.0, 0.0)), stiffness=1e5)
+    add_ground(scene, rope)
     add_special_beams(scene, fine)
     return scene
+
+
+def add_ground(scene, rope):
+    """Let a rope touch a tetrahedron and hills."""
+    corners = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+    sides = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    scene.contact(rope, ancf.TriangleMesh((2.0, -9.0, 0.0), corners, sides, 0.1), stiffness=1e5)
+    hills = ancf.HeightField((0.0, -20.0, -10.0), [[0.0, 0.1, 0.2], [0.3, 0.2, 0.1]], 1.0)
+    scene.contact(rope, hills, stiffness=1e5)
 
 
 def add_special_beams(scene, fine):

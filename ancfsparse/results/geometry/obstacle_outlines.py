@@ -20,6 +20,7 @@ from ancfsparse.scene.force_elements.obstacles import (
     Drum,
     HalfSpace,
     Obstacle,
+    SampledObstacle,
 )
 from ancfsparse.system.system import System
 
@@ -30,6 +31,7 @@ AXIAL_LINES = 8  # of a drum, a divisor of `CIRCLE_PIECES`
 MIN_LENGTH_RATIO = 1.0  # length of a drum, over its radius
 HATCH_RATIO = 0.025  # spacing and depth of hatching strokes, over the extent of the picture
 GRID_RATIO = 0.1  # spacing of the grid in a plane, over the extent of the picture
+MAX_LINES = 3000  # of a mesh or a height field, more are left out evenly
 MOVING_EXTENT = 2.0  # half extent of a plane or a drum on a body, over its size or radius
 MAX_ENLARGEMENT = 3.0  # extent of a picture with a drum or a ball, over that of the bodies
 
@@ -109,6 +111,9 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
     if isinstance(obstacle, Ball):
         pairs = [np.delete(np.eye(dim), k, axis=0) for k in range(3)] if dim == 3 else [np.eye(2)]
         return np.concatenate([trace_circle(centre, radius * pair) for pair in pairs])
+    if isinstance(obstacle, SampledObstacle):
+        every = obstacle.lines
+        return np.asarray(every[:: 1 + len(every) // MAX_LINES])
     if not isinstance(obstacle, Drum):
         return trace_core(obstacle)
     centres, pair = centre[None], np.eye(2)

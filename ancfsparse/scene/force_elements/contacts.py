@@ -33,7 +33,7 @@ LAYER_RATIO = 1e-3
 # Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
 # have a hundredth, ones that were placed into each other by mistake mostly more.
 MAX_START_DEPTH_RATIO = 0.05
-MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around a round obstacle [rad]
+MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +170,7 @@ class Contacts(SceneBase):
         ----------
         body : Beam or Mesh
             The body, with given element and number of elements.
-        obstacle : HalfSpace, Drum, Ball, Capsule, Block, Torus, Beam or Mesh
+        obstacle : HalfSpace, Drum, Ball, Capsule, Block, Torus, TriangleMesh, HeightField or body
             The obstacle, or another body; `body` again if it touches itself.
         stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
@@ -251,6 +251,7 @@ class Contacts(SceneBase):
             _slip_speed(body, slip_speed),
             None if on is None else self._own("a contact", _moving(obstacle, on)),
         )
+        _check_reach(contact)
         _check_start(contact)
         _check_elements(contact)
         for other in self.attachments:
@@ -333,6 +334,16 @@ def _slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
     return check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
 
 
+def _check_reach(contact: Contact) -> None:
+    """Refuse a body that would touch an obstacle from outside the grid of its distances."""
+    reach = contact.obstacle.reach
+    if contact.radius > reach:
+        raise InputError(
+            f"{contact.what}: the radius of {contact.radius:.6g} m is larger than {reach:.6g} m, "
+            "the largest distance of its grid: give the obstacle a larger cell or spacing"
+        )
+
+
 def _check_start(contact: Contact) -> None:
     """Refuse a body that begins inside the obstacle.
 
@@ -352,10 +363,7 @@ def _check_start(contact: Contact) -> None:
 
 def _check_elements(contact: Contact) -> None:
     """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
-    if contact.obstacle.is_flat:
-        return
-    curvature_radius = contact.obstacle.bend_radius + contact.radius
-    limit = MAX_ELEMENT_ANGLE * curvature_radius + 0.25 * contact.obstacle.perimeter
+    limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * contact.radius
     longest = float(contact.body.lengths.max())
     if longest > limit:
         times = math.ceil(longest / limit)

@@ -12,6 +12,7 @@ from ancfsparse.results.geometry.wireframe import trace_edges
 from ancfsparse.results.hdf5_reader import read_outline
 from ancfsparse.results.plotting.canvas import OBSTACLE_WIDTH
 from tests.results.conftest import damage_outline
+from tests.system.contributions.shapes import ORIENTED, lowered
 
 pytestmark = pytest.mark.usefixtures("close_figures")
 SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e7, 1000.0)
@@ -186,3 +187,15 @@ def test_lines_of_shapes_are_on_their_surface_and_follow_a_body(obstacle):
     matrix = np.eye(dim)
     matrix[:2, :2] = [[c, -s], [s, c]]
     np.testing.assert_allclose(drawn[1], (lines - 0.1) @ matrix.T + 0.1, atol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["mesh", "profile"])
+def test_the_edges_of_a_mesh_and_the_heights_of_a_field_are_drawn(name, tmp_path):
+    obstacle = lowered(ORIENTED[name], 0.05)
+    lines = trace_obstacle(obstacle, np.zeros((2, obstacle.dim)), np.zeros((2, obstacle.dim)))
+    # Euler: 6^2 facets on each of eight sides have 3/2 as many edges.
+    assert len(lines) == {"mesh": 8 * 36 * 3 // 2, "profile": 40}[name]
+    assert np.abs(obstacle.distances(lines[:, 0])).max() < 0.1 * obstacle.cell
+    run = touching(obstacle, path=tmp_path / "run.h5")
+    assert len(segments(run.plot(view="xy" if obstacle.dim == 3 else None))) == len(lines)
+    assert read_outline(tmp_path / "run.h5")[0].obstacles == [obstacle]

@@ -1,10 +1,46 @@
 """Obstacles of every shape under a cable, and their cores as points."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 import ancfsparse as ancf
+
+
+def sphere(n, radius):
+    """An octahedron whose edges are divided into n, with all vertices on a sphere."""
+    corners = np.concatenate([np.eye(3), -np.eye(3)])
+    vertices, numbers, triangles = [], {}, []
+
+    def number(point):
+        key = tuple(np.round(point, 9) + 0.0)
+        if key not in numbers:
+            numbers[key] = len(vertices)
+            vertices.append(radius * point / np.linalg.norm(point))
+        return numbers[key]
+
+    for k in range(8):
+        a, b, c = (corners[i + 3 * (k >> i & 1)] for i in range(3))
+        if bin(k).count("1") % 2:
+            b, c = c, b
+        for i in range(n):
+            for j in range(n - i):
+                at = {
+                    (p, q): a * (n - p - q) + b * p + c * q for p in (i, i + 1) for q in (j, j + 1)
+                }
+                triangles.append([number(at[p]) for p in ((i, j), (i + 1, j), (i, j + 1))])
+                if i + j < n - 1:
+                    triangles.append(
+                        [number(at[p]) for p in ((i + 1, j), (i + 1, j + 1), (i, j + 1))]
+                    )
+    return np.array(vertices), np.array(triangles)
+
+
+def hills(x):
+    """Heights with slopes up to 0.6 [m]."""
+    return 0.02 * np.sin(30.0 * x)
+
 
 TURN = (np.cos(0.3), np.sin(0.3) / 3, np.sin(0.3) * 2 / 3, np.sin(0.3) * 2 / 3)
 SHAPES = {
@@ -22,10 +58,13 @@ ORIENTED = SHAPES | {
     "plane": ancf.HalfSpace((0, 0), (0.1, 1)),
     "floor": ancf.HalfSpace((0, 0, 0), (0.1, 1, 0.1)),
     "drum": ancf.Drum((0, 0, 0), 0.07, (0.1, 0.1, 1)),
+    "mesh": ancf.TriangleMesh((0, 0, 0), *sphere(6, 0.07), cell=0.01),
+    "profile": ancf.HeightField((-0.2, 0), hills(np.linspace(0, 0.4, 41)), 0.01),
 }
 LINE = np.linspace(-0.3, 0.3, 601)
 
 
+@lru_cache
 def lowered(obstacle, gap):
     """Return an obstacle that is moved along y to a distance below a line on the x axis."""
     dim = obstacle.dim

@@ -7,25 +7,35 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.scene.force_elements import obstacles
 
 
 @dataclass(frozen=True, eq=False)
 class Core:
-    """A block, or a circle about the first axis of a frame, in the plane about its origin.
+    """A block, a circle about the first axis of a frame, or distances sampled on a grid.
+
+    In the plane the circle is about the origin.
 
     Attributes
     ----------
     axes : ndarray, shape (dim, dim)
         Axes of the frame as rows, orthonormal.
     bounds : ndarray, shape (2, dim)
-        Lowest and highest coordinates of the block in the frame [m], which can be equal or endless.
+        Lowest and highest coordinates of the block in the frame [m], which can be equal or endless;
+        of the inner nodes of a grid.
     ring : float
         Radius of the circle [m], or zero.
+    coefficients : ndarray, shape (n,) * dim, or None
+        Coefficients of cubic B-splines for the distance [m].
+    cell : float
+        Spacing of the grid [m].
     """
 
     axes: Vector
     bounds: Vector
     ring: float = 0.0
+    coefficients: Vector | None = None
+    cell: float = 0.0
 
     def distances(self, arms: Vector) -> Vector:
         """Return the distances of points at vectors (k, dim) from the origin of the frame [m].
@@ -33,6 +43,11 @@ class Core:
         Within a block they are minus the depth below its nearest face.
         """
         y = arms @ self.axes.T
+        if self.coefficients is not None:
+            nearest = np.clip(y, *self.bounds)
+            nodes = (nearest - self.bounds[0]).T / self.cell + 1.0
+            inside = obstacles.interpolate(self.coefficients, nodes)
+            return np.asarray(inside + np.linalg.norm(y - nearest, axis=1))
         if self.ring:
             across = np.hypot(y[:, -2], y[:, -1]) - self.ring
             return np.asarray(np.hypot(across, y[:, 0] if y.shape[1] == 3 else 0.0))

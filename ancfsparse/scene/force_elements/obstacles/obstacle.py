@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
@@ -67,9 +68,14 @@ class Obstacle(ABC):
         return self.radius
 
     @property
-    def perimeter(self) -> float:
-        """Length around the core, where that is straight between bends [m]."""
-        return 0.0
+    def circumference(self) -> float:
+        """Smallest length around a section of it, endless for a plane [m]."""
+        return math.inf if self.is_flat else 2.0 * math.pi * self.bend_radius
+
+    @property
+    def reach(self) -> float:
+        """Largest radius of a body that can touch it [m]."""
+        return math.inf
 
     @property
     def is_flat(self) -> bool:

@@ -97,9 +97,10 @@ class Block(Obstacle):
         return Core(axes, np.stack([-half, half]))
 
     @property
-    def perimeter(self) -> float:
-        """Smallest length around its core [m]."""
-        return float(2.0 * np.sort(np.array(self.size) - 2.0 * self.radius)[:2].sum())
+    def circumference(self) -> float:
+        """Length around its smallest section [m]."""
+        straight = 2.0 * np.sort(np.array(self.size) - 2.0 * self.radius)[:2].sum()
+        return float(straight + 2.0 * np.pi * self.radius)
 
 
 def _plain(orientation: Any) -> Any:

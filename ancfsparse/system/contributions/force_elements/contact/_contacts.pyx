@@ -41,10 +41,13 @@ cdef struct Data:
     double *weights  # workspace for `weigh`
     const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
     bint is_round
-    bint has_frame  # whether the shape is that of shapes.pxi, by the three that follow
+    bint has_frame  # whether the shape is that of shapes.pxi, by all that follows to `frame_moves`
     const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
     const double *bounds  # of the core in it, (2, dim) [m]
     double ring  # radius of a core that is a circle, otherwise 0 [m]
+    const double *grid  # spline coefficients of a sampled distance, or null
+    ptrdiff_t[3] shape  # numbers of them
+    double cell  # spacing of the grid [m]
     bint frame_moves  # whether it is on a body
     double reach, layer, friction, slip_speed
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
@@ -95,6 +98,10 @@ cdef class Contact(CompiledContribution):
         Of the core [m].
     ring : float
         Radius of a core that is a circle [m].
+    grid : (k,) * dim float or None
+        Spline coefficients of distances sampled on a grid; bounds are its inner nodes.
+    cell : float
+        Spacing of the grid [m].
     reach : float
         Distance from the base at which surfaces touch [m].
     layer : float
@@ -110,7 +117,8 @@ cdef class Contact(CompiledContribution):
     cdef Data data
 
     def __cinit__(self, start, place, weight, slot, stiffness, impact_time, base, normal, projector, spin, turning,
-                  bint is_round, frame, bounds, double ring, double reach, double layer, double friction, double slip_speed,
+                  bint is_round, frame, bounds, double ring, grid, double cell,
+                  double reach, double layer, double friction, double slip_speed,
                   double grip, ptrdiff_t n_all):
         cdef Data *data = &self.data
         cdef ptrdiff_t n
@@ -131,6 +139,9 @@ cdef class Contact(CompiledContribution):
         data.frame_moves = data.has_frame and np.any(turning)
         if data.has_frame:
             data.frame, data.bounds = self.copy(frame), self.copy(bounds)
+        if grid is not None:
+            data.grid, data.cell = reals(grid), cell
+            data.shape[0], data.shape[1], data.shape[2] = (*grid.shape, 1)[:3]
         data.friction, data.slip_speed = friction, slip_speed
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
@@ -396,6 +407,7 @@ cdef double energy(void *context, const double *q) noexcept nogil:
     return sum
 
 
+include "grids.pxi"
 include "shapes.pxi"
 include "sliding.pxi"
 include "bristles.pxi"

@@ -104,6 +104,8 @@ class ContactContribution(Contribution):
             np.zeros((0, dim)) if is_affine else contact.frame,
             core.bounds,
             core.ring,
+            core.coefficients,
+            core.cell,
             obstacle.radius + contact.radius,
             LAYER_RATIO * contact.radius,
             contact.friction,

@@ -2,7 +2,7 @@
 
 The core is a set of points b with low <= y <= high in a frame y = F b, where bounds can be endless
 or equal: a segment, a block, and on moving bodies a plane and an axis, too; or a circle about the
-first axis of the frame.  With the closest point c of the core the distance is D = |y - c|, and within
+first axis of the frame; or distances are sampled (grids.pxi).  With the closest point c of the core the distance is D = |y - c|, and within
 a block minus the depth below its nearest face.  For a point at d = x - base from an obstacle on a
 rigid body with the vectors u_i, b_i = u_i . d, otherwise b = d.  The pressure acts with the
 derivatives of D: m_i along b_i, so n = m_i u_i on the point, and m_i d on u_i.  Therefore momenta are
@@ -83,7 +83,7 @@ cdef void measure(const Data *self, Place *out) noexcept nogil:
     cdef ptrdiff_t c, i, dim = self.points.dim
     cdef double[3] y
     cdef double[3] e
-    cdef double depth = -1.0, square = 0.0
+    cdef double depth = 0.0, square = 0.0
     for i in range(dim):
         out.b[i] = out.d[i]
         if self.frame_moves:
@@ -94,21 +94,24 @@ cdef void measure(const Data *self, Place *out) noexcept nogil:
         y[i] = 0.0
         for c in range(dim):
             y[i] += self.frame[dim * i + c] * out.b[c]
-    if self.ring > 0.0:
-        reduce_ring(self, &y[0], &e[0])
-        depth = 0.0
+    if self.grid != NULL:
+        out.distance = interpolate(self, &y[0], &e[0], NULL)
     else:
-        depth = leave_block(self, &y[0])
-    for i in range(dim):
-        square += y[i] * y[i]
-    out.distance = sqrt(square)
+        if self.ring > 0.0:
+            reduce_ring(self, &y[0], &e[0])
+        else:
+            depth = leave_block(self, &y[0])
+        for i in range(dim):
+            square += y[i] * y[i]
+        out.distance = sqrt(square)
+        for i in range(dim):
+            e[i] = y[i] / out.distance if out.distance > 0.0 else 0.0
+        if depth > 0.0:
+            out.distance = -depth
     for i in range(dim):
         out.m[i] = 0.0
         for c in range(dim):
-            out.m[i] += self.frame[dim * c + i] * y[c]
-        out.m[i] = out.m[i] / out.distance if out.distance > 0.0 else 0.0
-    if depth > 0.0:
-        out.distance = -depth
+            out.m[i] += self.frame[dim * c + i] * e[c]
     turn_normal(self, out)
 
 
@@ -199,36 +202,46 @@ cdef inline void push_normal(const Data *self, ptrdiff_t k, double pressure, con
                         pressure * place.m[self.turning[i] - 1] * place.d[c])
 
 
-cdef void bend(const Data *self, const Place *here, double *h) noexcept nogil:
-    """Set the second derivatives of the distance by b, (3, 3).
+cdef void bend_core(const Data *self, double distance, double *v, double *h) noexcept nogil:
+    """Add the second derivatives of the distance by y = v, which changes, (3, 3).
 
     They are (1 - n n^T - c') / D with the derivative c' of the closest point.
     """
-    cdef ptrdiff_t a, b, i, j, dim = self.points.dim, first = 0 if self.ring == 0.0 else dim - 2
+    cdef ptrdiff_t i, j, dim = self.points.dim, first = dim - 2
+    cdef double[3] e
+    cdef double across, swing = 0.0
+    if self.ring > 0.0:
+        across = reduce_ring(self, v, &e[0])
+        swing = self.ring / across if across > 0.0 else 0.0  # ratio at which c follows
+    else:
+        leave_block(self, v)
+    for i in range(dim):
+        if self.ring > 0.0 or v[i] != 0.0:
+            h[4 * i] = 1.0 / distance
+        for j in range(dim):
+            if swing > 0.0 and i >= first and j >= first:
+                h[3 * i + j] += swing * (e[i] * e[j] - (i == j)) / distance
+            h[3 * i + j] -= v[i] * v[j] / distance ** 3
+
+
+cdef void bend(const Data *self, const Place *here, double *h) noexcept nogil:
+    """Set the second derivatives of the distance by b, (3, 3)."""
+    cdef ptrdiff_t a, b, i, j, dim = self.points.dim
     cdef double[3] v
     cdef double[3] e
     cdef double[9] own
-    cdef double across = 0.0, swing = 0.0
     for i in range(9):
         own[i] = h[i] = 0.0
-    if here.distance <= 0.0:
+    if here.distance <= 0.0 and self.grid == NULL:
         return
     for i in range(dim):
-        v[i] = e[i] = 0.0
+        v[i] = 0.0
         for a in range(dim):
             v[i] += self.frame[dim * i + a] * here.b[a]
-    if self.ring > 0.0:
-        across = reduce_ring(self, &v[0], &e[0])
-        swing = self.ring / across if across > 0.0 else 0.0  # ratio at which c follows
+    if self.grid != NULL:
+        interpolate(self, &v[0], &e[0], &own[0])
     else:
-        leave_block(self, &v[0])
-    for i in range(dim):
-        if self.ring > 0.0 or v[i] != 0.0:
-            own[4 * i] = 1.0 / here.distance
-        for j in range(dim):
-            if i >= first and j >= first:
-                own[3 * i + j] += swing * (e[i] * e[j] - (i == j)) / here.distance
-            own[3 * i + j] -= v[i] * v[j] / here.distance ** 3
+        bend_core(self, here.distance, &v[0], &own[0])
     for a in range(dim):
         for b in range(dim):
             for i in range(dim):

@@ -1,0 +1,297 @@
+"""Obstacles by their surface: closed meshes of triangles, and heights on a grid."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.array_types import Indices, Vector
+from ancfsparse.checks import check_moderate, check_reals, set_fields
+from ancfsparse.errors import InputError
+from ancfsparse.messages import format_numbers, format_value
+from ancfsparse.scene.force_elements import obstacles
+from ancfsparse.scene.force_elements.obstacles.cores import Core
+from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle
+
+CELLS = 64  # of the default grid along the longest side of a mesh
+# Of the grid around a surface.  Splines pass on 0.27 of an error to the next cell, and at the end
+# of the grid it is a tenth of a cell: 3e-6 of a cell are left at the surface, with six 4e-5.
+MARGIN_CELLS = 8
+REACH_CELLS = 5  # within which bodies can touch the surface
+MAX_NODES = 2e7  # of a grid: 160 MB
+# Pieces of a spacing between heights by which their surface is sampled: facets are below it by
+# 1/128 of the curvature times the square of the spacing, less than the errors of the grid.
+PIECES = 4
+
+
+class SampledObstacle(Obstacle):
+    """An obstacle whose distance is sampled on a grid with the spacing `cell`."""
+
+    radius = 0.0
+    cell: float
+
+    @property
+    def core(self) -> Core:
+        """The distances on a grid."""
+        return _core_of(self)
+
+    @property
+    def reach(self) -> float:
+        """Largest radius of a body that can touch it [m]."""
+        return REACH_CELLS * self.cell
+
+    @property
+    def bend_radius(self) -> float:
+        """Inverse of the largest sum of both curvatures of its surface [m]."""
+        return obstacles.smallest_bend(self.core)
+
+    @property
+    @abstractmethod
+    def lines(self) -> Vector:
+        """Ends of lines on its surface, (n, 2, dim) [m]."""
+
+    @abstractmethod
+    def sample(self) -> Core:
+        """Return the distances on a grid."""
+
+    def _axes(self, low: Vector, high: Vector) -> list[Vector]:
+        """Return the coordinates of nodes around a surface between two corners."""
+        low, high = low - MARGIN_CELLS * self.cell, high + MARGIN_CELLS * self.cell
+        sizes = np.ceil((high - low) / self.cell).astype(int) + 1
+        if np.prod(sizes.astype(float)) > MAX_NODES:
+            raise InputError(
+                f"the grid of a {self.noun} would have {' x '.join(map(str, sizes))} nodes, more "
+                f"than {MAX_NODES:g}: give it a cell larger than {self.cell:.6g} m"
+            )
+        return [start + self.cell * np.arange(n) for start, n in zip(low, sizes, strict=True)]
+
+
+@lru_cache(maxsize=16)
+def _core_of(obstacle: SampledObstacle) -> Core:
+    return obstacle.sample()
+
+
+@dataclass(frozen=True)
+class TriangleMesh(SampledObstacle):
+    """A body with a closed surface of triangles, in a spatial scene.
+
+    Its distance is sampled on a grid with smooth splines, which round edges by about a cell.
+
+    Parameters
+    ----------
+    base : array_like, shape (3,)
+        The origin of its vertices [m].
+    vertices : array_like, shape (n, 3)
+        Corners of triangles [m].
+    triangles : array_like of int, shape (m, 3)
+        Corners of each, counterclockwise seen from outside.
+    cell : float, optional
+        Spacing of the grid [m]; by default 1/64 of the longest side of the mesh.
+
+    Raises
+    ------
+    InputError
+        If the surface has a hole, or is inside out.
+    """
+
+    base: tuple[float, ...]
+    vertices: tuple[tuple[float, ...], ...]
+    triangles: tuple[tuple[int, ...], ...]
+    cell: float = 0.0
+    noun = "mesh"
+
+    def __post_init__(self) -> None:
+        """Check the arguments."""
+        super().__post_init__()
+        if self.dim != 3:
+            raise InputError("a mesh of triangles is in space: give its base 3 components")
+        vertices = _table("vertices of a mesh", self.vertices, 3)
+        corners = _table("triangles of a mesh", self.triangles, 3)
+        if (
+            np.any(corners != np.round(corners))
+            or corners.min() < 0
+            or corners.max() >= len(vertices)
+        ):
+            raise InputError(
+                f"triangles of a mesh must be numbers of its {len(vertices)} vertices from 0 on, "
+                f"got {format_value(self.triangles)}"
+            )
+        triangles = corners.astype(int)
+        _check_closed(vertices, triangles)
+        sides = vertices[triangles]
+        volume = np.sum(np.cross(sides[:, 0], sides[:, 1]) * sides[:, 2]) / 6.0
+        extent = float(np.ptp(vertices, axis=0).max())
+        if volume <= 0.0:
+            raise InputError(
+                f"a mesh is inside out: its volume is {volume:.6g} m3; reverse the order of the "
+                "vertices of all triangles"
+            )
+        cell = check_moderate("cell of a mesh", self.cell, "m") if self.cell else extent / CELLS
+        set_fields(
+            self,
+            vertices=tuple(map(tuple, vertices.tolist())),
+            triangles=tuple(map(tuple, triangles.tolist())),
+            cell=cell,
+        )
+
+    @property
+    def circumference(self) -> float:
+        """Length around the smallest section of the ellipsoid in its box, about [m]."""
+        sides = np.sort(np.ptp(np.array(self.vertices), axis=0))
+        return float(0.5 * math.pi * sides[:2].sum())
+
+    @property
+    def lines(self) -> Vector:
+        """Ends of the edges of its triangles, (n, 2, 3) [m]."""
+        triangles = np.array(self.triangles)
+        pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+        edges = np.unique(np.sort(pairs, axis=1), axis=0)
+        return np.asarray(np.array(self.vertices)[edges] + np.array(self.base))
+
+    def sample(self) -> Core:
+        """Return the distances on a grid."""
+        vertices, triangles = np.array(self.vertices), np.array(self.triangles)
+        axes = self._axes(vertices.min(axis=0), vertices.max(axis=0))
+        distances = obstacles.distances_to_surface(
+            axes, vertices[triangles], MARGIN_CELLS * self.cell
+        )
+        inside = obstacles.winding_numbers(axes, vertices, triangles) > 0.5
+        low = np.array([axis[0] for axis in axes])
+        return obstacles.sampled_core(np.where(inside, -distances, distances), low, self.cell)
+
+
+@dataclass(frozen=True)
+class HeightField(SampledObstacle):
+    """Ground by its heights, along the last axis; in a planar scene a profile.
+
+    Between the heights the surface is a cubic spline; it continues level for eight spacings.
+
+    Parameters
+    ----------
+    base : array_like, shape (dim,)
+        Where its first height is zero [m].
+    heights : array_like, shape (n,) or (n, m)
+        Heights at equal distances along x, or along x and y [m].
+    spacing : float
+        Distance between heights [m].
+    """
+
+    base: tuple[float, ...]
+    heights: tuple[Any, ...]
+    spacing: float
+    noun = "height field"
+
+    def __post_init__(self) -> None:
+        """Check the arguments."""
+        super().__post_init__()
+        spacing = check_moderate("spacing of a height field", self.spacing, "m")
+        needed = "a row of numbers" if self.dim == 2 else "a table of numbers"
+        heights = check_reals("heights of a height field", self.heights, needed)
+        if heights.ndim != self.dim - 1 or min(heights.shape) < 2 or not np.isfinite(heights).all():
+            raise InputError(
+                f"heights of a height field must be {needed}, at least two in each direction, got "
+                f"{format_value(self.heights)}"
+            )
+        rows = heights.tolist()
+        values = tuple(map(tuple, rows)) if self.dim == 3 else tuple(rows)
+        set_fields(self, spacing=spacing, heights=values)
+
+    @property
+    def cell(self) -> float:  # type: ignore[override]
+        """Spacing of the grid, as of the heights [m]."""
+        return self.spacing
+
+    @property
+    def circumference(self) -> float:
+        """Endless, since it is open."""
+        return math.inf
+
+    @property
+    def lines(self) -> Vector:
+        """Ends of the lines between neighbouring heights, (n, 2, dim) [m]."""
+        points = self._surface(1) + np.array(self.base)
+        dim = self.dim
+        pairs = [np.stack([points[:-1], points[1:]], axis=-2).reshape(-1, 2, dim)]
+        if dim == 3:
+            pairs.append(np.stack([points[:, :-1], points[:, 1:]], axis=-2).reshape(-1, 2, dim))
+        return np.concatenate(pairs)
+
+    def _surface(self, pieces: int, margin: int = 0) -> Vector:
+        """Return points of the surface, by pieces per spacing, (..., dim) [m].
+
+        It continues by a margin of spacings beyond its edges.
+        """
+        ends = [(-margin, n - 1 + margin) for n in np.shape(self.heights)]
+        rows = [np.linspace(low, high, pieces * (high - low) + 1) for low, high in ends]
+        where = np.stack(np.meshgrid(*rows, indexing="ij"), axis=-1)
+        return np.concatenate([self.spacing * where, self._height(where)[..., None]], axis=-1)
+
+    def _height(self, where: Vector) -> Vector:
+        """Return heights at points (..., dim - 1), in spacings from the first one [m]."""
+        heights = np.pad(self.heights, MARGIN_CELLS, mode="edge")
+        nodes = np.moveaxis(where, -1, 0) + MARGIN_CELLS
+        return obstacles.interpolate(obstacles.fit_spline(heights), nodes)
+
+    def sample(self) -> Core:
+        """Return the distances on a grid."""
+        points = self._surface(PIECES, MARGIN_CELLS)
+        flat = points.reshape(-1, self.dim)
+        axes = self._axes(flat.min(axis=0), flat.max(axis=0))
+        for c in range(self.dim - 1):
+            axes[c] = axes[c][MARGIN_CELLS:-MARGIN_CELLS]
+        nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        distances = obstacles.distances_to_surface(axes, _strips(points), MARGIN_CELLS * self.cell)
+        is_below = nodes[..., -1] < self._height(nodes[..., :-1] / self.spacing)
+        low = np.array([axis[0] for axis in axes])
+        return obstacles.sampled_core(np.where(is_below, -distances, distances), low, self.cell)
+
+
+def _strips(points: Vector) -> Vector:
+    """Return the triangles of a grid of points (n, m, 3), or the segments of a row (n, 2)."""
+    if points.ndim == 2:
+        return np.stack([points[:-1], points[1:], points[1:]], axis=1)
+    a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    pairs = [np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)]
+    return np.concatenate([each.reshape(-1, 3, 3) for each in pairs])
+
+
+def _table(what: str, values: object, columns: int) -> Vector:
+    """Return a table of finite numbers with some columns and at least four rows."""
+    needed = f"a table of numbers with {columns} columns and at least 4 rows"
+    table = check_reals(what, values, needed)
+    if (
+        table.ndim != 2
+        or table.shape[1] != columns
+        or len(table) < 4
+        or not np.isfinite(table).all()
+    ):
+        raise InputError(f"{what} must be {needed}, got {format_value(values)}")
+    return table
+
+
+def _check_closed(vertices: Vector, triangles: Indices) -> None:
+    """Refuse a surface with an edge that is not of two triangles in opposite directions."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    tails, heads = edges.astype(np.int64).T
+    n = len(vertices)
+    forward, counts = np.unique(tails * n + heads, return_counts=True)
+    single = np.setdiff1d(forward, np.unique(heads * n + tails))
+    if len(single):
+        start, end = vertices[[single[0] // n, single[0] % n]]
+        raise InputError(
+            f"a mesh has a hole: {len(single)} of its edges belong to one triangle, or to two of "
+            f"opposite order, the first from {format_numbers(start)} m to "
+            f"{format_numbers(end)} m; close it, with common vertices"
+        )
+    if counts.max() > 1:
+        worst = forward[np.argmax(counts)]
+        start, end = vertices[[worst // n, worst % n]]
+        raise InputError(
+            f"more than two triangles of a mesh meet at the edge from {format_numbers(start)} m "
+            f"to {format_numbers(end)} m: give each body a mesh"
+        )
