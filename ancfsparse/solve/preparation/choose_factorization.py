@@ -28,6 +28,10 @@ MAX_SMALL_COORDINATES = 300  # free coordinates up to which a complete factor co
 # corrections again.
 MAX_FILL = 3.0  # blocks of a complete factor per block of the matrix
 MAX_CONSTRAINED_FILL = 6.0  # the same with multipliers, where each sweep is two
+# Long steps of nets that fall on a ball take twice as many corrections on incomplete seeds, and 1.8
+# to 4 times as many factors: with 4 ms, nets of 12 to 30 meshes a side (fill 3.3 to 5.5) need 1.4
+# to 2.6 times the time, and those of 60 (6.9) fail; with 1 ms they need about the same time.
+MAX_CONTACT_FILL = 8.0  # the same with contacts
 # Static solutions on incomplete seeds take some forty sweeps each: lattices of 10 nodes a side
 # (fill 12) take as long with both, those of 16 (fill 27) five times as long with complete ones.
 MAX_STATIC_FILL = 16.0  # the same in statics
@@ -67,8 +71,8 @@ def make_seed(
     """Create the seed of a run, ordered but not yet factored.
 
     "auto" takes the complete factor where it hardly fills in: on trees, and up to three blocks for
-    each block of the matrix, or six with multipliers.  A solver that the caller has named gets the
-    complete factor too, wherever it fits.
+    each block of the matrix, six with multipliers, or eight with contacts.  A solver that the
+    caller has named gets the complete factor too, wherever it fits.
 
     Parameters
     ----------
@@ -168,6 +172,8 @@ def _may_have_cycles(system: System) -> bool:
 
 def max_fill(system: System) -> float:
     """Return the largest fill at which complete factors are selected."""
+    if any(each.is_contact for each in system.contributions):
+        return MAX_CONTACT_FILL
     return MAX_CONSTRAINED_FILL if system.n_multipliers else MAX_FILL
 
 

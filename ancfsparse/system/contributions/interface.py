@@ -34,6 +34,8 @@ class Contribution(ABC):
         True if the time dependence of its forces is known in the reference shape.
     is_load : bool
         True for loads and springs, which are ignored in the assembly of joints.
+    is_contact : bool
+        True if bodies press on each other or on obstacles only where they touch.
     depends_on_reactions : bool
         True if its forces depend on multipliers of other equations, as friction does.
     """
@@ -41,6 +43,7 @@ class Contribution(ABC):
     conservative = True
     is_explicit_in_time = True
     is_load = False
+    is_contact = False
     depends_on_reactions = False
 
     def cliques(self) -> list[Indices]:

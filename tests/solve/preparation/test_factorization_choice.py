@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.problems import chain, lattice, net
+from ancfsparse.problems import chain, lattice, net, net_on_sphere
 from ancfsparse.seeds import Groups
 from ancfsparse.solve.preparation import choose_factorization, memory_estimate, switch_to_direct
 from ancfsparse.system import System
@@ -51,6 +51,22 @@ def test_where_the_factor_fills_in_it_is_incomplete(make):
 )
 def test_where_it_hardly_does_it_is_exact(make):
     assert INCOMPLETE not in solver_of(make())
+
+
+def test_contacts_take_it_up_to_a_larger_fill():
+    """Long steps of a net on a ball need several times as many factors on incomplete seeds."""
+    scene = net_on_sphere(20).scene
+    fill = groups_of(System(scene)).exact_fill(choose_factorization.MAX_CONTACT_FILL)
+    assert fill is not None
+    assert choose_factorization.MAX_FILL < fill.nnz / System(scene).pattern.indptr[-1]
+    options = {"dt": 4e-3, "integrator": ancf.GeneralizedAlpha(0.5)}
+    runs = [
+        ancf.simulate(net_on_sphere(20).scene, 0.4, factorization=kind, **options)
+        for kind in ("auto", "incomplete")
+    ]
+    assert [INCOMPLETE in run.stats.solver for run in runs] == [False, True]
+    assert 2 * runs[0].stats.factorizations < runs[1].stats.factorizations
+    assert runs[0].stats.recoveries < runs[1].stats.recoveries
 
 
 def test_solvers_and_accuracies_that_are_asked_for_get_the_exact_one():

@@ -57,6 +57,7 @@ class BeamContactContribution(Contribution):
     """A contact of beams of a system."""
 
     is_load = True
+    is_contact = True
 
     def __init__(self, system: Discretization, contact: BeamContact) -> None:
         self._system, self.contact = system, contact

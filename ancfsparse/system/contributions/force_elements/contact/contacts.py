@@ -58,6 +58,7 @@ class ContactContribution(Contribution):
     """A contact of a system, a sum over quadrature points."""
 
     is_load = True
+    is_contact = True
 
     def __init__(self, system: Discretization, contact: Contact, first_history: int) -> None:
         self._n_free, self._n_all, self.contact = system.n_free, system.n_all, contact
