@@ -273,8 +273,10 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         return TOO_INACCURATE
     evaluated, matrices = self.scheme.evaluated - evaluated, self.scheme.matrices - matrices
     hard = evaluated >= HARD_STEP or matrices >= HARD_FOR_NEWTON
-    if control.seed == NULL and strikes(self) and settle_impact(self, solver, not hard):
-        return 0
+    if control.seed == NULL and strikes(self):
+        if settle_impact(self, solver, not hard):
+            return 0
+        hard = True
     if hard and not settle(self, solver):
         return WOULD_GAIN
     if control.seed != NULL and follow(control, self.n_all, self.dt):

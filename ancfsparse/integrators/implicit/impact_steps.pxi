@@ -48,7 +48,7 @@ cdef bint strikes(Motion *self) noexcept nogil:
 cdef bint settle_impact(Motion *self, const ancf_nonlinear *solver, bint final) noexcept nogil:
     """Replace the solution of a step if it gains energy; return whether the step is done.
 
-    It is where the solution is replaced or final.
+    It is where the solution is replaced, or where it is final and gains no more than is allowed.
     """
     cdef ancf_watch before = self.watch
     cdef double gain
@@ -68,7 +68,7 @@ cdef bint settle_impact(Motion *self, const ancf_nonlinear *solver, bint final) 
         take_regular_weights(self)
         keep(self, False)
         see(self, False)
-    if final:
+    if final and not ancf_watch_gains(&self.watch, False):
         return pass_it(self)
     unsee(self, &before)
     return False
