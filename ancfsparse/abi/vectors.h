@@ -289,4 +289,17 @@ static inline void vec_sum_parts(ptrdiff_t n_parts, double *out, double a, const
     ancf_in_parts(n_parts, vec_sum_part, &pass);
 }
 
+/* Four numbers, (x, y, z) and the one that follows. */
+typedef double ancf_row __attribute__((vector_size(32), aligned(8), may_alias));
+
+/* x[0..3] = sum of weight[i] q[place[3 i] + 0..3] for i < 4: a vector (x, y, z), and a number without
+ * meaning.  */
+static inline void vec_sum_rows(const double *weight, const int32_t *place, const double *q, double *x)
+{
+    *(ancf_row *)x = weight[0] * *(const ancf_row *)(q + place[0])
+                     + weight[1] * *(const ancf_row *)(q + place[3])
+                     + (weight[2] * *(const ancf_row *)(q + place[6])
+                        + weight[3] * *(const ancf_row *)(q + place[9]));
+}
+
 #endif

@@ -181,6 +181,10 @@ cdef class Assembly:
         history(&self.flat, &view[0])
         return out[:-1]
 
+    def set_step(self, double dt):
+        """Set the time since the last accepted state [s], 0 outside of a step."""
+        set_step(&self.flat, dt)
+
     def accept(self, const double[::1] q):
         """Update the history variables to accepted coordinates."""
         cdef ancf_state x

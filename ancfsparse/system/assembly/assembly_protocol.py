@@ -114,6 +114,9 @@ class CompiledAssembly(Protocol):
     def history(self) -> Vector:
         """History variables that are saved with each state, a copy."""
 
+    def set_step(self, dt: float, /) -> None:
+        """Set the time since the last accepted state [s], 0 outside of a step."""
+
     def accept(self, q: Vector) -> None:
         """Update the internal variables to accepted coordinates."""
 

@@ -53,6 +53,42 @@ class PointSums:
             np.concatenate(weight),
         )
 
+    def groups(self, largest: int, n_all: int) -> tuple[Integers, ...]:
+        """Divide the sums into groups of at most `largest` with the same coordinates.
+
+        Returns
+        -------
+        first : (g + 1,) int32
+            First sum of each group, which are consecutive, and the end.
+        term : (g + 1,) int32
+            Row of the first coordinate of each group, and the end.
+        place : (k, dim) int32
+            Coordinates of the groups, in the order of the first sum of each.
+        in_row : (g,) int32
+            1 for sums of four vectors (x, y, z) in consecutive places, if four numbers can be
+            read from the n_all coordinates at each.
+        """
+        sizes = np.diff(self.start)
+        owner = np.repeat(np.arange(len(sizes)), sizes)
+        joins = np.diff(sizes, prepend=0) == 0  # sums of as many coordinates as the one before
+        before = np.arange(len(owner)) - sizes[owner]
+        equal = joins[owner] & (self.place == self.place[:, before]).all(axis=0)
+        starts = ~np.logical_and.reduceat(equal, self.start[:-1])
+        order = np.arange(len(sizes))
+        starts |= (order - np.maximum.accumulate(np.where(starts, order, 0))) % largest == 0
+        first = np.flatnonzero(starts)
+        term = np.cumsum([0, *sizes[first]], dtype=np.int32)
+        place = np.ascontiguousarray(self.place[:, starts[owner]].T)
+        in_row = (sizes[first] == 4) & (place.shape[1] == 3)
+        consecutive = (np.diff(place, axis=1) == 1).all(axis=1) & (place[:, 0] < n_all - 3)
+        in_row &= np.logical_and.reduceat(consecutive, term[:-1])
+        return (
+            np.append(first, len(sizes)).astype(np.int32),
+            term,
+            place,
+            in_row.astype(np.int32),
+        )
+
     def cliques(self, n_free: int, together: bool = False) -> list[Indices]:
         """Return the unknowns of each sum, or of all together, (1, dim p)."""
         starts = self.start[[0, -1]] if together else self.start

@@ -2,9 +2,10 @@
 """Contact of quadrature points with an obstacle, fixed or on a rigid body.
 
 A point x is at d = A (x - base) from the base of the obstacle, fixed or a point of a rigid body
-with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch where the
-penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane; other shapes and ones
-that turn are in shapes.pxi.  The pressure p(e) of contact_law.pxi acts along n = d / |d|, and friction along the surface (sliding.pxi, bristles.pxi).
+with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch
+where the penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane; other shapes
+and ones that turn are in geometry/shapes.pxi.  The pressure p(e) of contact_law.pxi acts along
+n = d / |d|, and friction along the surface (sliding.pxi, bristles.pxi).
 
 Between two states the pressure is the discrete gradient (W(e1) - W(e0)) / (e1 - e0) along
 (d0 + d1) / (|d0| + |d1|), whose work is the change of the energy W.  Other implicit schemes, which
@@ -17,6 +18,7 @@ from libc.string cimport memcpy
 include "../../contribution.pxi"
 include "../../points.pxi"
 include "contact_law.pxi"
+include "geometry/point_positions.pxi"
 
 
 # Steps per impact below which it is damped fully.  Level impacts on 1e5 N/m2 with 16 steps of
@@ -25,9 +27,10 @@ cdef double STEPS_PER_IMPACT = 2.0
 
 cdef struct Data:
     Points points
+    Groups groups
     const int32_t *slot
     const double *stiffness  # of each point, times its length [N/m]
-    const double *impact_time  # of each point: duration of an impact [s]
+    const double *rate  # of each point: STEPS_PER_IMPACT over the duration of an impact [1/s]
     double *z  # deflections of the bristles in the last accepted state, (n, dim) [m]
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
@@ -40,8 +43,9 @@ cdef struct Data:
     const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
     double *weights  # workspace for `weigh`
     const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
+    bint rides  # whether the obstacle is on a body: any is
     bint is_round
-    bint has_frame  # whether the shape is that of shapes.pxi, by all that follows to `frame_moves`
+    bint has_frame  # whether geometry/shapes.pxi applies, with all that follows to `frame_moves`
     const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
     const double *bounds  # of the core in it, (2, dim) [m]
     double ring  # radius of a core that is a circle, otherwise 0 [m]
@@ -56,7 +60,7 @@ cdef struct Data:
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
     ptrdiff_t n_all
     double *q0  # coordinates in the last accepted state
-    double *trial  # of the last residual: displacements of bristles that stick, (n, dim) [m]
+    double *trial  # of the last residual: displacements of bristles that stick, (n, 3) [m]
     # Of the last residual: penetrations where its matrix is requested, halfway a step from state to
     # state, the forces of the pressures, and their derivatives by the state that is sought.
     double *at
@@ -65,6 +69,7 @@ cdef struct Data:
 
 
 cdef struct Place:  # of a point relative to the obstacle
+    double[4] x  # position, or that relative to the base on a body, and an unused number
     double[3] d  # vector from the base
     double distance  # |d|, or that from the core of a shape with a frame
     double[3] n
@@ -82,6 +87,8 @@ cdef class Contact(CompiledContribution):
     ----------
     start, place, weight, slot
         The points as sums of coordinates, see points.pxi.
+    first, term, group_place, in_row
+        Points with the same coordinates, see `PointSums.groups`.
     stiffness, impact_time : (n,) float
         Stiffness of each point [N/m], and the duration of an impact there [s].
     base, normal : (dim,) float
@@ -116,15 +123,17 @@ cdef class Contact(CompiledContribution):
 
     cdef Data data
 
-    def __cinit__(self, start, place, weight, slot, stiffness, impact_time, base, normal, projector, spin, turning,
-                  bint is_round, frame, bounds, double ring, grid, double cell,
-                  double reach, double layer, double friction, double slip_speed,
+    def __cinit__(self, start, place, weight, first, term, group_place, in_row, slot, stiffness,
+                  impact_time, base, normal, projector, spin, turning, bint is_round, frame,
+                  bounds, double ring, grid, double cell, double reach, double layer,
+                  double friction, double slip_speed,
                   double grip, ptrdiff_t n_all):
         cdef Data *data = &self.data
         cdef ptrdiff_t n
         take_points(&data.points, start, place, weight)
+        take_groups(&data.groups, first, term, group_place, in_row)
         data.slot, data.stiffness = integers(slot), reals(stiffness)
-        data.impact_time, n = reals(impact_time), data.points.n
+        data.rate, n = self.copy(STEPS_PER_IMPACT / impact_time), data.points.n
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         data.z = self.copy(np.zeros(self.interface.n_history + 2 * n))
@@ -132,7 +141,7 @@ cdef class Contact(CompiledContribution):
         data.last = data.before + n
         data.base, data.normal = self.copy(base), self.copy(normal)
         data.projector, data.spin = self.copy(projector), self.copy(spin)
-        data.turning = integers(turning)
+        data.turning, data.rides = integers(turning), np.any(turning)
         data.weights = self.copy(np.zeros(np.max(np.diff(start))))
         data.is_round, data.reach, data.layer = is_round, reach, layer
         data.has_frame, data.ring = len(frame) > 0, ring
@@ -150,7 +159,7 @@ cdef class Contact(CompiledContribution):
         data.deepest = data.interval = data.turn = 0.0
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
         if data.grip > 0.0:
-            data.trial = self.copy(np.zeros((n, data.points.dim)))
+            data.trial = self.copy(np.zeros((n, 3)))
         self.interface.context, self.interface.damped = data, slip_speed > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
@@ -195,8 +204,7 @@ cdef class Contact(CompiledContribution):
                 if self.data.grip > 0.0:
                     if z.shape[0] == 0:
                         continue
-                    for c in range(dim):
-                        f[c] = z[k, c]
+                    take_bristle(&self.data, &z[k, 0], &f[0])
                     grip(&self.data, k, pressure, &f[0])
                     for c in range(dim):
                         view[1, k, c] = f[c]
@@ -287,33 +295,41 @@ cdef void set_interval(Data *self, double dt) noexcept nogil:
     self.interval = self.turn = dt
     if self.omega * dt > 0.0:
         # A step of more than two radians would turn backwards.
-        self.turn = 2.0 / self.omega * tan(fmin(0.5 * self.omega * dt, 1.0))
+        self.turn = 2.0 / self.omega * tan(min(0.5 * self.omega * dt, 1.0))
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef Place here
-    cdef ptrdiff_t k
+    cdef Place[MOST] here
+    cdef ptrdiff_t g, k, p
     self.deepest = 0.0
     if self.grip > 0.0:
         hold(self, x.q)
-    for k in range(self.points.n):
-        locate(self, k, x.q, &here)
-        self.before[k] = here.e
-        self.last[k] = self.stiffness[k] * law_force(here.e, self.layer)
+    for g in range(self.groups.n):
+        locate_group(self, g, x.q, here)
+        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
+            self.before[k] = here[p].e
+            self.last[k] = self.stiffness[k] * law_force(here[p].e, self.layer)
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef Place here
-    cdef ptrdiff_t k
-    for k in range(self.points.n):
-        locate(self, k, x.q, &here)
-        self.deepest = fmax(self.deepest, here.e)
+    cdef Place[MOST] here
+    cdef Place[MOST] begin
+    cdef ptrdiff_t g, k, p
+    for g in range(self.groups.n):
+        locate_group(self, g, x.q, here)
         if self.grip > 0.0 and self.interval > 0.0:
-            deflect(self, k, x.q, &here)
-        self.last[k] = damped_force(self, k, here.e)
-        self.before[k] = here.e
+            locate_group(self, g, self.q0, begin)
+        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
+            if here[p].e > self.deepest:
+                self.deepest = here[p].e
+            if self.grip > 0.0 and self.interval > 0.0:
+                deflect(self, k, x.q, &begin[p], &here[p])
+            self.last[k] = damped_force(self, k, here[p].e)
+            self.before[k] = here[p].e
     if self.grip > 0.0:
         memcpy(self.q0, x.q, self.n_all * sizeof(double))
 
@@ -327,88 +343,9 @@ cdef int strikes(void *context) noexcept nogil:
     return False
 
 
-cdef inline double damping_ratio(const Data *self, ptrdiff_t k) noexcept nogil:
-    """Theta of the numerical damping of an impact."""
-    cdef double ratio = STEPS_PER_IMPACT * self.dt / self.impact_time[k]
-    return fmin(1.0, ratio * ratio)
-
-
-cdef inline double damped_force(const Data *self, ptrdiff_t k, double e) noexcept nogil:
-    """Force of the pressure at the end of a step, with the numerical damping of an impact."""
-    e += damping_ratio(self, k) * (e - self.before[k])
-    return self.stiffness[k] * law_force(e, self.layer)
-
-
-cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
-    cdef Data *self = <Data *>context
-    cdef Place here
-    cdef double[3] f
-    cdef double pressure, theta, e
-    cdef ptrdiff_t k
-    self.is_mean = False
-    for k in range(self.points.n):
-        locate(self, k, x.q, &here)
-        theta = damping_ratio(self, k)
-        e = here.e + theta * (here.e - self.before[k])
-        self.at[k] = here.e
-        self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer)
-        pressure = self.force[k] = self.stiffness[k] * law_force(e, self.layer)
-        if pressure > 0.0:
-            push_normal(self, k, pressure, &here, r)
-            if self.grip > 0.0:
-                stick(self, k, x.q, pressure, &f[0])
-                push_friction(self, k, &f[0], r)
-            elif self.friction > 0.0 and x.v != NULL:
-                weigh(self, k, x.q, x.q, &here)
-                move(self, k, x.v, &f[0])
-                rub(self, &here, pressure, &f[0])
-                push_friction(self, k, &f[0], r)
-
-
-cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
-                  double *r, double *phi) noexcept nogil:
-    cdef Data *self = <Data *>context
-    cdef Place begin
-    cdef Place end
-    cdef double[3] f
-    cdef double pressure
-    cdef ptrdiff_t k
-    self.is_mean = True
-    for k in range(self.points.n):
-        locate(self, k, q0, &begin)
-        locate(self, k, q1, &end)
-        if begin.e <= 0.0 and end.e <= 0.0:
-            self.at[k] = NAN
-            continue
-        pressure = self.force[k] = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
-        mean_normal(self, &begin, &end)
-        push_normal(self, k, pressure, &end, r)
-        self.slope[k] = self.stiffness[k] * mean_slope(begin.e, end.e, self.layer)
-        locate(self, k, x.q, &begin)
-        self.at[k] = begin.e
-        if self.grip > 0.0:
-            stick(self, k, q1, pressure, &f[0])
-            push_friction(self, k, &f[0], r)
-        elif self.friction > 0.0 and x.v != NULL:
-            weigh(self, k, x.q, x.q, &begin)
-            move(self, k, x.v, &f[0])
-            rub(self, &begin, pressure, &f[0])
-            push_friction(self, k, &f[0], r)
-
-
-cdef double energy(void *context, const double *q) noexcept nogil:
-    cdef const Data *self = <const Data *>context
-    cdef Place here
-    cdef double sum = 0.0
-    cdef ptrdiff_t k
-    for k in range(self.points.n):
-        locate(self, k, q, &here)
-        sum += self.stiffness[k] * law_energy(here.e, self.layer)
-    return sum
-
-
-include "grids.pxi"
-include "shapes.pxi"
+include "geometry/grids.pxi"
+include "geometry/shapes.pxi"
+include "contact_residual.pxi"
 include "sliding.pxi"
 include "bristles.pxi"
 include "contact_matrix.pxi"

@@ -12,108 +12,108 @@ Outside of a step x is zero.
 cdef double SLIDING_RATIO = 1e-3
 
 
-cdef void transport(const Data *self, const double *n, double *u) noexcept nogil:
+# Square of the sine of an angle below which a rotation changes no length by more than rounding error.
+cdef double LEVEL = 1e-16
+
+
+cdef inline void transport(const double *n, double *u) noexcept nogil:
     """Rotate a vector of another tangent plane into that with the normal n."""
-    cdef ptrdiff_t c, dim = self.points.dim
-    cdef double normal = 0.0, before = 0.0, after = 0.0
-    for c in range(dim):
-        normal += n[c] * u[c]
-        before += u[c] * u[c]
-    for c in range(dim):
-        u[c] -= normal * n[c]
-        after += u[c] * u[c]
-    if after > 0.0:
-        for c in range(dim):
-            u[c] *= sqrt(before / after)
+    cdef double before = dot(u, u), normal = remove_normal(n, u), after, ratio
+    if normal * normal > LEVEL * before:
+        after = dot(u, u)
+        if after > 0.0:
+            ratio = sqrt(before / after)
+            u[0] *= ratio
+            u[1] *= ratio
+            u[2] *= ratio
 
 
-cdef double limit_of(const Data *self, ptrdiff_t k, double pressure) noexcept nogil:
+cdef inline void take_bristle(const Data *self, const double *z, double *u) noexcept nogil:
+    """Copy a deflection, with a zero third component in the plane."""
+    u[0], u[1] = z[0], z[1]
+    u[2] = z[2] if self.points.dim == 3 else 0.0
+
+
+cdef inline double limit_of(const Data *self, ptrdiff_t k, double pressure) noexcept nogil:
     """Deflection at which a bristle slides [m]."""
     return self.friction * pressure / (self.grip * self.stiffness[k])
 
 
-cdef void shorten(const Data *self, double limit, double *z) noexcept nogil:
+cdef inline void shorten(double limit, double *z) noexcept nogil:
     """Scale a deflection to a limit, if it is longer."""
-    cdef ptrdiff_t c
-    cdef double square = 0.0
-    for c in range(self.points.dim):
-        square += z[c] * z[c]
+    cdef double square = dot(z, z), ratio
     if square > limit * limit:
-        for c in range(self.points.dim):
-            z[c] *= limit / sqrt(square)
+        ratio = limit / sqrt(square)
+        z[0] *= ratio
+        z[1] *= ratio
+        z[2] *= ratio
 
 
-cdef void grip(const Data *self, ptrdiff_t k, double pressure, double *z) noexcept nogil:
+cdef inline void grip(const Data *self, ptrdiff_t k, double pressure, double *z) noexcept nogil:
     """Replace a deflection by the friction on the point."""
-    cdef ptrdiff_t c
-    shorten(self, limit_of(self, k, pressure), z)
-    for c in range(self.points.dim):
-        z[c] *= -self.grip * self.stiffness[k]
+    cdef double factor = -self.grip * self.stiffness[k]
+    shorten(limit_of(self, k, pressure), z)
+    z[0] *= factor
+    z[1] *= factor
+    z[2] *= factor
 
 
-cdef void creep(const Data *self, ptrdiff_t k, const double *q1, Place *begin, const Place *end,
-                double *x) noexcept nogil:
+cdef inline void creep(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
+                       const Place *end, double *x) noexcept nogil:
     """Set the displacement of a point along the surface since the last accepted state.
 
     It is halfway, where `begin` moves, and the weights are set there.
     """
-    cdef ptrdiff_t c, i, dim = self.points.dim
-    cdef double[3] before
-    cdef double normal = 0.0
     halve(self, begin, end)
-    weigh(self, k, self.q0, q1, begin)
-    move(self, k, self.q0, &before[0])
-    move(self, k, q1, x)
-    for c in range(dim):
-        x[c] -= before[c]
-        for i in range(dim):
-            x[c] -= self.turn * self.spin[dim * c + i] * begin.d[i]
-        normal += begin.n[c] * x[c]
-    for c in range(dim):
-        x[c] -= normal * begin.n[c]
+    if self.rides:
+        weigh(self, k, self.q0, q1, begin)
+    displace(self, k, self.q0, q1, begin, end, x)
+    add_turning(self, begin, -self.turn, x)
+    remove_normal(begin.n, x)
 
 
-cdef void stick(const Data *self, ptrdiff_t k, const double *q1, double pressure,
-                double *f) noexcept nogil:
+cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
+                const Place *end, double pressure, double *f) noexcept nogil:
     """Set the friction on a point at the end of a step, or that between its states.
 
-    Set the weights for it, too, and remember the deflection without sliding.
+    Set the weights for it, too, and remember the deflection without sliding; `begin` moves halfway.
     """
-    cdef ptrdiff_t c, dim = self.points.dim
-    cdef Place place
-    cdef Place end
+    cdef ptrdiff_t c
+    cdef const Place *place = begin
+    cdef double share
     cdef double[3] x
-    cdef double *trial = self.trial + dim * k
-    locate(self, k, q1, &end)
+    cdef double[3] u
     if self.interval > 0.0:
-        locate(self, k, self.q0, &place)
-        creep(self, k, q1, &place, &end, &x[0])
+        creep(self, k, q1, begin, end, &x[0])
     else:
         x[0] = x[1] = x[2] = 0.0
     if self.interval == 0.0 or not self.is_mean:
         place = end
-        weigh(self, k, q1, q1, &end)
-    for c in range(dim):
-        trial[c] = self.z[dim * k + c]
+        if self.rides:
+            weigh(self, k, q1, q1, end)
+    take_bristle(self, self.z + self.points.dim * k, &u[0])
     if self.is_mean:
-        shorten(self, limit_of(self, k, pressure), trial)
+        shorten(limit_of(self, k, pressure), &u[0])
     else:
-        transport(self, &end.n[0], &x[0])
-    transport(self, &place.n[0], trial)
-    for c in range(dim):
-        trial[c] += 0.5 * x[c] if self.is_mean else x[c]
-        f[c] = trial[c]
-    grip(self, k, pressure, f)
+        transport(end.n, &x[0])
+    transport(place.n, &u[0])
+    share = 0.5 if self.is_mean else 1.0
+    for c in range(3):
+        u[c] += share * x[c]
+        self.trial[3 * k + c] = u[c]
+    grip(self, k, pressure, &u[0])
+    for c in range(3):
+        f[c] = u[c]
 
 
-cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, const Place *end) noexcept nogil:
-    """Update the deflection of a bristle to the end of an accepted step."""
+cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
+                  const Place *end) noexcept nogil:
+    """Update the deflection of a bristle to the end of an accepted step; moves `begin`."""
     cdef ptrdiff_t c, dim = self.points.dim
-    cdef Place begin
+    cdef double[3] u
     cdef double[3] x
     cdef double pressure
     cdef double *z = self.z + dim * k
-    locate(self, k, self.q0, &begin)
     if self.is_mean:
         pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
     else:
@@ -122,14 +122,17 @@ cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, const Place *
         for c in range(dim):
             z[c] = 0.0
         return
-    creep(self, k, q1, &begin, end, &x[0])
+    take_bristle(self, z, &u[0])
+    creep(self, k, q1, begin, end, &x[0])
     if self.is_mean:
-        shorten(self, limit_of(self, k, pressure), z)
-    transport(self, &end.n[0], z)
-    transport(self, &end.n[0], &x[0])
+        shorten(limit_of(self, k, pressure), &u[0])
+    transport(end.n, &u[0])
+    transport(end.n, &x[0])
+    for c in range(3):
+        u[c] += x[c]
+    shorten(limit_of(self, k, pressure), &u[0])
     for c in range(dim):
-        z[c] += x[c]
-    shorten(self, limit_of(self, k, pressure), z)
+        z[c] = u[c]
 
 
 cdef void hold(Data *self, const double *q) noexcept nogil:
@@ -140,32 +143,30 @@ cdef void hold(Data *self, const double *q) noexcept nogil:
     memcpy(self.q0, q, self.n_all * sizeof(double))
 
 
-cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, double pressure,
-                             double *supplied) noexcept nogil:
+cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, const Place *begin,
+                             const Place *end, double pressure, double *supplied) noexcept nogil:
     """Work of friction on the body in a step: of `between`, or by the trapezoidal rule.
 
     Adds the part that a turning obstacle supplies.
     """
-    cdef ptrdiff_t c
-    cdef Place begin
-    cdef Place end
+    cdef Place place = begin[0]
     cdef double[3] f
+    cdef double[3] path
     cdef double sum
-    locate(self, k, self.q0, &begin)
-    locate(self, k, q1, &end)
-    stick(self, k, q1, pressure, &f[0])
-    sum = work_along(self, k, &f[0], self.q0, q1)
+    stick(self, k, q1, &place, end, pressure, &f[0])
+    displace(self, k, self.q0, q1, begin, end, &path[0])
+    sum = dot(f, path)
     if self.is_mean:
-        halve(self, &begin, &end)
-        supplied[0] += self.turn * turned(self, &begin, &f[0])
+        supplied[0] += self.turn * turned(self, &place, &f[0])
         return sum
-    supplied[0] += 0.5 * self.turn * turned(self, &end, &f[0])
-    for c in range(self.points.dim):
-        f[c] = self.z[self.points.dim * k + c]
+    supplied[0] += 0.5 * self.turn * turned(self, end, &f[0])
+    take_bristle(self, self.z + self.points.dim * k, &f[0])
     grip(self, k, self.last[k], &f[0])
-    weigh(self, k, self.q0, self.q0, &begin)
-    supplied[0] += 0.5 * self.turn * turned(self, &begin, &f[0])
-    return 0.5 * (sum + work_along(self, k, &f[0], self.q0, q1))
+    if self.rides:
+        weigh(self, k, self.q0, self.q0, begin)
+        displace(self, k, self.q0, q1, begin, end, &path[0])
+    supplied[0] += 0.5 * self.turn * turned(self, begin, &f[0])
+    return 0.5 * (sum + dot(f, path))
 
 
 cdef void along_surface(const Data *self, const Place *here, double factor, double share,
@@ -181,7 +182,7 @@ cdef void along_surface(const Data *self, const Place *here, double factor, doub
 cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, double pressure,
                          double *block) noexcept nogil:
     """Set the derivative of friction by the position of a point along the obstacle, (3, 3)."""
-    cdef const double *u = self.trial + self.points.dim * k
+    cdef const double *u = self.trial + 3 * k
     cdef ptrdiff_t c
     cdef double square = 0.0, limit = limit_of(self, k, pressure), least
     cdef double factor = self.grip * self.stiffness[k]
@@ -193,4 +194,4 @@ cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, doubl
     if square <= least * least:
         along_surface(self, here, factor, 0.0, u, block)
     else:
-        along_surface(self, here, factor * fmin(limit / sqrt(square), 1.0), 1.0 / square, u, block)
+        along_surface(self, here, factor * min(limit / sqrt(square), 1.0), 1.0 / square, u, block)

@@ -2,23 +2,29 @@
 
 p = e^3/D^2 - e^4/(2 D^3) within a layer of thickness D, and e - D/2 beyond; none for e < 0.
 """
-from libc.math cimport fabs, fmax, fmin
+from libc.math cimport fabs
 
 cdef double SAME = 1e-6  # change of a penetration over the layer, below which differences cancel
 
 
 cdef inline double law_force(double e, double layer) noexcept nogil:
-    cdef double s = e / layer
+    cdef double s
     if e <= 0.0:
         return 0.0
-    return layer * s * s * s * (1.0 - 0.5 * s) if s < 1.0 else e - 0.5 * layer
+    if e >= layer:
+        return e - 0.5 * layer
+    s = e / layer
+    return layer * s * s * s * (1.0 - 0.5 * s)
 
 
 cdef inline double law_slope(double e, double layer) noexcept nogil:
-    cdef double s = e / layer
+    cdef double s
     if e <= 0.0:
         return 0.0
-    return s * s * (3.0 - 2.0 * s) if s < 1.0 else 1.0
+    if e >= layer:
+        return 1.0
+    s = e / layer
+    return s * s * (3.0 - 2.0 * s)
 
 
 cdef inline double law_energy(double e, double layer) noexcept nogil:
@@ -35,17 +41,17 @@ cdef inline double mean_force(double e0, double e1, double layer) noexcept nogil
 
     Three Gauss points are exact in the layer, where the force is of degree 4, one is beyond.
     """
-    cdef double low = fmin(e0, e1), high = fmax(e0, e1), begin, end, middle, half, sum = 0.0
+    cdef double low = e0 if e0 < e1 else e1, high = e1 if e0 < e1 else e0, begin, end, middle, half, sum = 0.0
     if high <= low:
         return law_force(low, layer)
-    begin, end = fmax(low, 0.0), fmin(high, layer)
+    begin, end = low if low > 0.0 else 0.0, high if high < layer else layer
     if begin < end:
         middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
         sum += 2.0 * half / 18.0 * (
             5.0 * law_force(middle - 0.7745966692414834 * half, layer)
             + 8.0 * law_force(middle, layer)
             + 5.0 * law_force(middle + 0.7745966692414834 * half, layer))
-    begin = fmax(low, layer)
+    begin = low if low > layer else layer
     if begin < high:
         sum += (high - begin) * law_force(0.5 * (begin + high), layer)
     return sum / (high - low)

@@ -44,42 +44,50 @@ cdef void sliding_block(const Data *self, ptrdiff_t k, const ancf_state *x, cons
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
     cdef const Data *self = <const Data *>context
-    cdef const Points *points = &self.points
     cdef const int32_t *slot = self.slot
-    cdef Place here
-    cdef double[9] block
-    cdef double[9] rubbing
-    cdef const double *weight
-    cdef double pressure, slope
-    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL, sticks
-    cdef ptrdiff_t k, i, j, c, e, size, dim = points.dim
+    cdef Place[MOST] here
+    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL
+    cdef ptrdiff_t g, k, p, size
     if not (part == STIFFNESS or part == MATERIAL or slides):
         return
-    for k in range(points.n):
-        size = dim * (points.start[k + 1] - points.start[k])
-        locate(self, k, x.q, &here)
-        if not respond(self, k, &here, &pressure, &slope):
+    for g in range(self.groups.n):
+        locate_group(self, g, x.q, here)
+        size = self.points.dim * (self.groups.term[g + 1] - self.groups.term[g])
+        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
+            add_blocks(self, k, part, slides, x, &here[p], slot, values)
             slot += size * (size + 1) // 2
-            continue
-        weight = points.weight + points.start[k]
-        sticks = self.is_sticking or self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]
-        if slides or sticks:
-            weigh(self, k, x.q, x.q, &here)
-        if slides:
-            sliding_block(self, k, x, &here, pressure, &rubbing[0])
-        else:
-            normal_block(self, part, &here, pressure, slope, &block[0])
-            if self.frame_moves:
-                add_turning(self, part, k, &here, pressure, slope, slot, values)
-            if sticks:
-                sticking_block(self, k, &here, pressure, &rubbing[0])
-        # Coordinates are numbered consecutively, with the directions of each together.
-        for i in range(size // dim):
-            for c in range(dim):
-                for j in range(i + 1):
-                    for e in range(dim if j < i else c + 1):
-                        if not slides:
-                            values[slot[0]] += weight[i] * weight[j] * block[3 * c + e]
-                        if slides or sticks:
-                            values[slot[0]] += self.weights[i] * self.weights[j] * rubbing[3 * c + e]
-                        slot += 1
+
+
+cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint slides, const ancf_state *x,
+                     const Place *here, const int32_t *slot, double *values) noexcept nogil:
+    """Add the derivatives of the forces on a point."""
+    cdef const double *weight = self.points.weight + self.points.start[k]
+    cdef double[9] block
+    cdef double[9] rubbing
+    cdef double pressure, slope
+    cdef bint sticks = self.is_sticking or (
+        self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k])
+    cdef ptrdiff_t i, j, c, e, dim = self.points.dim
+    if not respond(self, k, here, &pressure, &slope):
+        return
+    if slides or sticks:
+        weigh(self, k, x.q, x.q, here)
+    if slides:
+        sliding_block(self, k, x, here, pressure, &rubbing[0])
+    else:
+        normal_block(self, part, here, pressure, slope, &block[0])
+        if self.frame_moves:
+            add_vector_blocks(self, part, k, here, pressure, slope, slot, values)
+        if sticks:
+            sticking_block(self, k, here, pressure, &rubbing[0])
+    # Coordinates are numbered consecutively, with the directions of each together.
+    for i in range(self.points.start[k + 1] - self.points.start[k]):
+        for c in range(dim):
+            for j in range(i + 1):
+                for e in range(dim if j < i else c + 1):
+                    if not slides:
+                        values[slot[0]] += weight[i] * weight[j] * block[3 * c + e]
+                    if slides or sticks:
+                        values[slot[0]] += self.weights[i] * self.weights[j] * rubbing[3 * c + e]
+                    slot += 1

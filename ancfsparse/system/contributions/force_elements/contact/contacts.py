@@ -93,6 +93,7 @@ class ContactContribution(Contribution):
             points.start,
             points.place,
             points.weight,
+            *points.groups(GAUSS_POINTS, self._n_all),
             points.slots(pattern, self._n_free),
             self.stiffness * contact.weights,
             np.pi * np.sqrt(self._mass_per_length() / self.stiffness),

@@ -7,12 +7,10 @@ cdef double SAME_STEP = 1e-6
 
 cdef double turned(const Data *self, const Place *here, const double *f) noexcept nogil:
     """Power that a turning obstacle supplies by the friction f on a point."""
-    cdef ptrdiff_t c, i, dim = self.points.dim
-    cdef double sum = 0.0
-    for c in range(dim):
-        for i in range(dim):
-            sum += f[c] * self.spin[dim * c + i] * here.d[i]
-    return sum
+    cdef double[3] u
+    u[0] = u[1] = u[2] = 0.0
+    add_turning(self, here, 1.0, &u[0])
+    return dot(f, u)
 
 
 cdef double damping_loss(const Data *self, const ancf_state *x0,

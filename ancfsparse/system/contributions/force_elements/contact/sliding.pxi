@@ -26,6 +26,7 @@ cdef void move(const Data *self, ptrdiff_t k, const double *v, double *u) noexce
     """Set the sum of velocities with the weights of `weigh`."""
     cdef const Points *points = &self.points
     cdef ptrdiff_t i, c, first = points.start[k]
+    u[2] = 0.0
     for c in range(points.dim):
         u[c] = 0.0
         for i in range(first, points.start[k + 1]):
@@ -41,55 +42,73 @@ cdef void push_friction(const Data *self, ptrdiff_t k, const double *f, double *
             r[points.place[c * points.m + i]] -= self.weights[i - first] * f[c]
 
 
-cdef double slide(const Data *self, const Place *here, double *u) noexcept nogil:
-    """Replace the velocity of a point by its sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
+cdef inline double dot(const double *a, const double *b) noexcept nogil:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+cdef inline double remove_normal(const double *n, double *u) noexcept nogil:
+    """Project a vector on the tangent plane; return its component along n."""
+    cdef double normal = dot(n, u)
+    u[0] -= normal * n[0]
+    u[1] -= normal * n[1]
+    u[2] -= normal * n[2]
+    return normal
+
+
+cdef inline void add_turning(const Data *self, const Place *here, double factor,
+                             double *u) noexcept nogil:
+    """Add a factor times the velocity of the surface of a turning obstacle."""
     cdef ptrdiff_t c, i, dim = self.points.dim
-    cdef double normal = 0.0, square = self.slip_speed * self.slip_speed
-    for c in range(dim):
-        for i in range(dim):
-            u[c] -= self.spin[dim * c + i] * here.d[i]
-        normal += here.n[c] * u[c]
-    for c in range(dim):
-        u[c] -= normal * here.n[c]
-        square += u[c] * u[c]
-    return sqrt(square)
+    if self.omega > 0.0:
+        for c in range(dim):
+            for i in range(dim):
+                u[c] += factor * self.spin[dim * c + i] * here.d[i]
 
 
-cdef void rub(const Data *self, const Place *here, double pressure, double *f) noexcept nogil:
+cdef inline double slide(const Data *self, const Place *here, double *u) noexcept nogil:
+    """Replace the velocity of a point by its sliding velocity u; return sqrt(u^2 + slip_speed^2)."""
+    add_turning(self, here, -1.0, u)
+    remove_normal(here.n, u)
+    return sqrt(self.slip_speed * self.slip_speed + dot(u, u))
+
+
+cdef inline void rub(const Data *self, const Place *here, double pressure, double *f) noexcept nogil:
     """Replace the velocity of a point by the friction on it."""
-    cdef ptrdiff_t c
-    cdef double speed = slide(self, here, f)
-    for c in range(self.points.dim):
-        f[c] *= -self.friction * pressure / speed
+    cdef double factor = -self.friction * pressure / slide(self, here, f)
+    f[0] *= factor
+    f[1] *= factor
+    f[2] *= factor
 
 
-cdef double work_along(const Data *self, ptrdiff_t k, const double *f, const double *q0,
-                       const double *q1) noexcept nogil:
-    """Work of a force on this motion from one state to another."""
+cdef inline void displace(const Data *self, ptrdiff_t k, const double *q0, const double *q1,
+                          const Place *begin, const Place *end, double *x) noexcept nogil:
+    """Set the displacement on this motion from one state to another."""
     cdef double[3] before
-    cdef double[3] after
-    cdef double sum = 0.0
     cdef ptrdiff_t c
-    move(self, k, q0, &before[0])
-    move(self, k, q1, &after[0])
-    for c in range(self.points.dim):
-        sum += f[c] * (after[c] - before[c])
-    return sum
+    if self.rides:
+        move(self, k, q0, &before[0])
+        move(self, k, q1, x)
+        for c in range(3):
+            x[c] -= before[c]
+    else:
+        for c in range(3):
+            x[c] = end.x[c] - begin.x[c]
 
 
-cdef void halve(const Data *self, Place *begin, const Place *end) noexcept nogil:
+cdef inline void halve(const Data *self, Place *begin, const Place *end) noexcept nogil:
     """Move a place halfway to another one, with the normal there."""
     cdef ptrdiff_t c
-    cdef double square = 0.0
+    cdef double square, inverse
     if self.has_frame:
         halve_in_frame(self, begin, end)
         return
-    for c in range(self.points.dim):
+    for c in range(3):
         begin.d[c] = 0.5 * (begin.d[c] + end.d[c])
-        square += begin.d[c] * begin.d[c]
+    square = dot(begin.d, begin.d)
     if self.is_round and square > 0.0:
-        for c in range(self.points.dim):
-            begin.n[c] = begin.d[c] / sqrt(square)
+        inverse = 1.0 / sqrt(square)
+        for c in range(3):
+            begin.n[c] = inverse * begin.d[c]
 
 
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
@@ -102,43 +121,59 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
 cdef double friction_work(const Data *self, const ancf_state *x0, const ancf_state *x1, double dt,
                           double *supplied) noexcept nogil:
     """Work of friction on the body in a step; adds the part that a turning obstacle supplies."""
-    cdef Place begin
-    cdef Place end
-    cdef double[3] f
-    cdef double[3] u
-    cdef double pressure, before, sum = 0.0
-    cdef ptrdiff_t k, c
+    cdef Place[MOST] begin
+    cdef Place[MOST] end
+    cdef double pressure, sum = 0.0
+    cdef ptrdiff_t g, k, p
     if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
         return 0.0
-    for k in range(self.points.n):
-        locate(self, k, x0.q, &begin)
-        locate(self, k, x1.q, &end)
-        pressure, before = damped_force(self, k, end.e), self.last[k]
-        if begin.e <= 0.0 and end.e <= 0.0 and pressure <= 0.0 and before <= 0.0:
-            continue
-        if self.is_mean:
-            pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
-        if self.grip > 0.0:
-            sum += work_of_bristles(self, k, x1.q, pressure, supplied)
-        elif self.is_mean:
-            halve(self, &begin, &end)
-            weigh(self, k, x0.q, x1.q, &begin)
-            move(self, k, x0.v, &f[0])
-            move(self, k, x1.v, &u[0])
-            for c in range(self.points.dim):
-                f[c] = 0.5 * (f[c] + u[c])
-            rub(self, &begin, pressure, &f[0])
-            sum += work_along(self, k, &f[0], x0.q, x1.q)
-            supplied[0] += dt * turned(self, &begin, &f[0])
-        else:
-            weigh(self, k, x0.q, x0.q, &begin)
-            move(self, k, x0.v, &f[0])
-            rub(self, &begin, 0.5 * before, &f[0])
-            sum += work_along(self, k, &f[0], x0.q, x1.q)
-            supplied[0] += dt * turned(self, &begin, &f[0])
-            weigh(self, k, x1.q, x1.q, &end)
-            move(self, k, x1.v, &f[0])
-            rub(self, &end, 0.5 * pressure, &f[0])
-            sum += work_along(self, k, &f[0], x0.q, x1.q)
-            supplied[0] += dt * turned(self, &end, &f[0])
+    for g in range(self.groups.n):
+        locate_group(self, g, x0.q, begin)
+        locate_group(self, g, x1.q, end)
+        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
+            pressure = damped_force(self, k, end[p].e)
+            if (begin[p].e <= 0.0 and end[p].e <= 0.0 and pressure <= 0.0
+                    and self.last[k] <= 0.0):
+                continue
+            if self.is_mean:
+                pressure = self.stiffness[k] * mean_force(begin[p].e, end[p].e, self.layer)
+            if self.grip > 0.0:
+                sum += work_of_bristles(self, k, x1.q, &begin[p], &end[p], pressure, supplied)
+            else:
+                sum += work_of_sliding(self, k, x0, x1, &begin[p], &end[p], pressure, dt, supplied)
     return sum
+
+
+cdef double work_of_sliding(const Data *self, ptrdiff_t k, const ancf_state *x0,
+                            const ancf_state *x1, Place *begin, const Place *end, double pressure,
+                            double dt, double *supplied) noexcept nogil:
+    """The same of a point with a friction that depends on its velocity; moves `begin`."""
+    cdef double[3] f
+    cdef double[3] u
+    cdef double[3] path
+    cdef double sum
+    cdef ptrdiff_t c
+    if self.is_mean:
+        halve(self, begin, end)
+        weigh(self, k, x0.q, x1.q, begin)
+        move(self, k, x0.v, &f[0])
+        move(self, k, x1.v, &u[0])
+        for c in range(3):
+            f[c] = 0.5 * (f[c] + u[c])
+        rub(self, begin, pressure, &f[0])
+        displace(self, k, x0.q, x1.q, begin, end, &path[0])
+        supplied[0] += dt * turned(self, begin, &f[0])
+        return dot(f, path)
+    weigh(self, k, x0.q, x0.q, begin)
+    move(self, k, x0.v, &f[0])
+    rub(self, begin, 0.5 * self.last[k], &f[0])
+    displace(self, k, x0.q, x1.q, begin, end, &path[0])
+    sum = dot(f, path)
+    supplied[0] += dt * turned(self, begin, &f[0])
+    weigh(self, k, x1.q, x1.q, end)
+    move(self, k, x1.v, &f[0])
+    rub(self, end, 0.5 * pressure, &f[0])
+    displace(self, k, x0.q, x1.q, begin, end, &path[0])
+    supplied[0] += dt * turned(self, end, &f[0])
+    return sum + dot(f, path)

@@ -28,7 +28,7 @@ cdef double interpolate(const Data *self, const double *y, double *e, double *h)
     cdef double[3] at
     cdef double[3] rows
     for c in range(dim):
-        at[c] = fmin(fmax(y[c], self.bounds[c]), self.bounds[dim + c])
+        at[c] = min(max(y[c], self.bounds[c]), self.bounds[dim + c])
         outside += (y[c] - at[c]) * (y[c] - at[c])
         part = (at[c] - self.bounds[c]) / self.cell
         first[c] = <ptrdiff_t>part

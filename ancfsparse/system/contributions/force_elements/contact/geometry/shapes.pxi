@@ -2,8 +2,9 @@
 
 The core is a set of points b with low <= y <= high in a frame y = F b, where bounds can be endless
 or equal: a segment, a block, and on moving bodies a plane and an axis, too; or a circle about the
-first axis of the frame; or distances are sampled (grids.pxi).  With the closest point c of the core the distance is D = |y - c|, and within
-a block minus the depth below its nearest face.  For a point at d = x - base from an obstacle on a
+first axis of the frame; or distances are sampled (grids.pxi).  With the closest point c of the core
+the distance is D = |y - c|, and within a block minus the depth below its nearest face.  For a point
+at d = x - base from an obstacle on a
 rigid body with the vectors u_i, b_i = u_i . d, otherwise b = d.  The pressure acts with the
 derivatives of D: m_i along b_i, so n = m_i u_i on the point, and m_i d on u_i.  Therefore momenta are
 kept.
@@ -19,29 +20,59 @@ cdef double SAME_PLACE = 1e-6
 
 
 cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
-    """Find a point relative to the obstacle; its normal is zero on the base of a round one."""
-    cdef double[3] x
-    cdef ptrdiff_t c, i, dim = self.points.dim
-    cdef double square = 0.0
+    """Find a point relative to the obstacle."""
+    out.x[2] = 0.0
+    sum_up(&self.points, k, q, NULL, &out.x[0])
+    if self.frame_moves:
+        take_vectors(self, k, q, out)
+    measure(self, out)
+
+
+cdef void take_vectors(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
+    """Set the vectors of the body of the obstacle."""
+    cdef const Points *points = &self.points
+    cdef ptrdiff_t c, i
+    for i in range(points.start[k], points.start[k + 1]):
+        if self.turning[i]:
+            for c in range(points.dim):
+                out.u[3 * (self.turning[i] - 1) + c] = q[points.place[c * points.m + i]]
+
+
+cdef void measure(const Data *self, Place *out) noexcept nogil:
+    """Set all but the position; the normal is zero on the base of a round obstacle."""
+    cdef ptrdiff_t c
+    if self.points.dim == 2:
+        out.d[2] = out.n[2] = out.g[2] = 0.0
     if self.has_frame:
-        locate_in_frame(self, k, q, out)
-        return
-    sum_up(&self.points, k, q, NULL, &x[0])
+        for c in range(self.points.dim):
+            out.d[c] = out.x[c] - self.base[c]
+        measure_in_frame(self, out)
+        out.e = self.reach - out.distance
+    elif self.points.dim == 3:
+        measure_from_base(self, 3, out)
+    else:
+        measure_from_base(self, 2, out)
+
+
+cdef inline void measure_from_base(const Data *self, ptrdiff_t dim, Place *out) noexcept nogil:
+    cdef ptrdiff_t c, i
+    cdef double square = 0.0, inverse
     if not self.is_round:
         out.distance = 0.0
         for c in range(dim):
-            out.d[c] = x[c] - self.base[c]
+            out.d[c] = out.x[c] - self.base[c]
             out.n[c] = self.normal[c]
             out.distance += out.n[c] * out.d[c]
     else:
         for c in range(dim):
             out.d[c] = 0.0
             for i in range(dim):
-                out.d[c] += self.projector[dim * c + i] * (x[i] - self.base[i])
+                out.d[c] += self.projector[dim * c + i] * (out.x[i] - self.base[i])
             square += out.d[c] * out.d[c]
         out.distance = sqrt(square)
+        inverse = 1.0 / out.distance if out.distance > 0.0 else 0.0
         for c in range(dim):
-            out.n[c] = out.d[c] / out.distance if out.distance > 0.0 else 0.0
+            out.n[c] = inverse * out.d[c]
     out.e = self.reach - out.distance
 
 
@@ -68,8 +99,8 @@ cdef double leave_block(const Data *self, double *y) noexcept nogil:
     cdef double low, high, depth = INFINITY, side = 1.0, outside = 0.0
     for c in range(dim):
         low, high = y[c] - self.bounds[c], self.bounds[dim + c] - y[c]
-        if fmin(low, high) < depth:
-            depth, nearest, side = fmin(low, high), c, 1.0 if high <= low else -1.0
+        if min(low, high) < depth:
+            depth, nearest, side = min(low, high), c, 1.0 if high <= low else -1.0
         y[c] = low if low < 0.0 else -high if high < 0.0 else 0.0
         outside += fabs(y[c])
     if outside > 0.0:
@@ -78,7 +109,7 @@ cdef double leave_block(const Data *self, double *y) noexcept nogil:
     return depth
 
 
-cdef void measure(const Data *self, Place *out) noexcept nogil:
+cdef void measure_in_frame(const Data *self, Place *out) noexcept nogil:
     """Set the distance and its derivatives from the vectors of a place."""
     cdef ptrdiff_t c, i, dim = self.points.dim
     cdef double[3] y
@@ -137,22 +168,6 @@ cdef inline const double *leaving(const Data *self, const Place *here) noexcept 
     return &here.n[0]
 
 
-cdef void locate_in_frame(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
-    """Find a point relative to an obstacle with a frame."""
-    cdef const Points *points = &self.points
-    cdef ptrdiff_t c, i
-    sum_up(points, k, q, NULL, &out.d[0])
-    for c in range(points.dim):
-        out.d[c] -= self.base[c]
-    if self.frame_moves:
-        for i in range(points.start[k], points.start[k + 1]):
-            if self.turning[i]:
-                for c in range(points.dim):
-                    out.u[3 * (self.turning[i] - 1) + c] = q[points.place[c * points.m + i]]
-    measure(self, out)
-    out.e = self.reach - out.distance
-
-
 cdef void halve_in_frame(const Data *self, Place *begin, const Place *end) noexcept nogil:
     """Move a place halfway to another one, with the normal there."""
     cdef ptrdiff_t c, i
@@ -161,7 +176,7 @@ cdef void halve_in_frame(const Data *self, Place *begin, const Place *end) noexc
         if self.frame_moves:
             for i in range(self.points.dim):
                 begin.u[3 * i + c] = 0.5 * (begin.u[3 * i + c] + end.u[3 * i + c])
-    measure(self, begin)
+    measure_in_frame(self, begin)
 
 
 cdef void mean_normal(const Data *self, const Place *begin, Place *end) noexcept nogil:
@@ -172,8 +187,9 @@ cdef void mean_normal(const Data *self, const Place *begin, Place *end) noexcept
     if not self.has_frame:
         if self.is_round:
             both = begin.distance + end.distance
-            for c in range(self.points.dim):
-                end.n[c] = (begin.d[c] + end.d[c]) / both if both > 0.0 else 0.0
+            both = 1.0 / both if both > 0.0 else 0.0
+            for c in range(3):
+                end.n[c] = both * (begin.d[c] + end.d[c])
         return
     for c in range(self.points.dim):
         change[c] = end.b[c] - begin.b[c]
@@ -188,18 +204,16 @@ cdef void mean_normal(const Data *self, const Place *begin, Place *end) noexcept
         turn_normal(self, end)
 
 
-cdef inline void push_normal(const Data *self, ptrdiff_t k, double pressure, const Place *place,
-                             double *r) noexcept nogil:
-    """Subtract the force of a pressure on a point and on the body of the obstacle."""
+cdef inline void push_vectors(const Data *self, ptrdiff_t k, double pressure, const Place *place,
+                              double *r) noexcept nogil:
+    """Subtract the forces of a pressure on the vectors of the body of the obstacle."""
     cdef const Points *points = &self.points
     cdef ptrdiff_t c, i
-    push_sum(points, k, -pressure, leaving(self, place), r)
-    if self.frame_moves:
-        for i in range(points.start[k], points.start[k + 1]):
-            if self.turning[i]:
-                for c in range(points.dim):
-                    r[points.place[c * points.m + i]] -= (
-                        pressure * place.m[self.turning[i] - 1] * place.d[c])
+    for i in range(points.start[k], points.start[k + 1]):
+        if self.turning[i]:
+            for c in range(points.dim):
+                r[points.place[c * points.m + i]] -= (
+                    pressure * place.m[self.turning[i] - 1] * place.d[c])
 
 
 cdef void bend_core(const Data *self, double distance, double *v, double *h) noexcept nogil:
@@ -283,8 +297,8 @@ cdef void block_in_frame(const Data *self, int part, const Place *here, double p
             block[3 * c + e] = slope * here.g[c] * here.g[e] - pressure * turned[3 * c + e]
 
 
-cdef void add_turning(const Data *self, int part, ptrdiff_t k, const Place *here, double pressure,
-                      double slope, const int32_t *slot, double *values) noexcept nogil:
+cdef void add_vector_blocks(const Data *self, int part, ptrdiff_t k, const Place *here, double pressure,
+                            double slope, const int32_t *slot, double *values) noexcept nogil:
     """Add the derivatives of a pressure that the vectors of the body have a part in."""
     cdef const Points *points = &self.points
     cdef const double *weight = points.weight + points.start[k]
