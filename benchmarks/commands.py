@@ -15,6 +15,7 @@ from benchmarks.accuracy.error_budget import STUDY as ERROR_BUDGET
 from benchmarks.accuracy.total_error_report import STUDY as TOTAL_ERROR
 from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common.study import Study
+from benchmarks.contact.speed import STUDY as CONTACT_SPEED
 from benchmarks.contact.wrapped_cylinder import STUDY as WRAPPED_CYLINDER
 from benchmarks.economy.report import STUDY as ECONOMY
 from benchmarks.mechanisms.mechanisms import STUDY as MECHANISMS
@@ -34,7 +35,7 @@ GROUPS = {
     "speed": "Measure the speed of the paper's pendulum, of kernels and of sweeps.",
     "accuracy": "Measure errors on the paper's pendulum against their cost.",
     "scaling": "Measure time, memory and iterations against the size of chains, nets and lattices.",
-    "contact": "Compare contact and friction with formulas.",
+    "contact": "Compare contact and friction with formulas, and measure their speed.",
     "stability": "Map the outcome of runs over time step, stiffness, integrator and solver.",
 }
 
@@ -54,6 +55,7 @@ STUDIES: dict[str, Study[Any]] = {
     "stability factorizations": FACTORIZATIONS,
     "stability long-runs": LONG_RUNS,
     "contact wrapped-cylinder": WRAPPED_CYLINDER,
+    "contact speed": CONTACT_SPEED,
     "mechanisms": MECHANISMS,
     "economy": ECONOMY,
 }

@@ -1,0 +1,230 @@
+"""Cost of contact with a floor: per point against the elements, and per step against MuJoCo."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.scene import Circle, Material, Scene
+from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS
+from ancfsparse.scene.force_elements.obstacles import HalfSpace
+from ancfsparse.solve import simulate
+from ancfsparse.system import System
+from benchmarks.common.progress import bar
+from benchmarks.common.study import Study
+from benchmarks.common.tables import Table
+from benchmarks.common.target import Target
+from benchmarks.common.timing import in_turn
+
+SIZES = (33, 333, 3333, 33333)  # elements, of three points each
+CASES: dict[str, tuple[float, dict[str, float]]] = {
+    "air": (1.0, {}),
+    "no friction": (-0.01, {}),
+    "bristles": (-0.01, {"friction": 0.3}),
+    "slip speed": (-0.01, {"friction": 0.3, "slip_speed": 1e-2}),
+}
+"""Gaps over the radius, and arguments of `Scene.contact`."""
+ROUNDS = 15  # the best of them counts: the machine can be busy in others
+SHORTEST = 10_000  # elements evaluated in one timing, some 0.5 ms
+N_ELEMENTS = (10, 20, 40, 100)  # of the cables whose steps are timed
+STATES: dict[str, float | None] = {"air": None, "equilibrium": 0.0, "falling": 10.0}
+"""Height of the fall over the radius; None without a floor."""
+RUNS = 20  # the best of them counts
+N_STEPS = 400
+DT = 1e-3  # [s]
+LENGTH = 0.05  # of an element [m]
+RADIUS = 5e-3  # of its section [m]
+STIFFNESS = 1e6  # where points are timed [N/m2]
+# Measured before this study, with MuJoCo 4.0 on one core of another machine: a chain of as many
+# capsules with ball joints in steps of 1 ms, in the air and lying on a floor [us per step].
+MUJOCO = {10: (7.5, 21.0), 20: (24.0, 102.0), 40: (112.0, 500.0), 100: (1350.0, 10_400.0)}
+MAX_RATIO = 2.0  # time of the contact of 1e5 points over the elements' in a residual
+MAX_STEP = 1.0  # time of a step on the floor, per element [us]
+
+
+@dataclass(frozen=True)
+class PointCost:
+    """Time of the contact in a residual, and that over the time of the elements."""
+
+    case: str
+    n_points: int
+    residual: float  # [ns per point]
+    between: float  # between two states [ns per point]
+    ratio: float  # [-]
+    ratio_between: float
+
+
+@dataclass(frozen=True)
+class StepCost:
+    """Time of a step."""
+
+    state: str
+    n_elements: int
+    step: float  # [us]
+    iterations: float  # per step [-]
+    mujoco: float  # published step [us]
+
+
+@dataclass(frozen=True)
+class ContactSpeed:
+    """Costs of contact."""
+
+    points: list[PointCost]
+    steps: list[StepCost]
+
+
+def contact_speed(progress: bool = False) -> ContactSpeed:
+    """Time contact with a floor per point and per step."""
+    points: list[PointCost] = []
+    for n in bar(SIZES, "size", progress):
+        points += _time_points(n)
+    steps: list[StepCost] = []
+    for n in bar(N_ELEMENTS, "cable", progress):
+        steps += _time_steps(n)
+    return ContactSpeed(points, steps)
+
+
+def _cable(n: int, gap: float, contact: dict[str, Any] | None) -> Scene:
+    """Return a level cable with a gap between its lower surface and the floor [m]."""
+    scene = Scene((0, 0, -9.81))
+    height = RADIUS + gap
+    ends = (0, 0, height), (n * LENGTH, 0, height)
+    cable = scene.add_beam("thin", *ends, n, Circle(2 * RADIUS), Material(1e8, 2e3))
+    if contact is not None:
+        scene.contact(cable, HalfSpace((0, 0, 0), (0, 0, 1)), **contact)
+    return scene
+
+
+def _time_points(n: int) -> list[PointCost]:
+    gap = CASES["no friction"][0] * RADIUS
+    # A cable of one element takes little more than the call.
+    calls = [_residuals(_cable(m, gap, None)) for m in (1, n)]
+    for ratio, options in CASES.values():
+        calls.append(_residuals(_cable(n, ratio * RADIUS, {"stiffness": STIFFNESS, **options})))
+    repeat = max(1, SHORTEST // n)
+
+    def best_of(which: int) -> list[float]:
+        rounds = in_turn([each[which] for each in calls], lambda call: _time(call, repeat), ROUNDS)
+        return [min(samples) for samples in rounds]
+
+    residual, between = best_of(0), best_of(1)
+    factor = 1e9 / (GAUSS_POINTS * n)
+    return [
+        PointCost(
+            case,
+            GAUSS_POINTS * n,
+            factor * (residual[k] - residual[1]),
+            factor * (between[k] - between[1]),
+            (residual[k] - residual[1]) / (residual[1] - residual[0]),
+            (between[k] - between[1]) / (between[1] - between[0]),
+        )
+        for k, case in enumerate(CASES, 2)
+    ]
+
+
+def _residuals(scene: Scene) -> tuple[Callable[[], Any], Callable[[], Any]]:
+    """Return calls of both residuals in a step along the cable, which moves its points."""
+    system = System(scene)
+    none, rest = np.zeros(0), np.zeros(system.n_all)
+    q0, v = system.q0, 1e-3 * system.uniform(0)
+    q1 = q0 + DT * v
+    system.assembly.accept(q0)
+    system.assembly.set_step(DT)
+    end = q1, v, rest, none, rest, none
+    return (
+        lambda: system.assembly.residual(*end),
+        lambda: system.assembly.residual_between(q0, *end),
+    )
+
+
+def _time(call: Callable[[], Any], repeat: int) -> float:
+    begin = time.process_time()
+    for _ in range(repeat):
+        call()
+    return (time.process_time() - begin) / repeat
+
+
+def _time_steps(n: int) -> list[StepCost]:
+    def run(height: float | None) -> tuple[float, float]:
+        contact = None if height is None else {"friction": 0.3}
+        scene = _cable(n, (height or 0.0) * RADIUS, contact)
+        stats = simulate(scene, N_STEPS * DT, DT).stats
+        return 1e6 * stats.march_seconds / stats.steps, stats.iterations / stats.steps
+
+    costs = [min(samples) for samples in in_turn(list(STATES.values()), run, RUNS)]
+    return [
+        StepCost(state, n, *cost, MUJOCO[n][STATES[state] is not None])
+        for state, cost in zip(STATES, costs, strict=True)
+    ]
+
+
+def point_table(result: ContactSpeed) -> Table:
+    """Set the cost of points."""
+    columns: dict[str, Callable[[Any], str]] = {
+        "points": lambda each: f"{each.n_points}",
+        "contact": lambda each: each.case,
+        "residual [ns per point]": lambda each: f"{each.residual:.1f}",
+        "over elements": lambda each: f"{each.ratio:.2f}",
+        "between two states [ns per point]": lambda each: f"{each.between:.1f}",
+        "over elements'": lambda each: f"{each.ratio_between:.2f}",
+    }
+    return Table.of(result.points, columns, left=(1,), title="Contact in a residual")
+
+
+def step_table(result: ContactSpeed) -> Table:
+    """Set the cost of steps."""
+    columns: dict[str, Callable[[Any], str]] = {
+        "elements": lambda each: f"{each.n_elements}",
+        "state": lambda each: each.state,
+        "step [us]": lambda each: f"{each.step:.1f}",
+        "iterations": lambda each: f"{each.iterations:.2f}",
+        "MuJoCo [us]": lambda each: f"{each.mujoco:g}",
+    }
+    return Table.of(result.steps, columns, left=(1,), title="Steps of 1 ms")
+
+
+def rows(result: ContactSpeed) -> list[dict[str, Any]]:
+    """Return the lines of the CSV table: points, then steps."""
+    return [*map(asdict, result.points), *map(asdict, result.steps)]
+
+
+def targets(result: ContactSpeed) -> list[Target]:
+    """Compare the largest scene and the slowest step with their goals."""
+    largest = max(each.n_points for each in result.points)
+    of_points = [
+        Target(f"time over elements, {each.case}", each.ratio, MAX_RATIO, at_most=True)
+        for each in result.points
+        if each.n_points == largest
+    ]
+    on_floor = [each.step / each.n_elements for each in result.steps if each.state != "air"]
+    what = "longest step on the floor [us per element]"
+    return [*of_points, Target(what, max(on_floor), MAX_STEP, at_most=True)]
+
+
+def findings(result: ContactSpeed) -> list[str]:
+    """State whether the goals are met."""
+    return [each.sentence() for each in targets(result)]
+
+
+def _pages(table: Callable[[ContactSpeed], Table]) -> Callable[[ContactSpeed], str]:
+    return lambda result: "\n".join(table(result).markdown())
+
+
+def tables(result: ContactSpeed) -> Sequence[Table]:
+    """Set both tables."""
+    return [point_table(result), step_table(result)]
+
+
+STUDY = Study(
+    "contact-speed",
+    run=contact_speed,
+    tables=tables,
+    rows=rows,
+    targets=targets,
+    findings=findings,
+    regions={"contact-points": _pages(point_table), "contact-steps": step_table},
+)
