@@ -315,3 +315,24 @@ def test_sections_that_are_not_round_need_a_radius():
     rod = auto.add_beam("auto", (0, 1), (1, 1), "auto", SECTION, MATERIAL)
     with pytest.raises(ancf.InputError, match="give element and n_elements"):
         auto.contact(rod, FLOOR, stiffness=1.0)
+
+
+@pytest.mark.parametrize("element", ["thin", "thick"])
+@pytest.mark.parametrize(("radius", "drum", "modulus"), [(0.004, 0.1, 1e8), (0.4, 7.25, 5.6e9)])
+def test_a_bent_beam_that_springs_off_a_drum_sinks_in_by_less_than_a_tenth(
+    element, radius, drum, modulus
+):
+    """Its bending energy alone presses it."""
+    scene = ancf.Scene((0, 0))
+    reach = drum + radius
+    beam = scene.add_beam(
+        element, curve=ancf.Arc((0, 0), (-reach, 0), -3.1), n_elements=24, rest="straight",
+        section=ancf.Circle(2.0 * radius), material=ancf.Material(modulus, 1e3),
+    )  # fmt: skip
+    contact = scene.contact(beam, ancf.Drum((0, 0), drum))
+    bending = modulus * np.pi * radius**4 / 4.0
+    time = 0.5 * reach**2 * np.sqrt(1e3 * np.pi * radius**2 / bending)
+    run = ancf.simulate(scene, time, time / 400)
+    distances = [np.linalg.norm(run.position(point), axis=1) for point in contact.points]
+    deepest = reach - np.min(distances)
+    assert 0.01 * radius < deepest < 0.1 * radius

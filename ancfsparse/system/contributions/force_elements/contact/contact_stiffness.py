@@ -24,7 +24,8 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
 
     A line of the weight w per length sinks in by w/k at rest, one under the tension T around a
     round obstacle of radius R by T/(R k), and one of the mass mu per length that arrives with the
-    speed v by v sqrt(mu/k).
+    speed v by v sqrt(mu/k).  One that is bent at the start springs back with a speed of up to
+    kappa sqrt(EI/mu), the curvature kappa times the root of bending stiffness over mass.
 
     Raises
     ------
@@ -44,6 +45,7 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
     squared_speed = 2.0 * gravity * float(np.max(gaps, initial=0.0))
     if body.velocity is not None:
         squared_speed += float(np.max(np.sum(body.velocity(body.positions) ** 2, axis=1)))
+    squared_speed += _bending_stiffness(body) * _bent_curvature(body) ** 2 / mass
     stiffness = max(
         LOAD_FACTOR * pressure / (REST_RATIO * radius),
         mass * squared_speed / (IMPACT_RATIO * radius) ** 2,
@@ -54,6 +56,22 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
             "or speed presses them together. Give contact the stiffness= in N/m2"
         )
     return stiffness
+
+
+def _bending_stiffness(body: ElasticBody) -> float:
+    stiffnesses = body.stiffnesses()
+    return max(stiffnesses[name] for name in stiffnesses if name.startswith("bending_stiffness"))
+
+
+def _bent_curvature(body: ElasticBody) -> float:
+    """Return the largest curvature by which straight elements are bent at the start [1/m]."""
+    if body.kind.is_curved or body.kind.is_string:
+        return 0.0
+    ends = body.positions[body.row_nodes[body.ends]]
+    chords = (ends[:, 1] - ends[:, 0]) / body.lengths[:, None]
+    bends = body.ends[1:, 0] == body.ends[:-1, 1]  # elsewhere are hinges
+    turns = np.linalg.norm(np.diff(chords, axis=0), axis=1)[bends]
+    return float(np.max(2.0 * turns / (body.lengths[1:] + body.lengths[:-1])[bends], initial=0.0))
 
 
 def _tension(system: Discretization, contact: Contact) -> float:
