@@ -2,6 +2,8 @@
 
 from functools import cached_property
 
+import numpy as np
+
 import ancfsparse as ancf
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
@@ -229,6 +231,14 @@ BY_NAME = {
 TURN = {2: 1.0, 3: (0.0, 0.0, 1.0)}
 GIVEN = {
     "Drum": lambda w: {"axis": w.axis} if w.dim == 3 else {},
+    "Capsule": lambda w: {"end": w.at(1, -5)},
+    "Block": lambda w: {"size": (1.0,) * w.dim},
+    "Torus": lambda w: {"ring_radius": 1.0, **({"axis": w.axis} if w.dim == 3 else {})},
+    "TriangleMesh": lambda w: {
+        "base": (0, 0, -5), "vertices": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        "triangles": [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], "cell": 0.2,
+    },
+    "HeightField": lambda w: {"heights": np.zeros((3,) * (w.dim - 1)), "spacing": 1.0},
     "Arc": lambda w: {"start": w.at(1, 0), "axis": w.axis},
     "Taper": lambda w: {"start": SECTION, "end": SECTION},
     "Sine": lambda w: {"amplitude": w.at(1, 0)},
@@ -262,6 +272,13 @@ GIVEN = {
     "Scene.universal": lambda w: {"axis_a": (1, 0, 0), "axis_b": w.axis},
     "Scene.spring": lambda w: {"a": w.rod.end, "b": w.at(3, 0), "stiffness": 1.0},
     "Scene.contact": lambda w: {"radius": 0.01},
+    "Scene.contact, with a block": lambda w: {
+        "obstacle": ancf.Block(w.at(0, -5), (9.0,) * w.dim, 0.1), "radius": 0.01
+    },
+    "Scene.contact, with ground": lambda w: {
+        "obstacle": ancf.HeightField(w.at(-2, -5), np.zeros((3,) * (w.dim - 1)), 2.0),
+        "radius": 0.01,
+    },
     "Scene.contact, of beams": lambda w: {"obstacle": w.net, "radius": 0.01, "stiffness": 1.0},
     "Scene.contact, that sticks": lambda w: {"radius": 0.01, "friction": 0.1},
     "Scene.contact, that creeps": lambda w: {"radius": 0.01, "friction": 0.1, "slip_speed": 0.01},
