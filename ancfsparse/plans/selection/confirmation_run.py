@@ -32,6 +32,10 @@ from ancfsparse.plans.trial_runs.trial_runs import (
 
 MAX_SELECTIONS = 4  # of mesh and step
 MAX_COST = 2.0  # of a confirmation run, over the base budget
+# Of a confirmation run to all trial runs before.  Where the errors of a slack line hardly decrease
+# with the step, the selected one was so short that the run took four times as long as those, and no
+# plan came of it.
+MAX_SPENT_RATIO = 2.0
 MAX_WORK_RATIO = 3.0  # of a new selection to the previous one; above, more trial runs are made
 AGREEMENT_FACTOR = 1.25  # by which a difference may exceed the estimate
 AGREEMENT_FRACTION = 0.1  # of the tolerance, which is negligible in a difference
@@ -66,7 +70,8 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
     )
     for _ in range(MAX_SELECTIONS):
         selected = error_model.optimum()
-        tried = _affordable(error_model, reference_run, selected)
+        spent = sum(each.work for each in trials.run_costs)
+        tried = _affordable(error_model, reference_run, selected, MAX_SPENT_RATIO * spent)
         if tried is None:
             break
         run = trials.run(trials.with_mesh(error_model.model, tried[0]), tried[1])
@@ -139,11 +144,15 @@ def _correct_by_near_run(
 
 
 def _affordable(
-    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int]
+    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int], most: float
 ) -> tuple[float, int] | None:
-    """Return the selected resolution, or a coarser one at a fraction of its cost; None if none."""
+    """Return the selected resolution, or a coarser one at a fraction of its cost; None if none.
+
+    Its work is at most `most`, unless that is below the base budget.
+    """
     work = error_model.work(*selected)
-    budget, tried = max(MAX_COST * BASE_BUDGET, TRIAL_FRACTION * work), selected
+    budget = max(MAX_COST * BASE_BUDGET, min(TRIAL_FRACTION * work, most))
+    tried = selected
     known = error_model.excess(longest_count(reference_run), reference_run.steps)
     while error_model.work(*tried) > budget:
         tried = scaled(error_model, *tried, 2.0)

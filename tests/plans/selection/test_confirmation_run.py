@@ -7,6 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.models.model import Model, build_model
+from ancfsparse.plans.selection import confirmation_run
 from ancfsparse.plans.selection.confirmation_run import confirm_selection
 from ancfsparse.plans.selection.discretization_search import refine_separately
 from ancfsparse.plans.trial_runs.trial_runs import goal_differences, round_steps
@@ -82,6 +83,21 @@ def test_an_estimate_that_is_too_good_is_corrected():
     n_longest, steps = seen.optimum()
     run = trials.run(Model(counts={"beam 0": int(n_longest)}), steps)
     assert goal_differences(trials.goals, run, exact)[0] <= 2e-4
+
+
+def test_a_confirmation_costs_at_most_twice_as_much_as_the_runs_before(monkeypatch):
+    """The tolerance asks for so many steps that .15 of their work is far more."""
+    monkeypatch.setattr(confirmation_run, "BASE_BUDGET", 0.0)
+    trials = pilots_of(1e-3)
+    error_model = refine_separately(trials, Model(), None, None)
+    strict = replace(error_model, tolerances=tuple(1e-4 * x for x in error_model.tolerances))
+    before = sum(each.work for each in trials.run_costs)
+    n_before = len(trials.run_costs)
+    assert 0.15 * strict.work(*strict.optimum()) > 4.0 * before
+    confirm_selection(trials, strict)
+    for each in trials.run_costs[n_before:]:
+        assert each.work <= 2.5 * before  # 2 by the estimate of its iterations
+        before += each.work
 
 
 @pytest.mark.parametrize("base", [1, 50, 100, 333])
