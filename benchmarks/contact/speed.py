@@ -1,4 +1,4 @@
-"""Cost of contact with a floor: per point against the elements, and per step against MuJoCo."""
+"""Cost of contact with a floor: per point relative to elements, and per step next to MuJoCo."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ CASES: dict[str, tuple[float, dict[str, float]]] = {
     "slip speed": (-0.01, {"friction": 0.3, "slip_speed": 1e-2}),
 }
 """Gaps over the radius, and arguments of `Scene.contact`."""
-ROUNDS = 15  # the best of them counts: the machine can be busy in others
-SHORTEST = 10_000  # elements evaluated in one timing, some 0.5 ms
+ROUNDS = 15  # the shortest time counts, since other programs can slow some rounds
+SHORTEST = 10_000  # elements evaluated in one timing, about 0.5 ms
 N_ELEMENTS = (10, 20, 40, 100)  # of the cables whose steps are timed
 STATES: dict[str, float | None] = {"air": None, "equilibrium": 0.0, "falling": 10.0}
 """Height of the fall over the radius; None without a floor."""
-RUNS = 20  # the best of them counts
+RUNS = 20  # the shortest time counts
 N_STEPS = 400
 DT = 1e-3  # [s]
 LENGTH = 0.05  # of an element [m]
@@ -42,13 +42,13 @@ STIFFNESS = 1e6  # where points are timed [N/m2]
 # Measured before this study, with MuJoCo 4.0 on one core of another machine: a chain of as many
 # capsules with ball joints in steps of 1 ms, in the air and lying on a floor [us per step].
 MUJOCO = {10: (7.5, 21.0), 20: (24.0, 102.0), 40: (112.0, 500.0), 100: (1350.0, 10_400.0)}
-MAX_RATIO = 2.0  # time of the contact of 1e5 points over the elements' in a residual
+MAX_RATIO = 2.0  # time of the contact of 1e5 points in a residual, over the elements' time
 MAX_STEP = 1.0  # time of a step on the floor, per element [us]
 
 
 @dataclass(frozen=True)
 class PointCost:
-    """Time of the contact in a residual, and that over the time of the elements."""
+    """Time of the contact in a residual, also relative to the time of the elements."""
 
     case: str
     n_points: int
@@ -66,7 +66,7 @@ class StepCost:
     n_elements: int
     step: float  # [us]
     iterations: float  # per step [-]
-    mujoco: float  # published step [us]
+    mujoco: float  # step of MuJoCo, measured before [us]
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _cable(n: int, gap: float, contact: dict[str, Any] | None) -> Scene:
 
 def _time_points(n: int) -> list[PointCost]:
     gap = CASES["no friction"][0] * RADIUS
-    # A cable of one element takes little more than the call.
+    # Less the time of one element, which is little more than the call, for the elements' time.
     calls = [_residuals(_cable(m, gap, None)) for m in (1, n)]
     for ratio, options in CASES.values():
         calls.append(_residuals(_cable(n, ratio * RADIUS, {"stiffness": STIFFNESS, **options})))
@@ -127,7 +127,7 @@ def _time_points(n: int) -> list[PointCost]:
 
 
 def _residuals(scene: Scene) -> tuple[Callable[[], Any], Callable[[], Any]]:
-    """Return calls of both residuals in a step along the cable, which moves its points."""
+    """Return calls of the residuals at the end of a step along the cable and between states."""
     system = System(scene)
     none, rest = np.zeros(0), np.zeros(system.n_all)
     q0, v = system.q0, 1e-3 * system.uniform(0)
@@ -193,7 +193,7 @@ def rows(result: ContactSpeed) -> list[dict[str, Any]]:
 
 
 def targets(result: ContactSpeed) -> list[Target]:
-    """Compare the largest scene and the slowest step with their goals."""
+    """Compare the largest scene and the slowest step with their targets."""
     largest = max(each.n_points for each in result.points)
     of_points = [
         Target(f"time over elements, {each.case}", each.ratio, MAX_RATIO, at_most=True)
@@ -206,7 +206,7 @@ def targets(result: ContactSpeed) -> list[Target]:
 
 
 def findings(result: ContactSpeed) -> list[str]:
-    """State whether the goals are met."""
+    """State whether the targets are met."""
     return [each.sentence() for each in targets(result)]
 
 

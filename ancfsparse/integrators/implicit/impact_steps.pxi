@@ -1,24 +1,28 @@
 """Repetition of steps that gain energy in impacts; included by `_newmark_family.pyx`.
 
-An impact that steps do not resolve lasts a single step, and its force acts on in the next ones
-through the accelerations that Newmark's formulas remember.  With beta = 1/2 and gamma = 1,
+An impact that steps do not resolve lasts a single step, and its force acts again in the next one,
+since Newmark's formulas contain the acceleration a0 at the start.  With beta = 1/2 and gamma = 1,
 
     q1 = q0 + dt v0 + dt^2 a1 / 2,   v1 = v0 + dt a1,
 
-they remember none, and q1 - q0 = dt (v0 + v1) / 2: the kinetic energy changes by the work of the
-forces at the end of the step along it, so no force with a convex potential gives energy, however
-long the step is.  Kane, Repetto, Ortiz and Marsden (1999) take these weights for forces of contact
-in all steps; here, all forces have them, in steps that would gain energy otherwise.
+a0 is absent, and q1 - q0 = dt (v0 + v1) / 2.  With a constant mass matrix the kinetic energy
+changes by the work of the forces at the end of the step along q1 - q0, so the total energy does not
+increase if their potential is convex, for any step.  The potential of a half-space is convex, the
+ones of a ball and of large bending are not; there a repeated step is used only if it gains less.
+Kane, Repetto, Ortiz and Marsden (Comput. Methods Appl. Mech. Eng. 180 (1999) 1-26) use these
+formulas for forces of contact in all steps; here they apply to all forces, in steps that would gain
+energy otherwise.
 """
 from libc.math cimport fmin, isinf
 
 
-# Energy that impacts may give to a motion, over the energy exchanged.  Without a bound, level
+# Energy that an impact can add to a motion, over the energy exchanged.  Without a bound, level
 # falls of 0.5 m returned up to 1.0005 of their energy where steps resolve the impact, and 9 times as
 # much where they do not and the first touch is in the first step.
 cdef double IMPACT_GAIN = 5e-5
-# Steps whose energy is checked since the places of contact changed.  With 1, bodies that begin at
-# a part of a step before the touch return up to 1.011 of their energy by GeneralizedAlpha(.5).
+# Steps whose energy is checked, the first being the one in which the points in contact change.
+# With 1, bodies that begin less than a step before the touch return up to 1.011 of their energy
+# with GeneralizedAlpha(.5).
 cdef double ALERT_STEPS = 4.0
 
 
@@ -34,7 +38,7 @@ cdef void take_impact_weights(Motion *self) noexcept nogil:
 
 
 cdef bint strikes(Motion *self) noexcept nogil:
-    """Return True in a step in which the places of contact change, and in some steps after it."""
+    """Return True in a step in which the points in contact change, and in the next three."""
     cdef const ancf_system *system = self.system
     if system.strikes == NULL or isinf(self.watch.limit):
         return False
@@ -46,9 +50,10 @@ cdef bint strikes(Motion *self) noexcept nogil:
 
 
 cdef bint settle_impact(Motion *self, const ancf_nonlinear *solver, bint final) noexcept nogil:
-    """Replace the solution of a step if it gains energy; return whether the step is done.
+    """Replace the solution of a step if it gains energy; return whether the step is accepted.
 
-    It is where the solution is replaced, or where it is final and gains no more than is allowed.
+    It is if the solution is replaced, or if it is `final` and gains no more than the limit of the
+    run.
     """
     cdef ancf_watch before = self.watch
     cdef double gain

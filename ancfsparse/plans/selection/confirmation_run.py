@@ -32,9 +32,9 @@ from ancfsparse.plans.trial_runs.trial_runs import (
 
 MAX_SELECTIONS = 4  # of mesh and step
 MAX_COST = 2.0  # of a confirmation run, over the base budget
-# Of a confirmation run to all trial runs before.  Where the errors of a slack line hardly decrease
-# with the step, the selected one was so short that the run took four times as long as those, and no
-# plan came of it.
+# Work of a confirmation run over that of all trial runs before it.  For a slack line whose errors
+# hardly decrease with the step, the selected step was so short that the run cost four times as much
+# as the trial runs, and no plan resulted.
 MAX_SPENT_RATIO = 2.0
 MAX_WORK_RATIO = 3.0  # of a new selection to the previous one; above, more trial runs are made
 AGREEMENT_FACTOR = 1.25  # by which a difference may exceed the estimate

@@ -187,8 +187,8 @@ class Contacts(SceneBase):
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
             stick to obstacles.  Explicit integrators and friction of two bodies need it.
         on : RigidBody, optional
-            The body that the obstacle is a part of, which is placed where it is at the start.  It
-            moves and turns with the body, and the forces act on both.
+            The rigid body that the obstacle is a part of; the obstacle is given in its position at
+            the start.  It moves and turns with the body, and the forces act on both.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Bodies that beams touch, each the set of points within a radius of its core."""
+"""Obstacles that beams touch, each the set of points within a radius of its core."""
 
 from typing import TYPE_CHECKING
 

@@ -1,6 +1,6 @@
-"""Bodies that beams touch: a half-space, a drum that may turn, a ball.
+"""Obstacles with simple cores: a half-space, a drum that can turn, a ball.
 
-Each is the set of points within a radius of its core: a plane, an axis, a centre.
+Each is the set of points within a radius of its core: a half-space, an axis, a centre.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class HalfSpace(Obstacle):
     base : array_like, shape (dim,)
         A point of the plane [m].
     normal : array_like, shape (dim,)
-        Normal that points out of it; its length does not matter.
+        Normal that points out of the half-space, of any length.
     """
 
     base: tuple[float, ...]
@@ -66,7 +66,7 @@ class HalfSpace(Obstacle):
 
 @dataclass(frozen=True)
 class Drum(Obstacle):
-    """An endless cylinder, which may turn steadily about its axis; in a planar scene a disc.
+    """An infinite cylinder, which can turn steadily about its axis; in a planar scene a disc.
 
     Parameters
     ----------

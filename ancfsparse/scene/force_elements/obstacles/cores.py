@@ -1,4 +1,4 @@
-"""Cores of obstacles, whose points are those within a radius of the core."""
+"""Cores of obstacles; an obstacle is the set of points within a radius of its core."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class Core:
     axes : ndarray, shape (dim, dim)
         Axes of the frame as rows, orthonormal.
     bounds : ndarray, shape (2, dim)
-        Lowest and highest coordinates of the block in the frame [m], which can be equal or endless;
-        of the inner nodes of a grid.
+        Lowest and highest coordinates of the block in the frame [m], which can be equal or
+        infinite; with a grid, the ones of its inner nodes.
     ring : float
-        Radius of the circle [m], or zero.
+        Radius of the circle [m]; zero for a block or a grid.
     coefficients : ndarray, shape (n,) * dim, or None
         Coefficients of cubic B-splines for the distance [m].
     cell : float

@@ -12,7 +12,7 @@ from ancfsparse.scene.force_elements.obstacles.cores import Core
 
 
 def sampled_core(distances: Vector, low: Vector, cell: float) -> Core:
-    """Return the core of distances on the nodes of a grid, which begins at `low` [m]."""
+    """Return the core of distances at the nodes of a grid, whose first node is at `low` [m]."""
     high = low + cell * (np.array(distances.shape) - 2.0)
     bounds = np.stack([low + cell, high])
     return Core(np.eye(len(low)), bounds, 0.0, fit_spline(distances), cell)
@@ -24,12 +24,12 @@ def fit_spline(values: Vector) -> Vector:
 
 
 def interpolate(coefficients: Vector, nodes: Vector) -> Vector:
-    """Return the values of a spline at places (dim, ...), in numbers of nodes."""
+    """Return the values of a spline at points (dim, ...), in units of the spacing."""
     return np.asarray(map_coordinates(coefficients, nodes, mode="mirror", prefilter=False))
 
 
 def smallest_bend(core: Core) -> float:
-    """Return the inverse of the largest sum of both curvatures where the distance is zero [m]."""
+    """Return the inverse of the largest sum of principal curvatures of the surface [m]."""
     assert core.coefficients is not None
     nodes = np.indices(core.coefficients.shape, dtype=float)
     distances = interpolate(core.coefficients, nodes)

@@ -17,9 +17,9 @@ from ancfsparse.scene.force_elements.obstacles.cores import Core
 
 
 class Obstacle(ABC):
-    """A body, the set of points within a `radius` of its `core`, which is placed at `base`.
+    """The set of points within a `radius` of a `core`, which is placed at `base`.
 
-    If the core is a plane, an axis or a centre, the vector from it to a point x is
+    For a half-space, a drum and a ball, the vector from its plane, axis or centre to a point x is
     ``d = projector (x - base)``.
     """
 
@@ -54,22 +54,22 @@ class Obstacle(ABC):
 
     @property
     def projector(self) -> Vector | None:
-        """Matrix (dim, dim) that keeps the part of a vector away from a straight core [-]."""
+        """Projector (dim, dim) on the directions normal to plane, axis or centre, else None [-]."""
         return None
 
     @property
     def is_alike(self) -> bool:
-        """True if it looks the same from all sides: its orientation does not matter."""
+        """True if it has no orientation: a ball, or in the plane a disc."""
         return np.array_equal(self.core.bounds, np.zeros((2, self.dim))) and not self.core.ring
 
     @property
     def bend_radius(self) -> float:
-        """Smallest radius around which a line on its surface bends, zero for an edge [m]."""
+        """Smallest radius of curvature of a line around its surface, zero for an edge [m]."""
         return self.radius
 
     @property
     def circumference(self) -> float:
-        """Smallest length around a section of it, endless for a plane [m]."""
+        """Smallest length around a section of it, infinite for a plane [m]."""
         return math.inf if self.is_flat else 2.0 * math.pi * self.bend_radius
 
     @property
@@ -98,7 +98,7 @@ class Obstacle(ABC):
 
 
 def check_direction(what: str, vector: ArrayLike, dim: int) -> tuple[float, ...]:
-    """Return a direction, which is not zero, as numbers."""
+    """Return a nonzero direction as numbers."""
     direction = check_vector(what, vector, dim)
     if not direction.any():
         raise InputError(f"{what} must have a direction, got {format_value(vector)}")

@@ -19,13 +19,14 @@ from ancfsparse.scene.force_elements.obstacles.cores import Core
 from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle
 
 CELLS = 64  # of the default grid along the longest side of a mesh
-# Of the grid around a surface.  Splines pass on 0.27 of an error to the next cell, and at the end
-# of the grid it is a tenth of a cell: 3e-6 of a cell are left at the surface, with six 4e-5.
+# Of the grid around a surface.  An error decays by the factor 0.27 per cell in a cubic spline, and
+# at the ends of the grid it is a tenth of a cell: 3e-6 of a cell at the surface, with six cells
+# 4e-5.
 MARGIN_CELLS = 8
-REACH_CELLS = 5  # within which bodies can touch the surface
+REACH_CELLS = 5  # largest radius of bodies that can touch the surface
 MAX_NODES = 2e7  # of a grid: 160 MB
-# Pieces of a spacing between heights by which their surface is sampled: facets are below it by
-# 1/128 of the curvature times the square of the spacing, less than the errors of the grid.
+# Facets per spacing of heights, used to compute distances: they are below the surface by 1/128 of
+# the curvature times the square of the spacing, less than the errors of the grid.
 PIECES = 4
 
 
@@ -47,7 +48,7 @@ class SampledObstacle(Obstacle):
 
     @property
     def bend_radius(self) -> float:
-        """Inverse of the largest sum of both curvatures of its surface [m]."""
+        """Inverse of the largest sum of principal curvatures of its surface [m]."""
         return obstacles.smallest_bend(self.core)
 
     @property
@@ -80,7 +81,8 @@ def _core_of(obstacle: SampledObstacle) -> Core:
 class TriangleMesh(SampledObstacle):
     """A body with a closed surface of triangles, in a spatial scene.
 
-    Its distance is sampled on a grid with smooth splines, which round edges by about a cell.
+    Its distance is sampled on a grid and interpolated by cubic splines, which round edges by
+    about a cell.
 
     Parameters
     ----------
@@ -141,7 +143,7 @@ class TriangleMesh(SampledObstacle):
 
     @property
     def circumference(self) -> float:
-        """Length around the smallest section of the ellipsoid in its box, about [m]."""
+        """Approximate length around the smallest section of the ellipsoid in its box [m]."""
         sides = np.sort(np.ptp(np.array(self.vertices), axis=0))
         return float(0.5 * math.pi * sides[:2].sum())
 
@@ -167,14 +169,15 @@ class TriangleMesh(SampledObstacle):
 
 @dataclass(frozen=True)
 class HeightField(SampledObstacle):
-    """Ground by its heights, along the last axis; in a planar scene a profile.
+    """Ground below a surface given by heights along the last axis; in a planar scene a profile.
 
-    Between the heights the surface is a cubic spline; it continues level for eight spacings.
+    Between the heights the surface is a cubic spline; it continues level for eight spacings
+    beyond its edges.
 
     Parameters
     ----------
     base : array_like, shape (dim,)
-        Where its first height is zero [m].
+        Position of the first point if its height were zero [m].
     heights : array_like, shape (n,) or (n, m)
         Heights at equal distances along x, or along x and y [m].
     spacing : float
@@ -203,12 +206,12 @@ class HeightField(SampledObstacle):
 
     @property
     def cell(self) -> float:  # type: ignore[override]
-        """Spacing of the grid, as of the heights [m]."""
+        """Spacing of the grid, equal to the one of the heights [m]."""
         return self.spacing
 
     @property
     def circumference(self) -> float:
-        """Endless, since it is open."""
+        """Infinite, since the surface is open."""
         return math.inf
 
     @property
@@ -222,7 +225,7 @@ class HeightField(SampledObstacle):
         return np.concatenate(pairs)
 
     def _surface(self, pieces: int, margin: int = 0) -> Vector:
-        """Return points of the surface, by pieces per spacing, (..., dim) [m].
+        """Return points of the surface, with some pieces per spacing, (..., dim) [m].
 
         It continues by a margin of spacings beyond its edges.
         """
@@ -275,7 +278,7 @@ def _table(what: str, values: object, columns: int) -> Vector:
 
 
 def _check_closed(vertices: Vector, triangles: Indices) -> None:
-    """Refuse a surface with an edge that is not of two triangles in opposite directions."""
+    """Refuse a surface unless each edge belongs to two triangles, in opposite directions."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     tails, heads = edges.astype(np.int64).T
     n = len(vertices)

@@ -61,7 +61,7 @@ class Block(Obstacle):
     base : array_like, shape (dim,)
         Its centre [m].
     size : array_like, shape (dim,)
-        Its lengths along its axes, with the rounding [m].
+        Its lengths along its axes, including the rounding [m].
     radius : float, optional
         Radius of its edges and corners [m].
     orientation : float or array_like of shape (4,) or (3, 3), optional
@@ -91,7 +91,7 @@ class Block(Obstacle):
 
     @property
     def core(self) -> Core:
-        """The block within its rounding."""
+        """The block without its rounding, smaller by the radius on all sides."""
         half = 0.5 * np.array(self.size) - self.radius
         axes = orientation_axes("orientation of a block", self.dim, self.orientation)
         return Core(axes, np.stack([-half, half]))
@@ -122,7 +122,7 @@ class Torus(Obstacle):
     ring_radius : float
         Radius of the circle in the middle of its section [m].
     radius : float
-        Radius of its section, in a planar scene half of its width [m].
+        Radius of its section, in a planar scene half of the width of the strip [m].
     axis : array_like, shape (3,), optional
         Direction of its axis, in a spatial scene only.
     """

@@ -1,4 +1,4 @@
-"""Distances from surfaces of triangles, and on which side of them points are."""
+"""Distances from surfaces of triangles, and winding numbers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from ancfsparse.array_types import Indices, Vector
 
-NEAREST = 8  # samples of a surface whose triangles can be the closest to a point
+NEAREST = 8  # samples of the surface per node, whose triangles are tried for the closest one
 CHUNK = 100_000  # points at a time
 ASIDE = 6.18e-7, 3.82e-7  # shift of columns over the spacing of a grid
 
@@ -16,7 +16,7 @@ ASIDE = 6.18e-7, 3.82e-7  # shift of columns over the spacing of a grid
 def simplex_distances(points: Vector, corners: Vector) -> Vector:
     """Return the distances of points (n, dim) from a triangle each, (n, 3, dim), (n,) [m].
 
-    In the plane triangles are segments, with two corners alike.
+    In the plane triangles are segments, with two equal corners.
     """
     best = np.full(len(points), np.inf)
     for i in range(3):
@@ -41,9 +41,9 @@ def simplex_distances(points: Vector, corners: Vector) -> Vector:
 def distances_to_surface(axes: list[Vector], corners: Vector, band: float) -> Vector:
     """Return the distances of the nodes of a grid from triangles (m, 3, dim), of its shape [m].
 
-    Within a band around the surface [m] they are exact for nodes whose closest triangle has one
-    of the nearest samples, half a cell apart.  Beyond it is the distance of the closest node in
-    the band added.
+    Within a band around the surface [m] they are exact for nodes whose closest triangle owns one
+    of the NEAREST samples, half a cell apart.  Beyond, the distance is the one of the closest node
+    in the band plus the distance from that node.
     """
     cell = axes[0][1] - axes[0][0]
     low = np.array([axis[0] for axis in axes])
@@ -85,11 +85,11 @@ def _sample(corners: Vector, spacing: float) -> tuple[Vector, Indices]:
 def winding_numbers(axes: list[Vector], vertices: Vector, triangles: Indices) -> Vector:
     """Return how often a closed surface winds around the nodes of a grid, of its shape.
 
-    They are sums over the triangles above a node.  For two triangles with a common edge the side
-    of a column is found with the same numbers, so no column is between them.
+    They are sums of +1 or -1 over the triangles above a node.  On which side of a common edge a
+    column is follows from the same numbers for both triangles, so no column passes between them.
     """
     z, cell = axes[2], axes[0][1] - axes[0][0]
-    # Out of vertices, which are often in planes of nodes.
+    # Columns avoid vertices, which are often in planes of nodes.
     x, y = axes[0] + ASIDE[0] * cell, axes[1] + ASIDE[1] * cell
     crossings = np.zeros((len(x), len(y), len(z) + 1))
     for triangle in triangles:

@@ -1,11 +1,12 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """Contact of quadrature points with an obstacle, fixed or on a rigid body.
 
-A point x is at d = A (x - base) from the base of the obstacle, fixed or a point of a rigid body
-with the orthonormal vectors u_i: then x - base is a sum of coordinates of both.  Its surfaces touch
-where the penetration e = reach - |d| is positive, or reach - n.(x - base) for a plane; other shapes
-and ones that turn are in geometry/shapes.pxi.  The pressure p(e) of contact_law.pxi acts along
-n = d / |d|, and friction along the surface (sliding.pxi, bristles.pxi).
+A point x is at d = A (x - base) from the base of the obstacle, which is fixed or a point of a rigid
+body with the orthonormal vectors u_i; then x - base is a linear function of the coordinates of both
+bodies.  Surfaces touch where the penetration e = reach - |d| is positive, or reach - n.(x - base)
+for a plane; other shapes, and shapes that turn with a body, are in geometry/shapes.pxi.  The
+pressure p(e) of contact_law.pxi acts along n = d / |d|, and friction along the surface
+(sliding.pxi, bristles.pxi).
 
 Between two states the pressure is the discrete gradient (W(e1) - W(e0)) / (e1 - e0) along
 (d0 + d1) / (|d0| + |d1|), whose work is the change of the energy W.  Other implicit schemes, which
@@ -43,9 +44,9 @@ cdef struct Data:
     const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
     double *weights  # workspace for `weigh`
     const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
-    bint rides  # whether the obstacle is on a body: any is
+    bint rides  # whether the obstacle is on a body: any of `turning` is not zero
     bint is_round
-    bint has_frame  # whether geometry/shapes.pxi applies, with all that follows to `frame_moves`
+    bint has_frame  # whether geometry/shapes.pxi applies, with the fields up to `frame_moves`
     const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
     const double *bounds  # of the core in it, (2, dim) [m]
     double ring  # radius of a core that is a circle, otherwise 0 [m]
@@ -294,7 +295,7 @@ cdef void set_interval(Data *self, double dt) noexcept nogil:
     """Set the time since the last accepted state, 0 for a state of its own."""
     self.interval = self.turn = dt
     if self.omega * dt > 0.0:
-        # A step of more than two radians would turn backwards.
+        # The tangent is infinite at a rotation of pi: rotations are limited to two radians.
         self.turn = 2.0 / self.omega * tan(min(0.5 * self.omega * dt, 1.0))
 
 

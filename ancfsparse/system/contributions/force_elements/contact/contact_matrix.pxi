@@ -3,9 +3,9 @@
 
 cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, double *pressure,
                         double *slope) noexcept nogil:
-    """Set pressure and stiffness of a point; return whether there is any.
+    """Set pressure and stiffness of a point; return whether one of them is positive.
 
-    Where the last residual was evaluated, they are as there.
+    In the state of the last residual they are taken from the residual, with damping.
     """
     if here.e == self.at[k]:
         pressure[0], slope[0] = self.force[k], self.slope[k]

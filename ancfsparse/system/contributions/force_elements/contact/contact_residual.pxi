@@ -16,7 +16,7 @@ cdef inline double damped_force(const Data *self, ptrdiff_t k, double e) noexcep
 
 
 cdef inline bint is_free(const Data *self, ptrdiff_t k, double e) noexcept nogil:
-    """Return True if neither e nor that with the damping of an impact, up to 2 e - e0, is positive."""
+    """Return True if e is not positive, with the damping of an impact either, at most 2 e - e0."""
     return e <= 0.0 and 2.0 * e <= self.before[k]
 
 
@@ -28,14 +28,14 @@ cdef struct Push:  # on the points of a group
 
 
 cdef inline void let_go(ptrdiff_t p, Push *push) noexcept nogil:
-    """Set no force on a point of a group."""
+    """Set the force on a point of a group to zero."""
     push.f[4 * p] = push.f[4 * p + 1] = push.f[4 * p + 2] = 0.0
 
 
 cdef inline void press(const Data *self, ptrdiff_t g, ptrdiff_t p, const ancf_state *x,
                        const double *q1, const Place *along, const Place *here, Push *push,
                        double *r) noexcept nogil:
-    """Set the pressure along the normal of a place and the friction on a point of a group."""
+    """Set the force on a point of a group: pressure along the normal at `along`, and friction."""
     cdef ptrdiff_t c, k = self.groups.first[g] + p
     cdef const double *n = leaving(self, along)
     cdef double *f = &push.f[4 * p]

@@ -24,8 +24,8 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
 
     A line of the weight w per length sinks in by w/k at rest, one under the tension T around a
     round obstacle of radius R by T/(R k), and one of the mass mu per length that arrives with the
-    speed v by v sqrt(mu/k).  One that is bent at the start springs back with a speed of up to
-    kappa sqrt(EI/mu), the curvature kappa times the root of bending stiffness over mass.
+    speed v by v sqrt(mu/k).  One with the curvature kappa at the start and the bending stiffness EI
+    springs back at a speed of about kappa sqrt(EI/mu).
 
     Raises
     ------

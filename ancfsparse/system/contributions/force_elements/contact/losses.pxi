@@ -1,4 +1,4 @@
-"""Energy that friction and the numerical damping of impacts take; included by `_contacts.pyx`."""
+"""Energy lost by friction and the numerical damping of impacts; included by `_contacts.pyx`."""
 
 # Relative difference of an interval and a step below which they are equal: times are rounded, and
 # a step that counts as another interval changes the rule.

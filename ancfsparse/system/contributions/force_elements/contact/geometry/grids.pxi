@@ -1,12 +1,12 @@
 """Distances sampled on a grid, by tricubic B-splines; included by `_contacts.pyx`.
 
-The distance of a point outside the grid is that at the closest point of the grid plus the distance
-from there, so that it is continuous.
+The distance of a point outside the grid is the value at the closest point of the grid plus the
+distance from that point, so that it is continuous.
 """
 
 
 cdef inline void weigh_nodes(double s, int order, double *w) noexcept nogil:
-    """Set the weights of four nodes, or their derivatives, at the part s of a cell."""
+    """Set the B-splines of four nodes, or their derivatives, at the fraction s of a cell."""
     cdef double t = 1.0 - s
     if order == 0:
         w[0], w[3] = t * t * t / 6.0, s * s * s / 6.0

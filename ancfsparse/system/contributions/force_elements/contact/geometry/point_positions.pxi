@@ -1,4 +1,4 @@
-"""Positions of the points of an element together; included by `_contacts.pyx`.
+"""Positions of all points of an element at once; included by `_contacts.pyx`.
 
 Consecutive points that are sums of the same coordinates form a group.  Their indices are read once,
 and forces on the points of a group are added to the residual together.
@@ -47,7 +47,7 @@ cdef void sum_group(const Data *self, ptrdiff_t g, const double *q, double *x,
                     ptrdiff_t stride) noexcept nogil:
     """Set the sums of a group, `stride` numbers apart, with zero third components in the plane.
 
-    Each has four numbers; the last one has no meaning.
+    Each has four numbers, the last one unused.
     """
     cdef const Groups *groups = &self.groups
     cdef const double *weight = self.points.weight + self.points.start[groups.first[g]]

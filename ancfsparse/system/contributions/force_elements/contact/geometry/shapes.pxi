@@ -1,16 +1,17 @@
 """Obstacles that are the points within a radius of their core; included by `_contacts.pyx`.
 
-The core is a set of points b with low <= y <= high in a frame y = F b, where bounds can be endless
-or equal: a segment, a block, and on moving bodies a plane and an axis, too; or a circle about the
-first axis of the frame; or distances are sampled (grids.pxi).  With the closest point c of the core
-the distance is D = |y - c|, and within a block minus the depth below its nearest face.  For a point
-at d = x - base from an obstacle on a
-rigid body with the vectors u_i, b_i = u_i . d, otherwise b = d.  The pressure acts with the
-derivatives of D: m_i along b_i, so n = m_i u_i on the point, and m_i d on u_i.  Therefore momenta are
-kept.
+A point x is at d = x - base, with the components b = d in space, or b_i = u_i . d along the vectors
+u_i of the rigid body of the obstacle, and y = F b in the frame F of the core.  The core is the set
+low <= y <= high with bounds that can be infinite or equal (a segment, a block, on moving bodies a
+half-space and an axis too), or a circle about the first axis of the frame, or given by distances on
+a grid (grids.pxi).  With the closest point c of the core the distance is D = |y - c|, and within a
+block minus the depth below its nearest face.  With the derivatives m_i of D by b_i the pressure
+acts along sum m_i u_i on the point, and with m_i d on u_i: momentum and angular momentum are
+conserved.
 
-Between two states m is that halfway, corrected along the change of b so that its product with it is
-the change of D (Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467), as b is bilinear in d and u_i.
+Between two states m is taken at the midpoint and corrected along the change of b, so that their
+product is the change of D (Gonzalez, J. Nonlinear Sci. 6 (1996) 449-467); with d and u_i at the
+midpoint the work is exact, as b is bilinear in them.
 """
 
 # Change of a position over the distance from the base below which the correction is left out.
@@ -39,7 +40,7 @@ cdef void take_vectors(const Data *self, ptrdiff_t k, const double *q, Place *ou
 
 
 cdef void measure(const Data *self, Place *out) noexcept nogil:
-    """Set all but the position; the normal is zero on the base of a round obstacle."""
+    """Set all but the position; the normal is zero on the axis or centre of a round obstacle."""
     cdef ptrdiff_t c
     if self.points.dim == 2:
         out.d[2] = out.n[2] = out.g[2] = 0.0
@@ -93,7 +94,7 @@ cdef double reduce_ring(const Data *self, double *y, double *e) noexcept nogil:
 cdef double leave_block(const Data *self, double *y) noexcept nogil:
     """Turn y into the vector from the closest point of the block; return the depth in the block.
 
-    Within the block it becomes minus the vector to its nearest face, out of which it points.
+    Within the block y becomes the outward unit normal of the nearest face.
     """
     cdef ptrdiff_t c, dim = self.points.dim, nearest = 0
     cdef double low, high, depth = INFINITY, side = 1.0, outside = 0.0
@@ -147,7 +148,7 @@ cdef void measure_in_frame(const Data *self, Place *out) noexcept nogil:
 
 
 cdef inline void turn_normal(const Data *self, Place *out) noexcept nogil:
-    """Set the derivative of the distance and the normal in space from those along the body."""
+    """Set the gradient of the distance and the unit normal in space from m."""
     cdef ptrdiff_t c, i
     cdef double square = 0.0
     for c in range(self.points.dim):
@@ -162,7 +163,7 @@ cdef inline void turn_normal(const Data *self, Place *out) noexcept nogil:
 
 
 cdef inline const double *leaving(const Data *self, const Place *here) noexcept nogil:
-    """Return the derivative of the distance by the position of a point."""
+    """Return the gradient of the distance with respect to the position of a point."""
     if self.has_frame:
         return &here.g[0]
     return &here.n[0]
@@ -217,7 +218,7 @@ cdef inline void push_vectors(const Data *self, ptrdiff_t k, double pressure, co
 
 
 cdef void bend_core(const Data *self, double distance, double *v, double *h) noexcept nogil:
-    """Add the second derivatives of the distance by y = v, which changes, (3, 3).
+    """Add the second derivatives of the distance by y, (3, 3); v is y, and is overwritten.
 
     They are (1 - n n^T - c') / D with the derivative c' of the closest point.
     """
@@ -226,7 +227,7 @@ cdef void bend_core(const Data *self, double distance, double *v, double *h) noe
     cdef double across, swing = 0.0
     if self.ring > 0.0:
         across = reduce_ring(self, v, &e[0])
-        swing = self.ring / across if across > 0.0 else 0.0  # ratio at which c follows
+        swing = self.ring / across if across > 0.0 else 0.0  # ratio of the motions of c and y
     else:
         leave_block(self, v)
     for i in range(dim):
@@ -299,7 +300,7 @@ cdef void block_in_frame(const Data *self, int part, const Place *here, double p
 
 cdef void add_vector_blocks(const Data *self, int part, ptrdiff_t k, const Place *here, double pressure,
                             double slope, const int32_t *slot, double *values) noexcept nogil:
-    """Add the derivatives of a pressure that the vectors of the body have a part in."""
+    """Add the derivatives of a pressure that involve the vectors of the body."""
     cdef const Points *points = &self.points
     cdef const double *weight = points.weight + points.start[k]
     cdef const int32_t *turning = self.turning + points.start[k]
@@ -334,7 +335,7 @@ cdef void add_vector_blocks(const Data *self, int part, ptrdiff_t k, const Place
 
 
 cdef double approach(const Data *self, ptrdiff_t k, const double *v, const Place *here) noexcept nogil:
-    """Return the velocity at which a point leaves the obstacle."""
+    """Return the rate of change of the distance of a point [m/s], positive where it separates."""
     cdef const Points *points = &self.points
     cdef double[3] u
     cdef double sum = 0.0
