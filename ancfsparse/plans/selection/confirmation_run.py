@@ -144,14 +144,14 @@ def _correct_by_near_run(
 
 
 def _affordable(
-    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int], most: float
+    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int], max_work: float
 ) -> tuple[float, int] | None:
     """Return the selected resolution, or a coarser one at a fraction of its cost; None if none.
 
-    Its work is at most `most`, unless that is below the base budget.
+    Its work is at most `max_work`, unless that is below the base budget.
     """
     work = error_model.work(*selected)
-    budget = max(MAX_COST * BASE_BUDGET, min(TRIAL_FRACTION * work, most))
+    budget = max(MAX_COST * BASE_BUDGET, min(TRIAL_FRACTION * work, max_work))
     tried = selected
     known = error_model.excess(longest_count(reference_run), reference_run.steps)
     while error_model.work(*tried) > budget:

@@ -44,7 +44,7 @@ cdef void look_back(Data *self, const ancf_state *x, double dt) noexcept nogil:
     cdef ptrdiff_t k
     for k in range(self.points.n):
         locate(self, k, x.q, &here)
-        self.before[k] = here.e + dt * approach(self, k, x.v, &here)
+        self.before[k] = here.e + dt * separation_rate(self, k, x.v, &here)
 
 
 cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,

@@ -334,7 +334,7 @@ cdef void add_vector_blocks(const Data *self, int part, ptrdiff_t k, const Place
                     slot += 1
 
 
-cdef double approach(const Data *self, ptrdiff_t k, const double *v, const Place *here) noexcept nogil:
+cdef double separation_rate(const Data *self, ptrdiff_t k, const double *v, const Place *here) noexcept nogil:
     """Return the rate of change of the distance of a point [m/s], positive where it separates."""
     cdef const Points *points = &self.points
     cdef double[3] u
