@@ -72,7 +72,7 @@ typedef struct {
     int (*admits)(void *context, const double *q0, const double *q1);
     /* Whether bodies touch in other places than in the last accepted state, by the last residual;
      * null: never. */
-    int (*strikes)(void *context);
+    int (*contacts_changed)(void *context);
 } ancf_system;
 
 typedef struct {

@@ -33,7 +33,7 @@ cdef extern from "solver_abi.h":
         void (*history)(void *, double *) noexcept nogil
         void (*set_step)(void *, double) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
-        int (*strikes)(void *) noexcept nogil
+        int (*contacts_changed)(void *) noexcept nogil
 
     ctypedef struct ancf_seed:
         void *context

@@ -63,7 +63,7 @@ typedef struct {
     /* Whether a step between two states lets no bodies pass through each other.  Null: any step. */
     int (*admits)(void *context, const double *q0, const double *q1);
     /* As in ancf_system */
-    int (*strikes)(void *context);
+    int (*contacts_changed)(void *context);
 } ancf_contribution;
 
 #endif

@@ -32,4 +32,4 @@ cdef extern from "system_abi.h":
         void (*rates)(void *, const double *, const double *, double *, double *) noexcept nogil
         void (*tune)(void *, const double *) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
-        int (*strikes)(void *) noexcept nogil
+        int (*contacts_changed)(void *) noexcept nogil

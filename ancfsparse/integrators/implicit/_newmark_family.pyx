@@ -273,8 +273,8 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         return TOO_INACCURATE
     evaluated, matrices = self.scheme.evaluated - evaluated, self.scheme.matrices - matrices
     hard = evaluated >= HARD_STEP or matrices >= HARD_FOR_NEWTON
-    if control.seed == NULL and strikes(self):
-        if settle_impact(self, solver, not hard):
+    if control.seed == NULL and is_energy_checked(self):
+        if repeat_gaining_step(self, solver, not hard):
             return 0
         hard = True
     if hard and not settle(self, solver):

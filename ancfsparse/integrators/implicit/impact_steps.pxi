@@ -30,26 +30,26 @@ cdef void take_regular_weights(Motion *self) noexcept nogil:
     self.scheme.weights, self.scale = self.scheme.regular, self.scheme.regular_scale
 
 
-cdef void take_impact_weights(Motion *self) noexcept nogil:
+cdef void take_memoryless_weights(Motion *self) noexcept nogil:
     cdef Weights *w = &self.scheme.weights
     self.scale = w.q_a = 0.5 * self.dt * self.dt
     w.q_b = w.v_b = w.v_a = w.b_b = w.b_a = 0.0
     w.v_new, w.b_new = self.dt, 1.0
 
 
-cdef bint strikes(Motion *self) noexcept nogil:
+cdef bint is_energy_checked(Motion *self) noexcept nogil:
     """Return True in a step in which the points in contact change, and in the next three."""
     cdef const ancf_system *system = self.system
-    if system.strikes == NULL or isinf(self.watch.limit):
+    if system.contacts_changed == NULL or isinf(self.watch.limit):
         return False
-    if system.strikes(system.context):
+    if system.contacts_changed(system.context):
         self.scheme.alert[0] = ALERT_STEPS
     elif self.scheme.alert[0] > 0.0:
         self.scheme.alert[0] -= 1.0
     return self.scheme.alert[0] > 0.0
 
 
-cdef bint settle_impact(Motion *self, const ancf_nonlinear *solver, bint final) noexcept nogil:
+cdef bint repeat_gaining_step(Motion *self, const ancf_nonlinear *solver, bint final) noexcept nogil:
     """Replace the solution of a step if it gains energy; return whether the step is accepted.
 
     It is if the solution is replaced, or if it is `final` and gains no more than the limit of the
@@ -62,7 +62,7 @@ cdef bint settle_impact(Motion *self, const ancf_nonlinear *solver, bint final) 
         gain = self.watch.gain
         unsee(self, &before)
         keep(self, True)
-        take_impact_weights(self)
+        take_memoryless_weights(self)
         if solver.repeat(solver.context) == 0 and is_admitted(self):
             see(self, False)
             if self.watch.gain < gain and (

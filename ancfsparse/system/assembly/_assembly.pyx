@@ -75,7 +75,7 @@ cdef class Assembly:
             works |= each.work != NULL
             steps |= each.set_step != NULL
             chooses |= each.admits != NULL
-            touches |= each.strikes != NULL
+            touches |= each.contacts_changed != NULL
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
@@ -102,7 +102,7 @@ cdef class Assembly:
         if chooses:
             self.interface.admits = admits
         if touches:
-            self.interface.strikes = strikes
+            self.interface.contacts_changed = contacts_changed
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def __dealloc__(self):

@@ -259,12 +259,12 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
     return True
 
 
-cdef int strikes(void *context) noexcept nogil:
+cdef int contacts_changed(void *context) noexcept nogil:
     cdef const Flat *self = <const Flat *>context
     cdef const ancf_contribution *each
     cdef ptrdiff_t k
     for k in range(self.n_contributions):
         each = self.contributions[k]
-        if each.strikes != NULL and each.strikes(each.context):
+        if each.contacts_changed != NULL and each.contacts_changed(each.context):
             return True
     return False

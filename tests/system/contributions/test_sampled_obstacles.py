@@ -5,6 +5,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.scene.force_elements.obstacles.sampled_obstacles import MARGIN_CELLS
+from ancfsparse.scene.force_elements.obstacles.surface_distances import simplex_distances
 from tests.system.contributions.shapes import sphere
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float) - 0.5
@@ -35,6 +36,25 @@ def test_distances_at_nodes_are_those_of_an_equal_block(size, cell):
     assert np.array_equal(
         np.sign(found[np.abs(exact) > 1e-9]), np.sign(exact[np.abs(exact) > 1e-9])
     )
+
+
+@pytest.mark.parametrize("n", [6, 12])
+def test_distances_by_the_vertex_of_a_cone_are_the_least_of_all_triangles(n):
+    angles = 2.0 * np.pi * np.arange(n) / n
+    base = np.stack([0.5 * np.cos(angles), 0.5 * np.sin(angles), 0.0 * angles], axis=1)
+    vertices = np.concatenate([[[0, 0, 1.0], [0, 0, 0]], base])
+    i, j = 2 + np.arange(n), 2 + np.roll(np.arange(n), -1)
+    triangles = np.concatenate(
+        [np.stack([0 * i, i, j], axis=1), np.stack([0 * i + 1, j, i], axis=1)]
+    )
+    mesh = ancf.TriangleMesh((0, 0, 0), vertices, triangles, cell=1 / 16)
+    nodes = nodes_of(mesh.core)
+    corners = vertices[triangles]
+    exact = np.min(
+        [simplex_distances(nodes, np.repeat(each[None], len(nodes), 0)) for each in corners], axis=0
+    )
+    band = exact < MARGIN_CELLS / 16
+    assert np.abs(np.abs(mesh.distances(nodes)) - exact)[band].max() < 1e-12
 
 
 def test_the_error_of_a_sphere_is_that_of_its_facets(rng):

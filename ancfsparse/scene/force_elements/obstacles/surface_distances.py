@@ -8,7 +8,9 @@ from scipy.spatial import cKDTree
 
 from ancfsparse.array_types import Indices, Vector
 
-NEAREST = 8  # samples of the surface per node, whose triangles are tried for the closest one
+# Samples of the surface per node, whose triangles are tried for the closest one.  By vertices of
+# more triangles distances are off by .003 of a cell; with 8 by .006, and with 4 by .05.
+NEAREST = 16
 CHUNK = 100_000  # points at a time
 ASIDE = 6.18e-7, 3.82e-7  # shift of columns over the spacing of a grid
 

@@ -81,7 +81,7 @@ cdef class BeamContact(CompiledContribution):
         if friction > 0.0:
             self.interface.work = work
         self.interface.set_step, self.interface.admits = set_step, admits
-        self.interface.strikes = strikes
+        self.interface.contacts_changed = contacts_changed
 
     def __dealloc__(self):
         cdef Data *data = &self.data
@@ -231,7 +231,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     self.touching = self.at_end.n
 
 
-cdef int strikes(void *context) noexcept nogil:
+cdef int contacts_changed(void *context) noexcept nogil:
     cdef const Data *self = <const Data *>context
     return self.at_end.n != self.touching
 

@@ -44,7 +44,7 @@ cdef struct Data:
     const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
     double *weights  # workspace for `weigh`
     const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
-    bint rides  # whether the obstacle is on a body: any of `turning` is not zero
+    bint on_body  # whether the obstacle is on a body: any of `turning` is not zero
     bint is_round
     bint has_frame  # whether geometry/shapes.pxi applies, with the fields up to `frame_moves`
     const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
@@ -142,7 +142,7 @@ cdef class Contact(CompiledContribution):
         data.last = data.before + n
         data.base, data.normal = self.copy(base), self.copy(normal)
         data.projector, data.spin = self.copy(projector), self.copy(spin)
-        data.turning, data.rides = integers(turning), np.any(turning)
+        data.turning, data.on_body = integers(turning), np.any(turning)
         data.weights = self.copy(np.zeros(np.max(np.diff(start))))
         data.is_round, data.reach, data.layer = is_round, reach, layer
         data.has_frame, data.ring = len(frame) > 0, ring
@@ -167,7 +167,7 @@ cdef class Contact(CompiledContribution):
         self.interface.n_memory = self.interface.n_history + 2 * n
         self.interface.memory = data.z
         self.interface.begin, self.interface.accept = begin, accept
-        self.interface.set_step, self.interface.strikes = set_step, strikes
+        self.interface.set_step, self.interface.contacts_changed = set_step, contacts_changed
         if friction > 0.0:
             self.interface.work = work
 
@@ -301,7 +301,7 @@ cdef void set_interval(Data *self, double dt) noexcept nogil:
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef Place[MOST] here
+    cdef Place[MAX_POINTS] here
     cdef ptrdiff_t g, k, p
     self.deepest = 0.0
     if self.grip > 0.0:
@@ -316,8 +316,8 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef Place[MOST] here
-    cdef Place[MOST] begin
+    cdef Place[MAX_POINTS] here
+    cdef Place[MAX_POINTS] begin
     cdef ptrdiff_t g, k, p
     for g in range(self.groups.n):
         locate_group(self, g, x.q, here)
@@ -335,7 +335,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         memcpy(self.q0, x.q, self.n_all * sizeof(double))
 
 
-cdef int strikes(void *context) noexcept nogil:
+cdef int contacts_changed(void *context) noexcept nogil:
     cdef const Data *self = <const Data *>context
     cdef ptrdiff_t k
     for k in range(self.points.n):

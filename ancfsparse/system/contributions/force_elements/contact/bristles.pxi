@@ -65,7 +65,7 @@ cdef inline void creep(const Data *self, ptrdiff_t k, const double *q1, Place *b
     It is halfway, where `begin` moves, and the weights are set there.
     """
     halve(self, begin, end)
-    if self.rides:
+    if self.on_body:
         weigh(self, k, self.q0, q1, begin)
     displace(self, k, self.q0, q1, begin, end, x)
     add_turning(self, begin, -self.turn, x)
@@ -89,7 +89,7 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
         x[0] = x[1] = x[2] = 0.0
     if self.interval == 0.0 or not self.is_mean:
         place = end
-        if self.rides:
+        if self.on_body:
             weigh(self, k, q1, q1, end)
     take_bristle(self, self.z + self.points.dim * k, &u[0])
     if self.is_mean:
@@ -162,7 +162,7 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
     supplied[0] += 0.5 * self.turn * turned(self, end, &f[0])
     take_bristle(self, self.z + self.points.dim * k, &f[0])
     grip(self, k, self.last[k], &f[0])
-    if self.rides:
+    if self.on_body:
         weigh(self, k, self.q0, self.q0, begin)
         displace(self, k, self.q0, q1, begin, end, &path[0])
     supplied[0] += 0.5 * self.turn * turned(self, begin, &f[0])
@@ -184,14 +184,14 @@ cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, doubl
     """Set the derivative of friction by the position of a point along the obstacle, (3, 3)."""
     cdef const double *u = self.trial + 3 * k
     cdef ptrdiff_t c
-    cdef double square = 0.0, limit = limit_of(self, k, pressure), least
+    cdef double square = 0.0, limit = limit_of(self, k, pressure), sliding_limit
     cdef double factor = self.grip * self.stiffness[k]
     if self.is_sticking:
         u = self.z + self.points.dim * k
     for c in range(self.points.dim):
         square += u[c] * u[c]
-    least = limit * (1.0 - SLIDING_RATIO) if self.is_sticking else limit
-    if square <= least * least:
+    sliding_limit = limit * (1.0 - SLIDING_RATIO) if self.is_sticking else limit
+    if square <= sliding_limit * sliding_limit:
         along_surface(self, here, factor, 0.0, u, block)
     else:
         along_surface(self, here, factor * min(limit / sqrt(square), 1.0), 1.0 / square, u, block)

@@ -45,7 +45,7 @@ cdef void sliding_block(const Data *self, ptrdiff_t k, const ancf_state *x, cons
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
     cdef const Data *self = <const Data *>context
     cdef const int32_t *slot = self.slot
-    cdef Place[MOST] here
+    cdef Place[MAX_POINTS] here
     cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL
     cdef ptrdiff_t g, k, p, size
     if not (part == STIFFNESS or part == MATERIAL or slides):

@@ -20,49 +20,49 @@ cdef inline bint is_free(const Data *self, ptrdiff_t k, double e) noexcept nogil
     return e <= 0.0 and 2.0 * e <= self.before[k]
 
 
-cdef struct Push:  # on the points of a group
+cdef struct GroupForces:  # on the points of a group
     bint any
-    double[4 * MOST] f  # forces
-    double[4 * MOST] v  # velocities
-    Place[MOST] begin  # places in the last accepted state
+    double[4 * MAX_POINTS] f  # forces
+    double[4 * MAX_POINTS] v  # velocities
+    Place[MAX_POINTS] begin  # places in the last accepted state
 
 
-cdef inline void let_go(ptrdiff_t p, Push *push) noexcept nogil:
+cdef inline void clear_point_force(ptrdiff_t p, GroupForces *forces) noexcept nogil:
     """Set the force on a point of a group to zero."""
-    push.f[4 * p] = push.f[4 * p + 1] = push.f[4 * p + 2] = 0.0
+    forces.f[4 * p] = forces.f[4 * p + 1] = forces.f[4 * p + 2] = 0.0
 
 
-cdef inline void press(const Data *self, ptrdiff_t g, ptrdiff_t p, const ancf_state *x,
-                       const double *q1, const Place *along, const Place *here, Push *push,
-                       double *r) noexcept nogil:
+cdef inline void set_point_force(const Data *self, ptrdiff_t g, ptrdiff_t p, const ancf_state *x,
+                                 const double *q1, const Place *along, const Place *here,
+                                 GroupForces *forces, double *r) noexcept nogil:
     """Set the force on a point of a group: pressure along the normal at `along`, and friction."""
     cdef ptrdiff_t c, k = self.groups.first[g] + p
     cdef const double *n = leaving(self, along)
-    cdef double *f = &push.f[4 * p]
+    cdef double *f = &forces.f[4 * p]
     cdef double[3] rubbing
-    if not push.any:
-        push.any = True
+    if not forces.any:
+        forces.any = True
         if self.grip > 0.0 and self.interval > 0.0:
-            locate_group(self, g, self.q0, push.begin)
-        elif self.friction > 0.0 and x.v != NULL and not self.rides:
-            sum_group(self, g, x.v, push.v, 4)
+            locate_group(self, g, self.q0, forces.begin)
+        elif self.friction > 0.0 and x.v != NULL and not self.on_body:
+            sum_group(self, g, x.v, forces.v, 4)
     for c in range(3):
         f[c] = self.force[k] * n[c]
     if self.frame_moves:
-        push_vectors(self, k, self.force[k], along, r)
+        subtract_vector_forces(self, k, self.force[k], along, r)
     if self.grip > 0.0:
-        stick(self, k, q1, &push.begin[p], here, self.force[k], &rubbing[0])
+        stick(self, k, q1, &forces.begin[p], here, self.force[k], &rubbing[0])
     elif self.friction > 0.0 and x.v != NULL:
-        if self.rides:
+        if self.on_body:
             weigh(self, k, x.q, x.q, here)
             move(self, k, x.v, &rubbing[0])
         else:
             for c in range(3):
-                rubbing[c] = push.v[4 * p + c]
+                rubbing[c] = forces.v[4 * p + c]
         rub(self, here, self.force[k], &rubbing[0])
     else:
         return
-    if self.rides:
+    if self.on_body:
         push_friction(self, k, &rubbing[0], r)
     else:
         for c in range(3):
@@ -71,19 +71,19 @@ cdef inline void press(const Data *self, ptrdiff_t g, ptrdiff_t p, const ancf_st
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef Place[MOST] here
-    cdef Push push
+    cdef Place[MAX_POINTS] here
+    cdef GroupForces forces
     cdef double theta, e
     cdef ptrdiff_t g, k, p
     self.is_mean = False
     for g in range(self.groups.n):
         locate_group(self, g, x.q, here)
-        push.any = False
+        forces.any = False
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
             if is_free(self, k, here[p].e):
                 self.at[k], self.force[k] = NAN, 0.0
-                let_go(p, &push)
+                clear_point_force(p, &forces)
                 continue
             theta = damping_ratio(self, k)
             e = here[p].e + theta * (here[p].e - self.before[k])
@@ -91,47 +91,47 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
             self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer)
             self.force[k] = self.stiffness[k] * law_force(e, self.layer)
             if self.force[k] > 0.0:
-                press(self, g, p, x, x.q, &here[p], &here[p], &push, r)
+                set_point_force(self, g, p, x, x.q, &here[p], &here[p], &forces, r)
             else:
-                let_go(p, &push)
-        if push.any:
-            push_group(self, g, push.f, r)
+                clear_point_force(p, &forces)
+        if forces.any:
+            subtract_group_forces(self, g, forces.f, r)
 
 
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
                   double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef Place[MOST] begin
-    cdef Place[MOST] end
-    cdef Place[MOST] middle
-    cdef Push push
+    cdef Place[MAX_POINTS] begin
+    cdef Place[MAX_POINTS] end
+    cdef Place[MAX_POINTS] middle
+    cdef GroupForces forces
     cdef ptrdiff_t g, k, p
     self.is_mean = True
     for g in range(self.groups.n):
         locate_group(self, g, q0, begin)
         locate_group(self, g, q1, end)
-        push.any = False
+        forces.any = False
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
             if begin[p].e <= 0.0 and end[p].e <= 0.0:
                 self.at[k], self.force[k] = NAN, 0.0
-                let_go(p, &push)
+                clear_point_force(p, &forces)
                 continue
-            if not push.any:
+            if not forces.any:
                 locate_group(self, g, x.q, middle)
             self.force[k] = self.stiffness[k] * mean_force(begin[p].e, end[p].e, self.layer)
             self.slope[k] = self.stiffness[k] * mean_slope(begin[p].e, end[p].e, self.layer)
             self.at[k] = middle[p].e
             mean_normal(self, &end[p], &begin[p])
-            press(self, g, p, x, q1, &begin[p], &end[p] if self.grip > 0.0 else &middle[p], &push,
-                  r)
-        if push.any:
-            push_group(self, g, push.f, r)
+            set_point_force(self, g, p, x, q1, &begin[p],
+                            &end[p] if self.grip > 0.0 else &middle[p], &forces, r)
+        if forces.any:
+            subtract_group_forces(self, g, forces.f, r)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
     cdef const Data *self = <const Data *>context
-    cdef Place[MOST] here
+    cdef Place[MAX_POINTS] here
     cdef double sum = 0.0
     cdef ptrdiff_t g, p
     for g in range(self.groups.n):

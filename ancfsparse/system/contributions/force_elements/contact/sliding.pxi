@@ -85,7 +85,7 @@ cdef inline void displace(const Data *self, ptrdiff_t k, const double *q0, const
     """Set the displacement on this motion from one state to another."""
     cdef double[3] before
     cdef ptrdiff_t c
-    if self.rides:
+    if self.on_body:
         move(self, k, q0, &before[0])
         move(self, k, q1, x)
         for c in range(3):
@@ -121,8 +121,8 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
 cdef double friction_work(const Data *self, const ancf_state *x0, const ancf_state *x1, double dt,
                           double *supplied) noexcept nogil:
     """Work of friction on the body in a step; adds the part that a turning obstacle supplies."""
-    cdef Place[MOST] begin
-    cdef Place[MOST] end
+    cdef Place[MAX_POINTS] begin
+    cdef Place[MAX_POINTS] end
     cdef double pressure, sum = 0.0
     cdef ptrdiff_t g, k, p
     if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):

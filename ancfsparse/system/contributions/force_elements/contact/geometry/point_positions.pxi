@@ -11,7 +11,7 @@ cdef extern from "vectors.h":
 
 
 cdef enum:
-    MOST = 3  # points of a group: those of an element
+    MAX_POINTS = 3  # points of a group: those of an element
 
 
 cdef struct Groups:
@@ -24,8 +24,8 @@ cdef struct Groups:
 
 cdef take_groups(Groups *self, first, term, place, in_row):
     """Set the pointers into arrays that their owner keeps."""
-    if np.max(np.diff(first)) > MOST:
-        raise ValueError(f"a group has at most {MOST} points")
+    if np.max(np.diff(first)) > MAX_POINTS:
+        raise ValueError(f"a group has at most {MAX_POINTS} points")
     self.n = len(first) - 1
     self.first, self.term, self.place = integers(first), integers(term), integers(place)
     self.in_row = integers(in_row)
@@ -45,7 +45,7 @@ cdef inline void sum_terms(const double *weight, const int32_t *place, ptrdiff_t
 
 cdef void sum_group(const Data *self, ptrdiff_t g, const double *q, double *x,
                     ptrdiff_t stride) noexcept nogil:
-    """Set the sums of a group, `stride` numbers apart, with zero third components in the plane.
+    """Sum the coordinates of a group, with zero third components in the plane.
 
     Each has four numbers, the last one unused.
     """
@@ -74,7 +74,7 @@ cdef void locate_group(const Data *self, ptrdiff_t g, const double *q, Place *ou
         measure(self, &out[k])
 
 
-cdef inline void push_terms(const double *weight, ptrdiff_t size, ptrdiff_t n,
+cdef inline void subtract_terms(const double *weight, ptrdiff_t size, ptrdiff_t n,
                             const int32_t *place, ptrdiff_t dim, const double *f,
                             double *r) noexcept nogil:
     """Subtract forces with their weights for one of `size` coordinates."""
@@ -93,18 +93,19 @@ cdef inline void push_terms(const double *weight, ptrdiff_t size, ptrdiff_t n,
         r[place[2]] -= c
 
 
-cdef void push_group(const Data *self, ptrdiff_t g, const double *f, double *r) noexcept nogil:
-    """Subtract forces on the points of a group, (MOST, 4), from the residual."""
+cdef void subtract_group_forces(const Data *self, ptrdiff_t g, const double *f,
+                                double *r) noexcept nogil:
+    """Subtract forces on the points of a group, (MAX_POINTS, 4), from the residual."""
     cdef const Groups *groups = &self.groups
     cdef const double *weight = self.points.weight + self.points.start[groups.first[g]]
     cdef const int32_t *place = groups.place + self.points.dim * groups.term[g]
     cdef ptrdiff_t size = groups.term[g + 1] - groups.term[g]
     cdef ptrdiff_t n = groups.first[g + 1] - groups.first[g], dim = self.points.dim, i
     if n == 3 and size == 4 and dim == 3:
-        push_terms(weight, 4, 3, place, 3, f, r)
-        push_terms(weight + 1, 4, 3, place + 3, 3, f, r)
-        push_terms(weight + 2, 4, 3, place + 6, 3, f, r)
-        push_terms(weight + 3, 4, 3, place + 9, 3, f, r)
+        subtract_terms(weight, 4, 3, place, 3, f, r)
+        subtract_terms(weight + 1, 4, 3, place + 3, 3, f, r)
+        subtract_terms(weight + 2, 4, 3, place + 6, 3, f, r)
+        subtract_terms(weight + 3, 4, 3, place + 9, 3, f, r)
         return
     for i in range(size):
-        push_terms(weight + i, size, n, place + dim * i, dim, f, r)
+        subtract_terms(weight + i, size, n, place + dim * i, dim, f, r)

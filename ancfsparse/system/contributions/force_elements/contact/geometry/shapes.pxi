@@ -205,8 +205,8 @@ cdef void mean_normal(const Data *self, const Place *begin, Place *end) noexcept
         turn_normal(self, end)
 
 
-cdef inline void push_vectors(const Data *self, ptrdiff_t k, double pressure, const Place *place,
-                              double *r) noexcept nogil:
+cdef inline void subtract_vector_forces(const Data *self, ptrdiff_t k, double pressure,
+                                        const Place *place, double *r) noexcept nogil:
     """Subtract the forces of a pressure on the vectors of the body of the obstacle."""
     cdef const Points *points = &self.points
     cdef ptrdiff_t c, i
