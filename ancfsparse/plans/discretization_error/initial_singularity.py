@@ -4,9 +4,9 @@ On every mesh the force is finite and grows with the number of elements, and lon
 the shock, so agreement of trial runs is no proof.  The force at t = 0 is therefore compared on
 finer meshes.
 
-A finite force after a shock, as of a sudden weight, is inaccurate in the first steps however short
-they are.  Trial runs have times in common that are many steps apart, so these steps are repeated
-with half the length.
+Histories are inaccurate in the first steps after a shock, such as a sudden weight: velocities less
+so in shorter steps, forces in steps of any length.  Times that trial runs have in common are many
+steps apart, so the first steps are repeated with half the length.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import numpy as np
 
 from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
 from ancfsparse.plans.discretization_error.run_estimates import elements_of
 from ancfsparse.plans.quantities.quantity import Reaction, SectionForceAt
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
@@ -35,6 +36,7 @@ MIN_GROWTH_POWER = 0.25  # power of the number of elements with which a force ha
 # The support of a pendulum that falls with its weight had the largest error, 1.9 times the
 # tolerance, in the first step, .8 times in the second and less in all others.
 FIRST_STEPS = 4
+MAX_HALVINGS = 3  # of steps that are too long for the tolerance in the first ones alone
 
 
 def check_initial_force(trials: TrialRuns, reference_run: TrialRun) -> None:
@@ -68,14 +70,37 @@ def check_initial_force(trials: TrialRuns, reference_run: TrialRun) -> None:
 
 
 def add_initial_error(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
-    """Return the error model with at least the errors of forces in the first steps."""
-    forces = [
-        each.quantity.at == "saved" and isinstance(each.quantity, Reaction | SectionForceAt)
-        for each in trials.goals
-    ]
-    if trials.t_end is None or isinstance(trials.integrator, SolutionMethod) or not any(forces):
+    """Return the error model with at least the errors of histories in the first steps.
+
+    Where these exceed the tolerance, shorter steps are selected if they reduce them.
+    """
+    are_histories = any(each.quantity.at == "saved" for each in trials.goals)
+    if trials.t_end is None or isinstance(trials.integrator, SolutionMethod) or not are_histories:
         return error_model
-    n_longest, steps = selected = error_model.optimum()
+    n_longest, steps = error_model.optimum()
+    out = error = _with_initial_error(trials, error_model, n_longest, steps)
+    for _ in range(MAX_HALVINGS if out is not error_model and not error_model.fixed_steps else 0):
+        if error.optimal_excess <= 1.0:
+            return error
+        coarser, steps = error, 2 * steps
+        error = _with_initial_error(trials, error_model, n_longest, steps)
+        if error.optimal_excess > 2.0**-MIN_ORDER * coarser.optimal_excess:
+            break
+    return error if error.optimal_excess <= 1.0 else out
+
+
+def _with_initial_error(
+    trials: TrialRuns, error_model: ErrorModel, n_longest: float, steps: int
+) -> ErrorModel:
+    """Return the error model with these elements and steps selected, if their first are inaccurate.
+
+    It is returned unchanged if they are not.
+    """
+    histories = [each.quantity.at == "saved" for each in trials.goals]
+    selected = n_longest, steps
+    if selected != error_model.optimum():
+        error_model = replace(error_model, selected=selected, combined_errors=None)
+    assert trials.t_end is not None
     t_end = FIRST_STEPS * trials.t_end / steps
     first = replace(trials.with_integrator(trials.integrator), t_end=t_end, base=FIRST_STEPS)
     model = trials.with_mesh(error_model.model, n_longest)
@@ -83,8 +108,12 @@ def add_initial_error(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
     if one is None or other is None:
         return error_model
     differences = goal_differences(trials.goals, one, other)
-    columns = zip(forces, differences, error_model.errors(*selected), strict=True)
-    missing = [max(0.0, force * change - sum(known.values())) for force, change, known in columns]
+    factor = 1.0 + 1.0 / (2.0**trials.integrator.order - 1.0)  # of the error of the longer steps
+    errors = [factor * is_history * x for is_history, x in zip(histories, differences, strict=True)]
+    known = (
+        each.get("time", each.get("mesh and steps", 0.0)) for each in error_model.errors(*selected)
+    )
+    missing = [max(0.0, x - y) for x, y in zip(errors, known, strict=True)]
     if not any(missing):
         return error_model
     pairs = zip(error_model.time.estimates, missing, strict=True)

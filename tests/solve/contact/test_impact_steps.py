@@ -16,7 +16,7 @@ NEWMARKS = [
 
 @pytest.mark.parametrize("dt", [1e-4, 1e-3, 1e-2])
 @pytest.mark.parametrize("stiffness", [1e5, 1e7, 1e9])
-@pytest.mark.parametrize("integrator", NEWMARKS, ids=repr)
+@pytest.mark.parametrize("integrator", [*NEWMARKS, ancf.EnergyMomentum()], ids=repr)
 def test_a_body_that_begins_close_to_the_floor_returns_no_more_energy(integrator, stiffness, dt):
     """It touches in the first step, or in the second one; up to 9 times as much came back."""
     for share in (0.1, 0.4, 0.9, 1.3):  # of the way of a step

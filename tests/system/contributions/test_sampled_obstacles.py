@@ -139,3 +139,14 @@ def test_other_input_is_refused():
     cable = scene.add_beam("thin", (0, 3), (1, 3), 4, ancf.Circle(1.2), ancf.Material(1e6, 1e3))
     with pytest.raises(ancf.InputError, match=r"than 0.5 m, the largest distance of its"):
         scene.contact(cable, ancf.HeightField((0, 0), (0.0, 0.0), 0.1), stiffness=1.0)
+
+
+def test_lines_of_ground_are_a_grid_from_edge_to_edge():
+    field = ancf.HeightField((0, 0, 0), np.zeros((101, 41)), 0.1)
+    lines = field.lines
+    along = np.abs(np.diff(lines, axis=1)[:, 0])
+    for axis, length, rows in (0, 10.0, 17), (1, 4.0, 17):
+        of_axis = lines[along[:, axis] > 0]
+        other = np.unique(of_axis[..., 1 - axis])
+        assert len(other) == rows
+        assert np.isclose(np.abs(np.diff(of_axis[..., axis])).sum(), rows * length)

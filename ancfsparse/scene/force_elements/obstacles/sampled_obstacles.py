@@ -28,6 +28,7 @@ MAX_NODES = 2e7  # of a grid: 160 MB
 # Facets per spacing of heights, used to compute distances: they are below the surface by 1/128 of
 # the curvature times the square of the spacing, less than the errors of the grid.
 PIECES = 4
+MAX_GRID_LINES = 17  # in a picture, in each direction
 
 
 class SampledObstacle(Obstacle):
@@ -216,9 +217,11 @@ class HeightField(SampledObstacle):
 
     @property
     def lines(self) -> Vector:
-        """Ends of the lines between neighbouring heights, (n, 2, dim) [m]."""
-        points = self._surface(1) + np.array(self.base)
-        dim = self.dim
+        """Ends of the lines along and across a grid of heights, (n, 2, dim) [m]."""
+        points, dim = self._surface(1) + np.array(self.base), self.dim
+        if dim == 3:
+            rows = [np.linspace(0, n - 1, min(n, MAX_GRID_LINES)) for n in points.shape[:2]]
+            points = points[np.ix_(*(np.rint(each).astype(int) for each in rows))]
         pairs = [np.stack([points[:-1], points[1:]], axis=-2).reshape(-1, 2, dim)]
         if dim == 3:
             pairs.append(np.stack([points[:, :-1], points[:, 1:]], axis=-2).reshape(-1, 2, dim))
