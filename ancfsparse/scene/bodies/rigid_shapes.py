@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_moderate, set_fields
+from ancfsparse.scene.sections.powers import power
 
 # Classes of shapes, by their names in files and messages.
 SHAPE_TYPES: dict[str, type[RigidShape]] = {}
@@ -93,7 +94,7 @@ class Box(RigidShape):
     @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
-        return np.diag([self.length**2, self.height**2, self.width**2]) / 12.0
+        return np.diag([power(self.length, 2), power(self.height, 2), power(self.width, 2)]) / 12.0
 
     @property
     def half_extent(self) -> Vector:
@@ -129,12 +130,14 @@ class Cylinder(RigidShape):
     @property
     def volume(self) -> float:
         """Volume [m3]."""
-        return math.pi * self.radius**2 * self.length
+        return math.pi * power(self.radius, 2) * self.length
 
     @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
-        return np.diag(np.where(self._is_axis, self.length**2 / 12.0, self.radius**2 / 4.0))
+        return np.diag(
+            np.where(self._is_axis, power(self.length, 2) / 12.0, power(self.radius, 2) / 4.0)
+        )
 
     @property
     def half_extent(self) -> Vector:
@@ -163,12 +166,12 @@ class Sphere(RigidShape):
     @property
     def volume(self) -> float:
         """Volume [m3]."""
-        return 4.0 / 3.0 * math.pi * self.radius**3
+        return 4.0 / 3.0 * math.pi * power(self.radius, 3)
 
     @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
-        return self.radius**2 / 5.0 * np.eye(3)
+        return power(self.radius, 2) / 5.0 * np.eye(3)
 
     @property
     def half_extent(self) -> Vector:
@@ -203,7 +206,7 @@ class Rod(RigidShape):
     @property
     def spread(self) -> Vector:
         """Mean of x x^T over the mass about its centre, (3, 3) [m2]."""
-        return np.diag([self.length**2 / 12.0, 0.0, 0.0])
+        return np.diag([power(self.length, 2) / 12.0, 0.0, 0.0])
 
     @property
     def half_extent(self) -> Vector:

@@ -9,6 +9,7 @@ from typing import Any
 from ancfsparse.checks import check_finite, check_positive, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.scene.sections.cross_section import CrossSection
+from ancfsparse.scene.sections.powers import power
 
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
 
@@ -38,12 +39,12 @@ class Rectangle(CrossSection):
     @property
     def inertia_y(self) -> float:
         """Second moment of area int z^2 dA, for bending about y [m4]."""
-        return self.height * self.width**3 / 12.0
+        return self.height * power(self.width, 3) / 12.0
 
     @property
     def inertia_z(self) -> float:
         """Second moment of area int y^2 dA, for bending about z [m4]."""
-        return self.width * self.height**3 / 12.0
+        return self.width * power(self.height, 3) / 12.0
 
     @property
     def torsion_constant(self) -> float:
@@ -62,7 +63,7 @@ class Rectangle(CrossSection):
             decay = math.exp(-n * math.pi * a / b)
             tail += 2.0 * decay / (1.0 + decay) / n**5
         series = 31.0 / 32.0 * ZETA_5 - tail
-        return a * b**3 * (1.0 / 3.0 - 64.0 * b / (math.pi**5 * a) * series)
+        return a * power(b, 3) * (1.0 / 3.0 - 64.0 * b / (math.pi**5 * a) * series)
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return ``10 (1 + nu) / (12 + 11 nu)`` (Cowper 1966) [-]."""
@@ -102,12 +103,12 @@ class Circle(_Round, CrossSection):
     @property
     def area(self) -> float:
         """Area [m2]."""
-        return math.pi * self.diameter**2 / 4.0
+        return math.pi * power(self.diameter, 2) / 4.0
 
     @property
     def inertia_y(self) -> float:
         """Second moment of area int z^2 dA [m4]."""
-        return math.pi * self.diameter**4 / 64.0
+        return math.pi * power(self.diameter, 4) / 64.0
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return ``6 (1 + nu) / (7 + 6 nu)`` (Cowper 1966) [-]."""
@@ -143,7 +144,7 @@ class Tube(_Round, CrossSection):
     @property
     def _mean_square_diameter(self) -> float:
         """Mean of the squares of both diameters [m2]."""
-        return 0.5 * (self.diameter**2 + (self.diameter - 2.0 * self.thickness) ** 2)
+        return 0.5 * (power(self.diameter, 2) + power(self.diameter - 2.0 * self.thickness, 2))
 
     @property
     def area(self) -> float:
@@ -211,13 +212,15 @@ class IBeam(CrossSection):
     @property
     def inertia_y(self) -> float:
         """Second moment of area int z^2 dA [m4]."""
-        return (2.0 * self.flange * self.width**3 + self._clear_height * self.web**3) / 12.0
+        return (
+            2.0 * self.flange * power(self.width, 3) + self._clear_height * power(self.web, 3)
+        ) / 12.0
 
     @property
     def inertia_z(self) -> float:
         """Second moment of area int y^2 dA [m4]."""
         gap = self.width - self.web
-        return (self.width * self.height**3 - gap * self._clear_height**3) / 12.0
+        return (self.width * power(self.height, 3) - gap * power(self._clear_height, 3)) / 12.0
 
     @property
     def torsion_constant(self) -> float:
@@ -232,9 +235,9 @@ class IBeam(CrossSection):
         b, w, t = self.width, self.web, self.flange
         ratio = w / t
         added = -0.042 + 0.2204 * ratio - 0.0725 * ratio**2
-        circle = t + 0.25 * w**2 / t
-        strips = 2.0 * b * t**3 / 3.0 + self._clear_height * w**3 / 3.0
-        return strips + 2.0 * added * circle**4 - 0.42 * t**4
+        circle = t + 0.25 * w * w / t
+        strips = 2.0 * b * power(t, 3) / 3.0 + self._clear_height * power(w, 3) / 3.0
+        return strips + 2.0 * added * power(circle, 4) - 0.42 * power(t, 4)
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return the fraction of the area in the web, as in engineering practice [-].

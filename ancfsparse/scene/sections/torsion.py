@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from ancfsparse.array_types import Complex, Vector
+from ancfsparse.scene.sections.powers import power
 
 TOLERANCE = 1e-5  # change of the constant by the last poles, over the constant
 MAX_UNKNOWNS = 700
@@ -64,7 +65,8 @@ def torsion_constant(loops: list[Complex]) -> tuple[float, float]:
             constant += float((values.imag * turned.real).sum())
         change, previous = abs(constant - previous), constant
         if change <= TOLERANCE * constant or 2 * counts.sum() >= MAX_UNKNOWNS:
-            return size**4 * constant, size**4 * min(change, constant)
+            factor = power(size, 4)
+            return factor * constant, factor * min(change, constant)
         counts = np.where(
             misfit > MAX_MISFIT_RATIO * misfit.max(), counts + np.maximum(3, counts // 3), counts
         )

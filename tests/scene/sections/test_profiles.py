@@ -210,3 +210,25 @@ def test_sections_whose_axes_are_not_principal_are_refused_where_they_have_no_me
         ancf.Section(1e-4, 4e-9, 5e-9, 1e-9, inertia_yz=5e-9)
     with pytest.raises(InputError, match="bending stiffness is the same"):
         space.add_beam("thin", (0, 0, 0), (1, 0, 0), 2, NUMBERS, MATERIAL)
+
+
+SIZES = {
+    ancf.Circle: {"diameter": 1.0},
+    ancf.Tube: {"diameter": 1.0, "thickness": 0.1},
+    ancf.Rectangle: {"width": 1.0, "height": 0.8},
+    ancf.IBeam: {"width": 1.0, "height": 0.8, "web": 0.1, "flange": 0.05},
+}
+
+
+@pytest.mark.parametrize("kind", SIZES, ids=lambda kind: kind.__name__)
+def test_moments_are_rounded_alike_in_units_of_powers_of_two(kind):
+    """The last digit of a power by `pow` of the C library depends on the unit in some sizes."""
+    rng = np.random.default_rng(5)
+    for _ in range(500):
+        scale = 10.0 ** rng.uniform(-3, 1)
+        sizes = {name: scale * rng.uniform(0.9, 1.1) * x for name, x in SIZES[kind].items()}
+        here = kind(**sizes)
+        there = kind(**{name: 1024.0 * size for name, size in sizes.items()})
+        for name in ("area", "inertia_y", "inertia_z", "torsion_constant"):
+            one, other = (math.frexp(getattr(each, name))[0] for each in (here, there))
+            assert one == other
