@@ -8,6 +8,7 @@ import ancfsparse as ancf
 from tests.grids import grid
 from tests.soak.contacts.draft import GRAVITY, SINKING
 
+SAG = 0.02  # of arcs around drums, over the radius of the cable
 QUARTER = 0.5 * math.pi  # of a drum, the longest element that a contact admits [rad]
 
 
@@ -87,7 +88,9 @@ def arc(draft, size, angle):
     axis = draft.along(0, 0, 1) if draft.dim == 3 else None
     is_bent = draft.element == "l2t2" or (draft.dim == 3 and draft.element == "thin")
     rest = "straight" if is_bent or draft.rng.random() < 0.3 else "curved"
-    least = math.ceil(1.1 * angle / QUARTER)
+    # An arc of cubics of the angle a cuts into the drum by size a^4 / 384.
+    finest = (384 * SAG * draft.radius / size) ** 0.25
+    least = max(math.ceil(1.1 * angle / QUARTER), math.ceil(0.5 * angle / finest))
     n = int(draft.rng.integers(2 * least, 8 * least))
     beam = draft.keep(
         draft.scene.add_beam(
