@@ -15,6 +15,7 @@
 #define ANCF_SOLVER_ABI_H
 
 #include <stddef.h>
+#include <stdint.h>
 
 /* A state of a system; pointers that a function does not need may be null. */
 typedef struct {
@@ -73,7 +74,20 @@ typedef struct {
     /* Whether bodies touch in other places than in the last accepted state, by the last residual;
      * null: never. */
     int (*contacts_changed)(void *context);
+    /* values += factor more, of two matrices without a residual in between */
+    void (*add)(void *context, double factor, const double *more, double *values);
 } ancf_system;
+
+/* Blocks of a matrix that couple pairs of elements in contact, behind the values on the pattern and the
+ * one for fixed coordinates.  The list of pairs changes with the contacts, but not in a matrix; a seed
+ * that does not know of it leaves the blocks out. */
+typedef struct {
+    ptrdiff_t n, size;   /* pairs in the list, and values of the block of each */
+    ptrdiff_t first;     /* index of the first value, set by the assembly */
+    ptrdiff_t changes;   /* of the list since its start */
+    int used;            /* whether the matrix has room for the blocks */
+    const int32_t *pair; /* (n, 2): elements, the lower one, of the rows, first */
+} ancf_coupling;
 
 typedef struct {
     void *context;

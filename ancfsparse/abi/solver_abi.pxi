@@ -1,4 +1,5 @@
 """Declarations of the structures documented in solver_abi.h; an include file."""
+from libc.stdint cimport int32_t
 
 cdef extern from "solver_abi.h":
     ctypedef struct ancf_state:
@@ -34,6 +35,12 @@ cdef extern from "solver_abi.h":
         void (*set_step)(void *, double) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
         int (*contacts_changed)(void *) noexcept nogil
+        void (*add)(void *, double, const double *, double *) noexcept nogil
+
+    ctypedef struct ancf_coupling:
+        ptrdiff_t n, size, first, changes
+        int used
+        const int32_t *pair
 
     ctypedef struct ancf_seed:
         void *context

@@ -107,6 +107,9 @@ class NonlinearLoop(Protocol):
     def take_events(self) -> list[tuple[int, int, int, float]]:
         """Return the events and clear the list."""
 
+    def set_costs(self, cost_iteration: float, cost_seed: float) -> None:
+        """Set new costs of an iteration and of a new seed."""
+
     def take_seed(
         self, seed: object, inverse: Inverse, rounds: bool, cost_iteration: float, cost_seed: float
     ) -> None:

@@ -6,6 +6,7 @@ from ancfsparse.on_demand import on_demand
 from ancfsparse.seeds.complete.sparse_seed import SparseSeed, fill_of
 
 if TYPE_CHECKING:
+    from ancfsparse.seeds.coupled.coupled_seed import CoupledSeed
     from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed
     from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
     from ancfsparse.seeds.incomplete.sliding_modes import Slides
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     Seed: TypeAlias = SparseSeed | IncompleteSeed
 
 __all__ = [
+    "CoupledSeed",
     "DeflatedSeed",
     "Fill",
     "Groups",
@@ -27,6 +29,7 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
+        "coupled.coupled_seed": "CoupledSeed",
         "incomplete.deflated_gradients": "DeflatedSeed",
         "incomplete.incomplete_seed": "IncompleteSeed",
         "incomplete.sliding_modes": "Slides",

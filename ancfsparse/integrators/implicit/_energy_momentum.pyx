@@ -162,7 +162,7 @@ cdef void matrix(void *context, double *values) noexcept nogil:
 
 
 cdef void add_values(Motion *self, double factor, double *values) noexcept nogil:
-    combined(self.n_parts, values, 1.0, values, factor, self.scheme.values, self.system.n_values)
+    self.system.add(self.system.context, factor, self.scheme.values, values)
 
 
 cdef void material(void *context, double *values) noexcept nogil:

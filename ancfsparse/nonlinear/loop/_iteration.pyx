@@ -148,6 +148,10 @@ cdef class Iteration:
         loop.cost_since, loop.steps_since = 0.0, 0
         loop.frame_cost[0] = loop.frame_cost[1] = 0.0
 
+    def set_costs(self, double cost_iteration, double cost_seed):
+        """Set new costs of an iteration and of a new seed."""
+        self.loop.cost_iteration, self.loop.cost_seed = cost_iteration, cost_seed
+
     def mark_seeded(self):
         """Mark the inverse as initialized by the caller (a finite-difference matrix)."""
         assemble(&self.loop)

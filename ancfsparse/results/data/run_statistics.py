@@ -81,6 +81,8 @@ class RunStats:
         Seeds stored in single precision, as for large systems.
     shifted_seeds : int
         Incomplete factorizations that broke down and were repeated with a larger diagonal.
+    pattern_changes : int
+        New orders of elimination because other elements of beams touch.
     sweeps, products : int
         Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 for
         complete factors, which need one sweep per solution.
@@ -128,6 +130,7 @@ class RunStats:
     rotating_seeds: int = 0
     single_seeds: int = 0
     shifted_seeds: int = 0
+    pattern_changes: int = 0
     sweeps: int = 0
     products: int = 0
     solves: int = 0

@@ -70,6 +70,25 @@ def lower_columns(const int64_t[::1] upper_start, const int32_t[::1] upper_row):
     return starts[:n + 1], rows
 
 
+def alike(const int64_t[::1] indptr, const int32_t[::1] indices):
+    """Return the group (n,) int32 of each unknown: consecutive ones with the same rows are a group."""
+    cdef ptrdiff_t n = indptr.shape[0] - 1, j, k, length
+    cdef int32_t group = 0
+    cdef bint same
+    groups = np.zeros(n, np.int32)
+    cdef int32_t[::1] out = groups
+    for j in range(1, n):
+        length = indptr[j + 1] - indptr[j]
+        same = indptr[j] - indptr[j - 1] == length + 1
+        k = 0
+        while same and k < length:
+            same = indices[indptr[j - 1] + 1 + k] == indices[indptr[j] + k]
+            k += 1
+        group += not same
+        out[j] = group
+    return groups
+
+
 def contracted(const int64_t[::1] indptr, const int32_t[::1] indices, const int32_t[::1] group,
                ptrdiff_t n_groups):
     """Return the lower triangle by columns of coupled groups of unknowns, including the diagonal.

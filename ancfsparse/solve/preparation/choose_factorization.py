@@ -117,9 +117,20 @@ def make_seed(
             check_factor_fits(needed, incomplete)
             return incomplete, None if kind == "incomplete" else groups
         del groups
-    complete = SparseSeed(indptr, indices, system.n_free, threads)
+    complete = make_complete_seed(system, solver, threads)
     check_factor_fits(needed, complete)
     return complete, None
+
+
+def make_complete_seed(system: System, solver: Method | str, threads: int) -> SparseSeed:
+    """Create a complete seed, with the blocks of touching elements unless the inverse is dense."""
+    pattern = system.pattern
+    couplings = [pairs for each in system.contributions for pairs in each.coupled_pairs()]
+    is_coupled = bool(couplings) and (isinstance(solver, str) or not solver.is_dense)
+    system.assembly.use_couplings(is_coupled)
+    if not is_coupled:
+        return SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+    return seeds.CoupledSeed(pattern.indptr, pattern.indices, system.n_free, threads, couplings)
 
 
 def make_static_seed(

@@ -19,7 +19,11 @@ from ancfsparse.solve.initial_conditions.restart import (
     restore_contributions,
     restore_state,
 )
-from ancfsparse.solve.preparation.choose_factorization import make_seed, max_fill
+from ancfsparse.solve.preparation.choose_factorization import (
+    make_complete_seed,
+    make_seed,
+    max_fill,
+)
 from ancfsparse.solve.preparation.choose_solver import choose_solver
 from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY, MemoryEstimate
@@ -87,7 +91,6 @@ def prepare_implicit(
     rest.  From the last `state` of a run with the same integrator and step, the run continues as if
     it had not been interrupted.
     """
-    pattern = system.pattern
     seed, groups = make_seed(system, kind, solver, threads, needed, dt)
     method, why = choose_solver(
         solver, seed, system.constraints.linear, lambda: _is_linkage(system)
@@ -124,6 +127,13 @@ def prepare_implicit(
         difference_steps(system) if method.by_differences else DIFFERENCE_STEP,
         sparing=is_low_memory,
     )
+
+    def update_costs(other: SparseSeed) -> None:
+        cost = iteration_costs(system, integrator, other, frame)
+        iteration.set_costs(cost.iteration, cost.seed)
+
+    if isinstance(seed, SparseSeed):
+        seed.on_renewal = update_costs
     divide_among_threads(system, threads, time_loop, iteration, inverse)
     if continues_run(state, system, integrator, dt):
         restore_state(state, system, time_loop, iteration)
@@ -136,7 +146,8 @@ def prepare_implicit(
         return ImplicitSetup(time_loop, iteration, seed, criterion, why, a, None)
 
     def take_complete() -> Seed:
-        complete = SparseSeed(pattern.indptr, pattern.indices, system.n_free, threads)
+        complete = make_complete_seed(system, solver, threads)
+        complete.on_renewal = update_costs
         used = ModifiedNewton(seed_frame=method.frame) if is_low_memory else method
         noise = criterion.smallest_change(dt)
         inverse = make_inverse(used, complete, weights, criterion.norm, noise)

@@ -48,6 +48,7 @@ def count_costs(stats: RunStats, iteration: NonlinearLoop, *seeds: Seed) -> None
     stats.sweeps, stats.products = (
         sum(x) for x in zip(*(seed.inner for seed in seeds), strict=True)
     )
+    stats.pattern_changes = sum(seed.renewals for seed in seeds)
     stats.recoveries = counts["recoveries_reseed"] + counts["recoveries_newton"]
     parts = iteration.seconds
     if parts:

@@ -24,6 +24,8 @@ cdef struct Flat:
     const double *mass_values  # of the matrix; NULL if there are too many
     const int64_t *diagonal  # slots of the multipliers
     double regularization
+    ptrdiff_t n_couplings
+    ancf_coupling **couplings
 
 
 cdef struct Range:
@@ -76,6 +78,10 @@ cdef class Assembly:
             steps |= each.set_step != NULL
             chooses |= each.admits != NULL
             touches |= each.contacts_changed != NULL
+        flat.couplings = <ancf_coupling **>calloc(
+            max(flat.n_contributions, 1), sizeof(ancf_coupling *))
+        if flat.couplings == NULL:
+            raise MemoryError
         flat.n_all, flat.n_multipliers = n_all, len(indptr) - 1 - n_free
         flat.n_values, flat.n_parts = indptr[len(indptr) - 1], 1
         flat.diagonal = &indptr[n_free]
@@ -85,7 +91,8 @@ cdef class Assembly:
         self.interface.context = flat
         self.interface.n_free, self.interface.n_all = n_free, n_all
         self.interface.n_multipliers = flat.n_multipliers
-        self.interface.n_values = flat.n_values
+        self.interface.n_values = flat.n_values + self.reserve()
+        self.interface.add = add
         self.interface.n_amplitudes = n_amplitudes
         self.interface.damped = flat.damped
         self.interface.residual, self.interface.matrix = residual, matrix
@@ -107,6 +114,32 @@ cdef class Assembly:
 
     def __dealloc__(self):
         free(self.flat.contributions)
+        free(self.flat.couplings)
+
+    cdef ptrdiff_t reserve(self) except -1:
+        """Give each coupling its range of values; return the number of all."""
+        cdef Flat *flat = &self.flat
+        cdef ancf_coupling *each
+        cdef ptrdiff_t total = 0
+        for owner in self.contributions:
+            capsule = getattr(owner, "coupling", None)
+            if capsule is None:
+                continue
+            each = <ancf_coupling *>PyCapsule_GetPointer(capsule, "ancf_coupling")
+            each.first = flat.n_values + 1 + total
+            total += owner.max_pairs * each.size
+            flat.couplings[flat.n_couplings] = each
+            flat.n_couplings += 1
+        return total
+
+    cdef bint uses_couplings(self):
+        return self.flat.n_couplings > 0 and self.flat.couplings[0].used
+
+    def use_couplings(self, bint used):
+        """Set whether matrices contain the blocks of pairs of elements."""
+        cdef ptrdiff_t k
+        for k in range(self.flat.n_couplings):
+            self.flat.couplings[k].used = used
 
     def set_regularization(self, double value):
         """Set epsilon of the constraint block, in the units of the scaled matrix [1/kg]."""
@@ -230,17 +263,34 @@ cdef class Assembly:
         """Return the values ``(n_values,)`` of the matrix, in ``out (n_values + 1,)`` if given."""
         values = np.empty(self.flat.n_values + 1) if out is None else out
         cdef double[::1] view = values
+        cdef bint used = self.uses_couplings()
+        self.use_couplings(False)
+        matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
+               first(v), first(lam), first(amplitudes), &view[0])
+        self.use_couplings(used)
+        self.check()
+        return values[: self.flat.n_values]
+
+    def coupled_matrix(self, double mass_factor, double stiffness_factor, const double[::1] q,
+                       const double[::1] lam, const double[::1] amplitudes, *,
+                       double damping_factor=0.0, const double[::1] v=None):
+        """Return the values of the matrix and of its blocks of touching elements, for a `CoupledSeed`."""
+        values = np.zeros(self.interface.n_values + 1)
+        cdef double[::1] view = values
         matrix(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0],
                first(v), first(lam), first(amplitudes), &view[0])
         self.check()
-        return values[: self.flat.n_values]
+        return values
 
     def material(self, double mass_factor, double stiffness_factor, const double[::1] q, *,
                  double damping_factor=0.0, out=None):
         """Return the matrix with only the material part of the stiffness; as `matrix`."""
         values = np.empty(self.flat.n_values + 1) if out is None else out
         cdef double[::1] view = values
+        cdef bint used = self.uses_couplings()
+        self.use_couplings(False)
         material(&self.flat, mass_factor, stiffness_factor, damping_factor, &q[0], &view[0])
+        self.use_couplings(used)
         return values[: self.flat.n_values]
 
     def load_work(self, const double[::1] q0, const double[::1] amplitudes0, const double[::1] q1,

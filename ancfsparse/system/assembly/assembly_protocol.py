@@ -39,6 +39,9 @@ class CompiledAssembly(Protocol):
     def set_regularization(self, value: float) -> None:
         """Set the negative diagonal of the constraint block."""
 
+    def use_couplings(self, used: bool) -> None:
+        """Set whether matrices of compiled callers contain the blocks of touching elements."""
+
     def set_threads(self, threads: int) -> None:
         """Set the number of threads."""
 

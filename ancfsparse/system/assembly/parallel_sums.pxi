@@ -128,9 +128,37 @@ cdef void start_with_damping(const Flat *self, double factor, const ancf_state *
     """Clear the values; set C times a factor."""
     cdef ptrdiff_t n = self.n_values + 1  # including the entry of fixed coordinates
     clear(self, n, values)
+    scale_couplings(self, 0.0, values)
     if self.damped and factor != 0.0:
         add_part(self, DAMPING, x, values)
         scaled(self.n_parts, values, factor, values, n)
+        scale_couplings(self, factor, values)
+
+
+cdef void scale_couplings(const Flat *self, double factor, double *values) noexcept nogil:
+    cdef const ancf_coupling *each
+    cdef ptrdiff_t k
+    for k in range(self.n_couplings):
+        each = self.couplings[k]
+        if not each.used:
+            continue
+        if factor == 0.0:
+            memset(values + each.first, 0, each.n * each.size * sizeof(double))
+        else:
+            scaled(self.n_parts, values + each.first, factor, values + each.first,
+                   each.n * each.size)
+
+
+cdef void add(void *context, double factor, const double *more, double *values) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_coupling *each
+    cdef ptrdiff_t k
+    combined(self.n_parts, values, 1.0, values, factor, more, self.n_values)
+    for k in range(self.n_couplings):
+        each = self.couplings[k]
+        if each.used:
+            combined(self.n_parts, values + each.first, 1.0, values + each.first, factor,
+                     more + each.first, each.n * each.size)
 
 
 cdef void material(void *context, double mass_factor, double stiffness_factor,
@@ -148,6 +176,7 @@ cdef void add_masses(const Flat *self, double mass_factor, double unit, const an
                      double *values) noexcept nogil:
     """Multiply the values by their unit, and add the masses."""
     cdef ptrdiff_t n = self.n_values + 1  # including the entry of fixed coordinates
+    scale_couplings(self, unit, values)
     if self.mass_values != NULL:
         combined(self.n_parts, values, unit, values, mass_factor, self.mass_values, self.n_values)
     elif mass_factor == 0.0:

@@ -54,6 +54,10 @@ class Contribution(ABC):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled contribution, for the pattern of the matrix."""
 
+    def coupled_pairs(self) -> list[tuple[Any, Indices]]:
+        """Return the compiled lists of touching elements, and the unknowns of each element."""
+        return []
+
     @property
     def gyroscopic(self) -> Any:
         """The skew-symmetric gyroscopic matrix, sparse (n_free, n_free) [kg/s], or None."""

@@ -16,6 +16,7 @@ include "../../contribution.pxi"
 include "axis_overlap.pxi"
 include "pair_search.pxi"
 include "touching_points.pxi"
+include "coupled_pairs.pxi"
 include "mean_forces.pxi"
 include "sliding.pxi"
 include "losses.pxi"
@@ -52,6 +53,8 @@ cdef class BeamContact(CompiledContribution):
     """
 
     cdef Data data
+    cdef readonly object coupling
+    cdef readonly ptrdiff_t max_pairs
 
     def __cinit__(self, place, slot, length, radius, straight, group, tips, near_start, near,
                   bint within, mass, double stiffness, double friction, double slip_speed):
@@ -72,6 +75,7 @@ cdef class BeamContact(CompiledContribution):
         data.end, data.middle = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.before, data.ahead = self.copy(np.zeros(24 * n)), self.copy(np.zeros(12 * n))
         data.rubbed, data.speed = data.before + 12 * n, self.copy(np.zeros(12 * n))
+        self.set_up_coupling()
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
@@ -83,6 +87,29 @@ cdef class BeamContact(CompiledContribution):
         self.interface.set_step, self.interface.admits = set_step, admits
         self.interface.contacts_changed = contacts_changed
 
+    cdef set_up_coupling(self):
+        cdef Coupling *coupling = &self.data.coupling
+        cdef ptrdiff_t n = self.data.n
+        self.max_pairs = coupling.room = MOST_COUPLED * n
+        coupling.pair = <int32_t *>calloc(2 * coupling.room, sizeof(int32_t))
+        coupling.first = <int32_t *>calloc(n, sizeof(int32_t))
+        coupling.next = <int32_t *>calloc(coupling.room, sizeof(int32_t))
+        coupling.touches = <int32_t *>calloc(coupling.room, sizeof(int32_t))
+        if (coupling.pair == NULL or coupling.first == NULL or coupling.next == NULL
+                or coupling.touches == NULL):
+            raise MemoryError
+        memset(coupling.first, -1, n * sizeof(int32_t))
+        coupling.list.pair, coupling.list.size = coupling.pair, 16 * self.data.dim**2
+        self.coupling = PyCapsule_New(&coupling.list, "ancf_coupling", NULL)
+
+    @property
+    def coupled_pairs(self):
+        """Pairs of elements that the matrix couples now, ``(k, 2)``, the lower one first."""
+        cdef ptrdiff_t n = self.data.coupling.list.n
+        if n == 0:
+            return np.empty((0, 2), np.int32)
+        return np.array(<int32_t[:n, :2]>self.data.coupling.pair)
+
     def __dealloc__(self):
         cdef Data *data = &self.data
         free(data.search.cell)
@@ -93,6 +120,10 @@ cdef class BeamContact(CompiledContribution):
         free(data.at_begin.touch)
         free(data.at_halfway.touch)
         free(data.at_end.touch)
+        free(data.coupling.pair)
+        free(data.coupling.first)
+        free(data.coupling.next)
+        free(data.coupling.touches)
 
     def energy(self, const double[::1] q):
         """Return the potential of the pressures [J]."""
@@ -218,6 +249,7 @@ cdef void set_step(void *context, double dt) noexcept nogil:
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
     self.stepped = self.ended = False
+    empty_list(&self.coupling)
     accept(context, x)
 
 
@@ -229,6 +261,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     set_points(self, x.q, self.before)
     self.ended = self.ended and self.stepped
     self.touching = self.at_end.n
+    leave_out_idle_pairs(&self.coupling, &self.at_end)
 
 
 cdef int contacts_changed(void *context) noexcept nogil:
@@ -247,6 +280,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         return
     if self.at_end.n == 0:
         return
+    list_pairs(self, &self.at_end)
     memset(self.push, 0, 12 * self.n * sizeof(double))
     for k in range(self.at_end.n):
         each = self.at_end.touch + k

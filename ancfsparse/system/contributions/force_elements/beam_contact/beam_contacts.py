@@ -76,6 +76,10 @@ class BeamContactContribution(Contribution):
         unknowns[self._straight.astype(bool), 1::2] = -1
         return [unknowns.reshape(n, -1)]
 
+    def coupled_pairs(self) -> list[tuple[Any, Indices]]:
+        """Return the compiled list of touching elements, and the unknowns of each element."""
+        return [(self.compiled, self.cliques()[0])]
+
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled contact; raise if bodies begin inside each other."""
         contact, system = self.contact, self._system

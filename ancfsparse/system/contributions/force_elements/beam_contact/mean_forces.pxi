@@ -108,6 +108,9 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         return
     if self.at_begin.n + self.at_halfway.n + self.at_end.n == 0:
         return
+    list_pairs(self, &self.at_begin)
+    list_pairs(self, &self.at_halfway)
+    list_pairs(self, &self.at_end)
     missing = stored(&self.at_end) - stored(&self.at_begin)
     missing -= total_work(self, &self.at_begin, SIMPSON[0], &square)
     missing -= total_work(self, &self.at_halfway, SIMPSON[1], &square)

@@ -4,7 +4,7 @@ A box holds the control points of an element, and thereby its axis, in one or tw
 around them.  The list is complete while all control points are in their boxes.
 """
 from libc.math cimport floor, fmax, fmin
-from libc.stdlib cimport free, realloc
+from libc.stdlib cimport calloc, free, realloc
 from libc.string cimport memset
 
 # Listed pairs and cells of an element on average: more, and steps are refused, as in motions that

@@ -106,6 +106,7 @@ cdef void add_sliding_blocks(const Data *self, const Touches *list, double share
                                            - u[c] * u[e] / (speed * speed))
         add_sliding_block(self, each.a, each.z, block, values)
         add_sliding_block(self, each.b, each.u, block, values)
+        add_sliding_coupling(self, each, block, values)
 
 
 cdef void add_sliding_block(const Data *self, ptrdiff_t e, double z, const double *block,

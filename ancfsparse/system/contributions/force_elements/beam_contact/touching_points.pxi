@@ -29,6 +29,15 @@ cdef struct Touches:
     ptrdiff_t n, room
 
 
+cdef struct Coupling:
+    ancf_coupling list
+    ptrdiff_t room
+    int32_t *pair
+    int32_t *first  # of the pairs with an element as the lower one, -1 if none
+    int32_t *next  # of them
+    int32_t *touches  # whether a pair touches
+
+
 cdef struct Data:
     ptrdiff_t n, dim
     const int32_t *place  # (n, 4, dim)
@@ -58,6 +67,7 @@ cdef struct Data:
     double *end
     double *middle
     Touches at_begin, at_halfway, at_end
+    Coupling coupling
     ptrdiff_t touching  # number of touching points of the last accepted state
 
 
@@ -257,6 +267,7 @@ cdef void add_blocks(const Data *self, const Touches *list, double factor,
         stiffness = factor * (1.0 + each.theta) * each.stiffness
         add_block(self, each.a, each.z, each, stiffness, values)
         add_block(self, each.b, each.u, each, stiffness, values)
+    add_coupling(self, list, factor, values)
 
 
 cdef inline void weigh(const Data *self, ptrdiff_t e, double z, double *of_nodes) noexcept nogil:
@@ -270,17 +281,24 @@ cdef inline void weigh(const Data *self, ptrdiff_t e, double z, double *of_nodes
         of_nodes[2], of_nodes[3] = w[2] + w[3], -self.length[e] / 3.0 * w[2]
 
 
+cdef inline void set_gradient(const Data *self, ptrdiff_t e, double z, const double *n,
+                              double *g) noexcept nogil:
+    """Set S^T n of a point of an element."""
+    cdef double[4] of_nodes
+    cdef ptrdiff_t i, j
+    weigh(self, e, z, of_nodes)
+    for i in range(4):
+        for j in range(self.dim):
+            g[self.dim * i + j] = of_nodes[i] * n[j]
+
+
 cdef void add_block(const Data *self, ptrdiff_t e, double z, const Touch *each, double stiffness,
                     double *values) noexcept nogil:
     """Add s (S^T n) (S^T n)^T of one element to the matrix."""
-    cdef double[4] of_nodes
     cdef double[12] g
     cdef ptrdiff_t dim = self.dim, i, j
     cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
-    weigh(self, e, z, of_nodes)
-    for i in range(4):
-        for j in range(dim):
-            g[dim * i + j] = of_nodes[i] * each.n[j]
+    set_gradient(self, e, z, each.n, g)
     for i in range(4 * dim):
         for j in range(i + 1):
             values[slot[0]] += stiffness * g[i] * g[j]

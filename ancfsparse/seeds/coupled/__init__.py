@@ -1,0 +1,1 @@
+"""Seeds of matrices whose pattern follows the contacts of elements."""

@@ -1,0 +1,148 @@
+"""Blocks of the matrix that couple pairs of elements in contact; an include file.
+
+A pair is listed when it touches in a residual, and left out again after an accepted step in which it
+does not, once such pairs are the majority.
+"""
+
+# Pairs of an element on average that are coupled; memory is used up to the largest number only.
+cdef enum:
+    MOST_COUPLED = 16
+    MOST_IDLE = 8  # pairs that do not touch, besides as many as do, before they are left out
+
+
+cdef inline ptrdiff_t find_pair(const Coupling *self, int32_t a, int32_t b) noexcept nogil:
+    """Return the index of a pair, or -1."""
+    cdef int32_t low = min(a, b), high = max(a, b), k = self.first[low]
+    while k >= 0 and self.pair[2 * k + 1] != high:
+        k = self.next[k]
+    return k
+
+
+cdef void append_pair(Coupling *self, int32_t low, int32_t high) noexcept nogil:
+    cdef int32_t k = <int32_t>self.list.n
+    self.pair[2 * k], self.pair[2 * k + 1] = low, high
+    self.next[k], self.first[low] = self.first[low], k
+    self.touches[k] = True
+    self.list.n += 1
+    self.list.changes += 1
+
+
+cdef bint were_near(const Data *self, int32_t a, int32_t b) noexcept nogil:
+    """Return whether boxes of two elements were within the search's skin in the last accepted state."""
+    cdef double[6] box
+    cdef double[6] other
+    cdef double reach = self.search.radius[a] + self.search.radius[b] + self.search.skin
+    cdef int c
+    for c in range(3):
+        box[c] = box[3 + c] = self.before[12 * a + c]
+        other[c] = other[3 + c] = self.before[12 * b + c]
+    bounds(self.before + 12 * a, box, box + 3)
+    bounds(self.before + 12 * b, other, other + 3)
+    for c in range(3):
+        if box[c] > other[3 + c] + reach or other[c] > box[3 + c] + reach:
+            return False
+    return True
+
+
+cdef void list_pairs(Data *self, const Touches *touches) noexcept nogil:
+    """List the pairs of all touching points until the list is full.
+
+    Those that touch in a trial far from the last accepted state are left out.
+    """
+    cdef Coupling *coupling = &self.coupling
+    cdef const Touch *each
+    cdef ptrdiff_t k
+    if not coupling.list.used:
+        return
+    for k in range(touches.n):
+        each = touches.touch + k
+        if k > 0 and each.a == touches.touch[k - 1].a and each.b == touches.touch[k - 1].b:
+            continue
+        if (coupling.list.n < coupling.room and find_pair(coupling, each.a, each.b) < 0
+                and were_near(self, each.a, each.b)):
+            append_pair(coupling, min(each.a, each.b), max(each.a, each.b))
+
+
+cdef void empty_list(Coupling *self) noexcept nogil:
+    cdef ptrdiff_t k
+    for k in range(self.list.n):
+        self.first[self.pair[2 * k]] = -1
+    self.list.changes += self.list.n > 0
+    self.list.n = 0
+
+
+cdef void leave_out_idle_pairs(Coupling *self, const Touches *touches) noexcept nogil:
+    """Shorten the list to the pairs that touch, where these are few of it."""
+    cdef const Touch *each
+    cdef ptrdiff_t k, where, active = 0, n = self.list.n
+    cdef int32_t low, high
+    if n == 0:
+        return
+    memset(self.touches, 0, n * sizeof(int32_t))
+    for k in range(touches.n):
+        each = touches.touch + k
+        where = find_pair(self, each.a, each.b)
+        if where >= 0 and not self.touches[where]:
+            self.touches[where] = True
+            active += 1
+    if n <= 2 * active + MOST_IDLE:
+        return
+    empty_list(self)
+    for k in range(n):
+        if self.touches[k]:
+            low, high = self.pair[2 * k], self.pair[2 * k + 1]
+            append_pair(self, low, high)
+
+
+cdef void add_coupling(const Data *self, const Touches *list, double factor,
+                       double *values) noexcept nogil:
+    """Add - s (S_a^T n) (S_b^T n)^T of the elements of each touching point."""
+    cdef const Touch *each
+    cdef double *block
+    cdef double[12] g
+    cdef double[12] h
+    cdef double stiffness
+    cdef ptrdiff_t k, i, j, n = 4 * self.dim, where = -1
+    if not self.coupling.list.used:
+        return
+    for k in range(list.n):
+        each = list.touch + k
+        if k == 0 or each.a != list.touch[k - 1].a or each.b != list.touch[k - 1].b:
+            where = find_pair(&self.coupling, each.a, each.b)
+        if where < 0:
+            continue
+        block = values + self.coupling.list.first + where * self.coupling.list.size
+        if each.a < each.b:
+            set_gradient(self, each.a, each.z, each.n, g)
+            set_gradient(self, each.b, each.u, each.n, h)
+        else:
+            set_gradient(self, each.b, each.u, each.n, g)
+            set_gradient(self, each.a, each.z, each.n, h)
+        stiffness = factor * (1.0 + each.theta) * each.stiffness
+        for i in range(n):
+            for j in range(n):
+                block[n * i + j] -= stiffness * g[i] * h[j]
+
+
+cdef void add_sliding_coupling(const Data *self, const Touch *each, const double *block,
+                               double *values) noexcept nogil:
+    """Add - S_a^T B S_b of the elements of a touching point, for a symmetric B (3, 3)."""
+    cdef double[4] of_a
+    cdef double[4] of_b
+    cdef double *out
+    cdef const double *of_low = of_a
+    cdef const double *of_high = of_b
+    cdef ptrdiff_t dim = self.dim, n = 4 * dim, i, j, where
+    if not self.coupling.list.used:
+        return
+    where = find_pair(&self.coupling, each.a, each.b)
+    if where < 0:
+        return
+    weigh(self, each.a, each.z, of_a)
+    weigh(self, each.b, each.u, of_b)
+    if each.a > each.b:
+        of_low, of_high = of_b, of_a
+    out = values + self.coupling.list.first + where * self.coupling.list.size
+    for i in range(n):
+        for j in range(n):
+            out[n * i + j] -= of_low[i // dim] * of_high[j // dim] * block[3 * (i % dim) + j % dim]
