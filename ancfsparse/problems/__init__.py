@@ -30,6 +30,7 @@ from ancfsparse.problems.obstacles import (
     cantilever_on_cylinders,
     chain_over_pulley,
     net_on_sphere,
+    pile,
     sliding_block,
 )
 from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
@@ -68,6 +69,7 @@ __all__ = [
     "net_on_sphere",
     "octet",
     "pendulum",
+    "pile",
     "planar_rod",
     "robot_arm",
     "roll_up",

@@ -28,6 +28,7 @@ from ancfsparse.problems.obstacles import (
     cantilever_on_cylinders,
     chain_over_pulley,
     net_on_sphere,
+    pile,
     sliding_block,
 )
 from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
@@ -111,6 +112,9 @@ CASES = (
     Case(
         net_on_sphere, 4e-3, "force", 2.0, (5.1282856,), 2e-3, "weight of the net",
         GeneralizedAlpha(0.5),
+    ),
+    Case(
+        pile, 2e-3, "force", 0.3, (6.164023,), 1e-4, "weight of the cables", GeneralizedAlpha(0.5)
     ),
     elastic(
         cantilever_on_cylinders, 1e-3, "tip", 0.0, (1.8905202, -0.4825640), 2e-4,

@@ -1,4 +1,4 @@
-"""Cables that fall, slide, lie and run on fixed obstacles, with reference values of formulas."""
+"""Cables that fall, slide, lie and run on obstacles and on each other, with values of formulas."""
 
 from __future__ import annotations
 
@@ -28,6 +28,13 @@ START_TIME = 0.06  # in which the acceleration of the chain rises [s]
 NET_SECTION = Circle(4e-3)
 # Rubber, whose rates of strain and velocities are damped so that the net comes to rest in seconds.
 NET_MATERIAL = Material(1e6, 1000.0, axial_damping=0.02, rayleigh=(5.0, 0.0))
+LAYER_GAP = 2e-3  # between the layers of a pile at the start [m]
+CABLES_IN_LAYER = 5  # cables of a layer
+LAYER_WIDTH = 0.3  # of a layer [m]
+SCATTER = 4e-3  # of the ends of cables along that width [m]
+PILE_ELEMENT = 8.0 * CABLE_RADIUS  # length [m]
+# Rubber, with damping that brings the pile to rest in some tenths of a second.
+PILE_MATERIAL = Material(1e7, 1000.0, axial_damping=0.02, bending_damping=0.02, rayleigh=(5.0, 0.0))
 N_LOADS = 8  # forces along the cantilever in Exudyn's test, one at the end of each of its cables
 
 
@@ -194,5 +201,57 @@ def net_on_sphere(n: int = 12, mu: float = 0.4, slip_speed: float = 1e-2) -> Mec
     watched = {
         "force": lambda run: run.contact_force(contact).force[..., 2],
         "kinetic_energy": lambda run: run.energy.kinetic,
+    }
+    return Mechanism(scene, watched)
+
+
+def pile(
+    n_cables: int = 20,
+    n_elements: int = 10,
+    mu: float = 0.3,
+    slip_speed: float = 1e-2,
+    stiffness: float = 1e7,
+) -> Mechanism:
+    """Return layers of five rubber cables across each other that fall onto a floor and a pile.
+
+    The cables have a diameter of 10 mm and elements of 40 mm, and lie 60 to 80 mm apart in a
+    layer.  They press on each other with a `stiffness` [N/m2] and on the floor with a tenth of it,
+    with friction.
+
+    Quantities: vertical ``force`` on the floor [N]; ``kinetic_energy`` [J]; largest ``penetration``
+    of cables over their radius [-].
+    """
+    scene = Scene((0.0, 0.0, -GRAVITY))
+    n = check_count("n_cables", n_cables)
+    layer, rank = np.divmod(np.arange(n), CABLES_IN_LAYER)
+    scatter = SCATTER * np.random.default_rng(1).uniform(-1.0, 1.0, (n, 2))
+    along = 0.5 * PILE_ELEMENT * check_count("n_elements", n_elements)
+    across = (rank / (CABLES_IN_LAYER - 1) - 0.5)[:, None] * LAYER_WIDTH + scatter
+    height = CABLE_RADIUS + LAYER_GAP + layer * (2.0 * CABLE_RADIUS + LAYER_GAP)
+    nodes = np.empty((n, 2, 3))
+    nodes[:, :, 0], nodes[:, :, 1], nodes[:, :, 2] = (-along, along), across, height[:, None]
+    nodes[layer % 2 == 1] = nodes[layer % 2 == 1][:, :, [1, 0, 2]]
+    edges = np.arange(2 * n).reshape(n, 2)
+    cables = scene.add_mesh(
+        nodes.reshape(-1, 3),
+        edges,
+        "thin",
+        Circle(2.0 * CABLE_RADIUS),
+        PILE_MATERIAL,
+        n_elements=n_elements,
+        name="cables",
+    )
+    floor = scene.contact(
+        cables,
+        HalfSpace((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+        stiffness=0.1 * stiffness,
+        friction=mu,
+        slip_speed=slip_speed,
+    )
+    contact = scene.contact(cables, cables, stiffness=stiffness, friction=mu, slip_speed=slip_speed)
+    watched = {
+        "force": lambda run: run.contact_force(floor).force[:, 2],
+        "kinetic_energy": lambda run: run.energy.kinetic,
+        "penetration": lambda run: run.contact_force(contact).penetration / CABLE_RADIUS,
     }
     return Mechanism(scene, watched)

@@ -13,6 +13,7 @@ from ancfsparse.problems import (
     cantilever_on_cylinders,
     chain_over_pulley,
     net_on_sphere,
+    pile,
     sliding_block,
 )
 from ancfsparse.problems.named import MECHANISMS
@@ -152,3 +153,18 @@ def test_the_net_comes_to_rest_and_the_ball_bears_its_weight():
     assert found["kinetic_energy"][-1] < 1e-3 * found["kinetic_energy"].max()
     known = MECHANISMS["net_on_sphere"].value[0]
     assert known * (n + 1) / 13 == pytest.approx(weight, rel=1e-6)
+
+
+def test_a_pile_comes_to_rest_with_little_penetration_and_no_failed_step():
+    scene = pile(10, 6)
+    run = ancf.simulate(scene.scene, 0.3, 2e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    found = scene.quantities(run)
+    weight = 1000.0 * math.pi * 25e-6 * scene.bodies["cables"].lengths.sum() * G
+    assert found["force"][-1] == pytest.approx(weight, rel=1e-4)
+    assert found["kinetic_energy"][-1] < 1e-6 * found["kinetic_energy"].max()
+    assert 1e-3 < found["penetration"].max() < 1e-2
+    assert not run.stats.events
+    assert run.stats.iterations < 6 * run.stats.steps
+    known = MECHANISMS["pile"].value[0]
+    lengths = pile().scene.bodies[0].lengths.sum()
+    assert known == pytest.approx(1000.0 * math.pi * 25e-6 * lengths * G, rel=1e-6)
