@@ -1,5 +1,7 @@
 """Blocks of touching elements in the factor: against differences of the residual, and in runs."""
 
+import gc
+import weakref
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +11,7 @@ import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.nonlinear import Newton
 from ancfsparse.seeds import CoupledSeed, SparseSeed
+from ancfsparse.seeds.complete import sparse_seed
 from ancfsparse.solve.preparation.choose_factorization import make_complete_seed
 from ancfsparse.system import System
 from tests.matrices import full
@@ -143,6 +146,57 @@ def test_a_dense_inverse_has_no_coupling():
     system = System(resting())
     seed = make_complete_seed(system, ancf.QuasiNewton(), 1)
     assert type(seed) is SparseSeed
+
+
+def listed_pairs(system, part, q):
+    """The pairs that the matrix couples after a residual in a state."""
+    residual(system, q, np.zeros(system.n_all))
+    return part.compiled.coupled_pairs
+
+
+def test_pairs_of_a_trial_far_from_the_last_state_are_not_coupled():
+    system, part, q = lowered(0.7, 1e-3)
+    make_complete_seed(system, "auto", 1)
+    apart = q.copy()
+    for indices in system.vectors("r")[1:]:
+        apart[indices[:, 2]] += 0.1
+    system.assembly.accept(apart)
+    assert len(part.compiled.touches(q)[0])
+    assert len(listed_pairs(system, part, q)) == 0
+    system.assembly.accept(q)
+    assert len(listed_pairs(system, part, q)) > 0
+
+
+def test_pairs_that_no_longer_touch_are_dropped_once_they_are_the_majority():
+    system, part, q = lowered(0.0, 1e-4)  # side by side: many pairs
+    make_complete_seed(system, "auto", 1)
+    system.assembly.accept(q)
+    n = len(listed_pairs(system, part, q))
+    assert n > 8
+    system.assembly.accept(q)
+    assert len(part.compiled.coupled_pairs) == n
+    apart = q.copy()
+    for indices in system.vectors("r")[1:]:
+        apart[indices[:, 2]] += 0.02
+    assert len(listed_pairs(system, part, apart)) == n
+    system.assembly.accept(apart)
+    assert len(part.compiled.coupled_pairs) == 0
+
+
+def test_a_released_factor_of_cholmod_leaves_memory_at_once(monkeypatch, rng):
+    monkeypatch.setattr(sparse_seed, "MIN_SUPERNODAL_FLOPS", 0.0)
+    indptr, indices, values = lower_csc(random_spd(rng))
+    seed = SparseSeed(indptr, indices, 40)
+    assert seed.supernodal
+    assert seed.factor(values) == 0
+    alive = weakref.ref(seed)
+    gc.disable()
+    try:
+        seed.release()
+        del seed
+        assert alive() is None
+    finally:
+        gc.enable()
 
 
 def test_an_error_while_the_pattern_is_renewed_ends_the_run(monkeypatch):
