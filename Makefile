@@ -77,6 +77,7 @@ error-control: setup ## Measure errors and costs of simulate(accuracy=) on 100 s
 # The studies that count come first, those that take longest last; each prints its command.
 STUDIES := \
   'stability map --page docs/stability.md' \
+  'stability contact --page docs/stability.md' \
   'stability factorizations --page docs/stability.md' \
   'table1 --page README.md --page docs/benchmarks.md' \
   'contact wrapped-cylinder --page docs/contact.md' \
@@ -95,7 +96,7 @@ charts: peers ## Run the studies of the pages again, with their charts and table
 	  echo "== python -m benchmarks $$study"; \
 	  $(ONE_THREAD) $(BIN)/python -m benchmarks $$study || exit; \
 	done
-	mkdir -p docs/data && cp results/stability.csv docs/data/
+	mkdir -p docs/data && cp results/stability.csv results/stability-contact.csv docs/data/
 
 gallery: setup ## Draw the pictures of docs/gallery.md by its examples, e.g. ARGS="net"
 	$(BIN)/python tools/gallery.py $(ARGS)

@@ -25,7 +25,7 @@ from benchmarks.scaling.scaling_report import STUDY as SCALING
 from benchmarks.scaling.secant_pairs import STUDY as SECANT_PAIRS
 from benchmarks.stability.factorizations import STUDY as FACTORIZATIONS
 from benchmarks.stability.long_runs import STUDY as LONG_RUNS
-from benchmarks.stability.report import STUDY as STABILITY
+from benchmarks.stability.report import CONTACT_STUDY as CONTACT_STABILITY, STUDY as STABILITY
 from benchmarks.table1.kernels import STUDY as KERNELS
 from benchmarks.table1.report import STUDY as TABLE1
 from benchmarks.table1.speed import STUDY as PENDULUM_SPEED
@@ -52,6 +52,7 @@ STUDIES: dict[str, Study[Any]] = {
     "scaling secant-pairs": SECANT_PAIRS,
     "scaling lattice-pairs": LATTICE_PAIRS,
     "stability map": STABILITY,
+    "stability contact": CONTACT_STABILITY,
     "stability factorizations": FACTORIZATIONS,
     "stability long-runs": LONG_RUNS,
     "contact wrapped-cylinder": WRAPPED_CYLINDER,

@@ -20,6 +20,7 @@ from benchmarks.common.methods import chosen
 from benchmarks.common.progress import bar
 from benchmarks.common.study import Study
 from benchmarks.common.tables import Table
+from benchmarks.stability.beam_map import BEAMS
 from benchmarks.stability.scenes import SCENES
 from benchmarks.stability.stability_map import Scenes, Steps, Stiffnesses, check_cut
 
@@ -77,7 +78,8 @@ def factorizations(
 ) -> list[Row]:  # fmt: skip
     """Map the runs that complete with exact and with incomplete seeds; minutes."""
     names, moduli, lengths = check_cut(scenes, steps, stiffnesses, CASES)
-    points = list(itertools.product(names, INTEGRATORS, moduli, lengths, FACTORIZATIONS))
+    axes = names or CASES, INTEGRATORS, moduli or BEAMS.stiffnesses, lengths or BEAMS.steps
+    points = list(itertools.product(*axes, FACTORIZATIONS))
     return [_run(*point) for point in bar(points, "run", progress)]
 
 

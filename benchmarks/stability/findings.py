@@ -1,45 +1,22 @@
-"""Findings and tables of the stability map."""
+"""Findings and tables of any map of outcomes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from statistics import median
 
 from benchmarks.common.tables import Table
 from benchmarks.common.target import verdict
-from benchmarks.stability.cells import (
-    FAILED,
-    GAINED,
-    INTEGRATORS,
-    MIN_COMPLETION_RATIO,
-    PERTURBATION,
-    PERTURBATIONS,
-    RECOVERED,
-    SOLVERS,
-    Run,
-    in_words,
-)
-from benchmarks.stability.stability_map import (
-    CALM_STRETCH,
-    CALM_TURN,
-    FOR_ALL_SOLVERS,
-    MAX_GAIN,
-    MAX_NEWTON_FRACTION,
-    Stability,
-)
+from benchmarks.stability.cells import FAILED, GAINED, RECOVERED, Run, in_words
+from benchmarks.stability.map_spec import MIN_COMPLETION_RATIO, PERTURBATION, PERTURBATIONS
+from benchmarks.stability.stability_map import MAX_GAIN, Stability
+
+MAX_LISTED = 20  # runs that only Newton finishes in a list on a page
 
 
 def completed(runs: Sequence[Run]) -> float:
     """Return the share of runs that came to their end [%]."""
     return 100.0 * sum(run.is_complete for run in runs) / max(len(runs), 1)
-
-
-def with_integrator(result: Stability, integrator: str, solver: str = "auto") -> list[Run]:
-    """Return the runs of all scenes with an integrator and a solver."""
-    return [
-        run for run in result.runs
-        if (run.map_point.integrator, run.map_point.solver) == (integrator, solver)
-    ]  # fmt: skip
 
 
 def safe_step(runs: Sequence[Run]) -> float:
@@ -49,73 +26,83 @@ def safe_step(runs: Sequence[Run]) -> float:
     return max((dt for dt in steps if dt < dead), default=0.0)
 
 
-def findings(result: Stability) -> list[str]:
-    """State the failures relative to Newton, recoveries of calm runs, and hidden gains."""
+def comparison(result: Stability) -> list[str]:
+    """State how many runs end otherwise than Newton's, and each that fails alone."""
     pairs = list(result.with_newton())
-    lost = result.worse_than_newton(FAILED)
-    gained = result.worse_than_newton(GAINED)
-    chance = result.by_chance()
-    better = sum(run.is_complete and not newton.is_complete for run, newton in pairs)
-    calm, often, hidden = result.calm(), result.often_recovered(), result.hidden_gains()
-    others = result.calm_of_others()
-    largest = max((run.newton for run in others), default=0.0)
-    own = max((run.newton for run in calm if run.map_point.solver == "Newton"), default=0.0)
+    lost, gained = result.worse_than_newton(FAILED), result.worse_than_newton(GAINED)
+    worse, more = [*lost, *gained], len(lost) + len(gained) - MAX_LISTED
     return [
         f"Other solvers than Newton at the same {len(pairs)} points: {len(lost)} failed and "
-        f"{len(gained)} were stopped for energy where Newton finished, {better} finished where "
-        f"Newton did not. {len(chance)} more did not finish by chance: of {2 * PERTURBATIONS} "
-        f"motions whose Young's modulus differs by multiples of {PERTURBATION:g}, they finish "
-        f"at least {MIN_COMPLETION_RATIO:g} times as many as Newton, and Newton not all.",
-        *(f"Only Newton finishes: {_where(run)}: {in_words(run)}." for run in [*lost, *gained]),
-        f"Where no element turns by {CALM_TURN:g} rad or stretches by {CALM_STRETCH:g} within a "
-        f"step, in {len(others)} runs of other solvers, damped Newton saved at most "
-        f"{100 * largest:.2g} % of the steps of a run (target: {100 * MAX_NEWTON_FRACTION:g} %, "
-        f"{verdict(not often)}); of Newton's own calm runs, at most {100 * own:.2g} %.",
-        f"Runs that came to their end with more than {100 * MAX_GAIN:g} % of the largest kinetic "
-        f"energy above the supplied work: {len(hidden)} of "
-        f"{sum(run.is_complete for run in result.runs)} (target: none, {verdict(not hidden)}).",
+        f"{len(gained)} were stopped for energy where Newton finished, "
+        f"{len(result.better_than_newton())} finished where "
+        f"Newton did not. {len(result.by_chance())} more did not finish by chance: of "
+        f"{2 * PERTURBATIONS} motions whose {result.spec.varied} differs by multiples of "
+        f"{PERTURBATION:g}, they finish at least {MIN_COMPLETION_RATIO:g} times as many as Newton, "
+        "and Newton not all.",
         *(
-            f"Gained between two checks of the energy: {_where(run)}: {100 * run.gain:.2g} %, "
-            f"with stretches of {100 * run.stretch:.2g} % and turns of {run.turn:.2g} rad in a "
-            "step."
+            f"Only Newton finishes: {describe(result, run)}: {in_words(run)}."
+            for run in worse[:MAX_LISTED]
+        ),
+        *[f"Newton alone finishes {more} more, which the table of all runs has."] * (more > 0),
+    ]
+
+
+def gains(result: Stability, of_what: str, details: Callable[[Run], str]) -> list[str]:
+    """State how many runs that came to their end have gained too much energy, and each of them."""
+    hidden = result.hidden_gains()
+    return [
+        f"Runs that came to their end with more than {100 * MAX_GAIN:g} % {of_what}: "
+        f"{len(hidden)} of {sum(run.is_complete for run in result.runs)} (target: none, "
+        f"{verdict(not hidden)}).",
+        *(
+            f"Gained between two checks of the energy: {describe(result, run)}: "
+            f"{100 * run.gain:.2g} %{details(run)}."
             for run in hidden
         ),
     ]
 
 
-def _where(run: Run) -> str:
+def describe(result: Stability, run: Run) -> str:
+    """Name the point of a run."""
     p = run.map_point
-    return f"{p.scene}, {p.youngs_modulus:.0e} Pa, dt = {p.dt:g} s, {p.integrator}, {p.solver}"
+    unit = f" {result.spec.unit}" * bool(result.spec.unit)
+    stiffness = f"{p.stiffness:.0e}{unit}" if unit else f"stiffness {p.stiffness:g}"
+    return f"{p.scene}, {stiffness}, dt = {p.dt:g} s, {p.integrator}, {p.solver}"
 
 
 def integrator_table(result: Stability) -> Table:
-    """Set safe step and share of the runs that complete by integrator and scene."""
+    """Set safe step and share of the runs that complete by scene and integrator."""
+    integrators = result.integrators
     rows = []
-    for name in INTEGRATORS:
-        runs = with_integrator(result, name)
+    for scene in result.scenes:
         cells = []
-        for scene in result.scenes:
-            here = [run for run in runs if run.map_point.scene == scene]
+        for name in integrators:
+            here = result.of([scene], name, "auto")
             step = safe_step(here)
-            cells.append(f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %")
-        rows.append([name, *cells])
-    return Table(['with `"auto"`', *result.scenes], rows)
+            text = f"{f'{step:g} s' if step else 'none'}, {completed(here):.0f} %"
+            cells.append(text if here else "-")
+        rows.append([scene, *cells])
+    return Table(['with `"auto"`', *integrators], rows)
 
 
 def solver_table(result: Stability) -> Table:
-    """Set the outcomes by solver and integrator."""
+    """Set the outcomes by solver and integrator, and the runs that end otherwise than Newton's."""
     head = [
-        "", "integrator", "finished", "with help", "gained energy", "failed",
-        "corrections per step",
+        "", "integrator", "finished", "with help", "gained energy", "failed", "only Newton ends",
+        "Newton does not end", "corrections per step",
     ]  # fmt: skip
+    worse = [*result.worse_than_newton(FAILED), *result.worse_than_newton(GAINED)]
+    better = result.better_than_newton()
     rows = []
-    for solver in SOLVERS:
-        for integrator in FOR_ALL_SOLVERS:
-            runs = with_integrator(result, integrator, solver)
+    for solver in result.spec.solvers:
+        for integrator in result.spec.for_all_solvers:
+            runs = result.of(result.scenes, integrator, solver)
             counts = [
                 sum(run.is_complete for run in runs),
                 *(sum(run.outcome == kind for run in runs) for kind in (RECOVERED, GAINED, FAILED)),
+                *(sum(run in runs for run in others) for others in (worse, better)),
             ]
-            work = median(run.iterations for run in runs if run.is_complete)
-            rows.append([solver, integrator, *map(str, counts), f"{work:.2f}"])
+            work = [run.iterations for run in runs if run.is_complete]
+            line = [solver, integrator, *map(str, counts), f"{median(work):.2f}" if work else "-"]
+            rows += [line] * bool(runs)
     return Table(head, rows, left=(0, 1))
