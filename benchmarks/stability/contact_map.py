@@ -13,7 +13,7 @@ from benchmarks.common.tables import group_by
 from benchmarks.common.target import verdict
 from benchmarks.stability.cells import Run
 from benchmarks.stability.contact_scenes import SCENES, ContactCase
-from benchmarks.stability.findings import MAX_LISTED, comparison, describe, gains
+from benchmarks.stability.findings import MAX_LISTED, comparison, completed, describe, gains
 from benchmarks.stability.map_spec import MapSpec
 from benchmarks.stability.stability_map import Stability
 
@@ -97,14 +97,33 @@ def findings(result: Stability) -> list[str]:
         f"{max(run.measures['depth'] for run in runs):.2g} with {stiffness:g}"
         for stiffness, runs in sorted(by_stiffness.items())
     )
+    friction = group_by(result.runs, lambda run: run.map_point.scene.partition(", ")[2])
+    stiffness = group_by(result.runs, lambda run: f"stiffness {run.map_point.stiffness:g}")
+    integrator = group_by(
+        [run for run in result.runs if run.map_point.solver == "auto"],
+        lambda run: f'{run.map_point.integrator} and "auto"',
+    )
+    groups = friction, stiffness, integrator
+    points = group_by(result.runs, lambda run: run.map_point._replace(solver=""))
+    unsolved = [point for point, runs in points.items() if not any(r.is_complete for r in runs)]
+    soft = [describe(result, point) for point in unsolved if point.stiffness <= 1.0]
     return [
         *comparison(result),
         *gains(result, "of the energy exchanged above the supplied work", lambda run: ""),
+        "Runs that do not come to their end: "
+        + "; ".join(
+            ", ".join(f"{100.0 - completed(runs):.2g} % with {name}" for name, runs in each.items())
+            for each in groups
+        )
+        + ".",
+        f"At {len(unsolved)} points no solver comes to the end, at {len(soft)} with the default "
+        "stiffness or less.",
+        *(f"No solver comes to the end: {name}." for name in soft[:MAX_LISTED]),
         "Largest penetration over the radius of a run that came to its end, by the stiffness over "
         f"the default one: {', '.join(deepest)}. Beyond {MAX_DEPTH:g} over the root of that "
         f"stiffness are {len(deep)} of {len(complete)} runs (target: none, {verdict(not deep)}).",
         *(
-            f"Sank in: {describe(result, run)}: {run.measures['depth']:.2g} radii."
+            f"Sank in: {describe(result, run.map_point)}: {run.measures['depth']:.2g} radii."
             for run in deep[:MAX_LISTED]
         ),
     ]

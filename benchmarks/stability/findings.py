@@ -7,7 +7,7 @@ from statistics import median
 
 from benchmarks.common.tables import Table
 from benchmarks.common.target import verdict
-from benchmarks.stability.cells import FAILED, GAINED, RECOVERED, Run, in_words
+from benchmarks.stability.cells import FAILED, GAINED, RECOVERED, MapPoint, Run, in_words
 from benchmarks.stability.map_spec import MIN_COMPLETION_RATIO, PERTURBATION, PERTURBATIONS
 from benchmarks.stability.stability_map import MAX_GAIN, Stability
 
@@ -40,7 +40,7 @@ def comparison(result: Stability) -> list[str]:
         f"{PERTURBATION:g}, they finish at least {MIN_COMPLETION_RATIO:g} times as many as Newton, "
         "and Newton not all.",
         *(
-            f"Only Newton finishes: {describe(result, run)}: {in_words(run)}."
+            f"Only Newton finishes: {describe(result, run.map_point)}: {in_words(run)}."
             for run in worse[:MAX_LISTED]
         ),
         *[f"Newton alone finishes {more} more, which the table of all runs has."] * (more > 0),
@@ -55,19 +55,19 @@ def gains(result: Stability, of_what: str, details: Callable[[Run], str]) -> lis
         f"{len(hidden)} of {sum(run.is_complete for run in result.runs)} (target: none, "
         f"{verdict(not hidden)}).",
         *(
-            f"Gained between two checks of the energy: {describe(result, run)}: "
+            f"Gained between two checks of the energy: {describe(result, run.map_point)}: "
             f"{100 * run.gain:.2g} %{details(run)}."
             for run in hidden
         ),
     ]
 
 
-def describe(result: Stability, run: Run) -> str:
-    """Name the point of a run."""
-    p = run.map_point
+def describe(result: Stability, point: MapPoint) -> str:
+    """Name a point, without its solver if that is empty."""
     unit = f" {result.spec.unit}" * bool(result.spec.unit)
-    stiffness = f"{p.stiffness:.0e}{unit}" if unit else f"stiffness {p.stiffness:g}"
-    return f"{p.scene}, {stiffness}, dt = {p.dt:g} s, {p.integrator}, {p.solver}"
+    stiffness = f"{point.stiffness:.0e}{unit}" if unit else f"stiffness {point.stiffness:g}"
+    parts = point.scene, stiffness, f"dt = {point.dt:g} s", point.integrator, point.solver
+    return ", ".join(part for part in parts if part)
 
 
 def integrator_table(result: Stability) -> Table:

@@ -148,7 +148,10 @@ def _draw(ax: Axes, panel: Panel, result: Stability) -> None:
     ax.set_yticks(range(len(stiff)), _some(stiff), fontsize=LETTER_SIZE)
     ax.tick_params(length=2)
     fraction = f"{completed(panel.runs):.0f} %"
-    ax.text(0.03, 0.96, fraction, transform=ax.transAxes, fontsize=LETTER_SIZE, va="top")
+    ax.text(
+        0.03, 0.96, fraction, transform=ax.transAxes, fontsize=LETTER_SIZE, va="top", zorder=4,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
+    )  # fmt: skip
 
 
 def _some(values: Sequence[float]) -> list[str]:
