@@ -11,7 +11,7 @@ from benchmarks.common import methods
 from benchmarks.common.methods import chosen
 from benchmarks.common.tables import group_by
 from benchmarks.common.target import verdict
-from benchmarks.stability.cells import Run
+from benchmarks.stability.cells import MapPoint, Run
 from benchmarks.stability.contact_scenes import SCENES, ContactCase
 from benchmarks.stability.findings import MAX_LISTED, comparison, completed, describe, gains
 from benchmarks.stability.map_spec import MapSpec
@@ -88,6 +88,12 @@ def depth_limit(run: Run) -> float:
     return MAX_DEPTH / math.sqrt(run.map_point.stiffness)
 
 
+def select_unsolved(result: Stability) -> list[MapPoint]:
+    """Return the points at which no solver comes to the end, without a solver."""
+    points = group_by(result.runs, lambda run: run.map_point._replace(solver=""))
+    return [point for point, runs in points.items() if not any(run.is_complete for run in runs)]
+
+
 def findings(result: Stability) -> list[str]:
     """State the failures relative to Newton, hidden gains, and bodies that sink in."""
     complete = [run for run in result.runs if run.is_complete]
@@ -104,15 +110,14 @@ def findings(result: Stability) -> list[str]:
         lambda run: f'{run.map_point.integrator} and "auto"',
     )
     groups = friction, stiffness, integrator
-    points = group_by(result.runs, lambda run: run.map_point._replace(solver=""))
-    unsolved = [point for point, runs in points.items() if not any(r.is_complete for r in runs)]
+    unsolved = select_unsolved(result)
     soft = [describe(result, point) for point in unsolved if point.stiffness <= 1.0]
     return [
         *comparison(result),
         *gains(result, "of the energy exchanged above the supplied work", lambda run: ""),
         "Runs that do not come to their end: "
         + "; ".join(
-            ", ".join(f"{100.0 - completed(runs):.2g} % with {name}" for name, runs in each.items())
+            ", ".join(f"{100.0 - completed(runs):.3g} % with {name}" for name, runs in each.items())
             for each in groups
         )
         + ".",
