@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, overload
 
@@ -12,14 +11,21 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
-from ancfsparse.scene import bodies, force_elements
+from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.force_elements import obstacles
+from ancfsparse.scene.force_elements.contact_checks import (
+    MAX_START_DEPTH_RATIO as MAX_START_DEPTH_RATIO,
+    check_contact,
+    check_on,
+    check_restitution,
+    check_slip_speed,
+    radius_of,
+)
 from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, Record
-from ancfsparse.scene.sections.standard_sections import Circle, Tube
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -30,10 +36,6 @@ GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
-# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
-# have a hundredth, ones that were placed into each other by mistake mostly more.
-MAX_START_DEPTH_RATIO = 0.05
-MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +49,7 @@ class ContactSpec(Record):
     friction: float = 0.0
     slip_speed: float | None = None
     on: BodyRef | None = None
+    restitution: float | None = None
     method = "contact"
     units: ClassVar = {"stiffness": "N/m2", "radius": "m", "slip_speed": "m/s"}
 
@@ -58,6 +61,8 @@ class ContactSpec(Record):
                 numbers += [made.friction, made.slip_speed]
             return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}"
         numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
+        if made.restitution:
+            numbers.append(made.restitution)
         on = "" if self.on is None else f" on {self.on.body}"
         return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(numbers)}"
 
@@ -68,8 +73,8 @@ class Contact(Attachment):
 
     Attributes
     ----------
-    body, obstacle, stiffness, radius, friction, slip_speed, on
-        As in `Scene.contact`.
+    body, obstacle, stiffness, radius, friction, slip_speed, on, restitution
+        As in `Scene.contact`; no restitution is 0.
     """
 
     body: ElasticBody
@@ -79,6 +84,7 @@ class Contact(Attachment):
     friction: float
     slip_speed: float
     on: RigidBody | None
+    restitution: float
     contribution = "force_elements.contact.contacts"
 
     @property
@@ -130,6 +136,7 @@ class Contacts(SceneBase):
         radius: float | None = None,
         friction: float = 0.0,
         slip_speed: float | None = None,
+        restitution: float | None = None,
         on: RigidBody | None = None,
     ) -> Contact: ...
 
@@ -154,6 +161,7 @@ class Contacts(SceneBase):
         radius: float | None = None,
         friction: float = 0.0,
         slip_speed: float | None = None,
+        restitution: float | None = None,
         on: RigidBody | None = None,
     ) -> Contact | BeamContact:
         """Let a beam or a mesh touch an obstacle, another beam or mesh, or itself.
@@ -186,6 +194,11 @@ class Contacts(SceneBase):
         slip_speed : float, optional
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
             stick to obstacles.  Explicit integrators and friction of two bodies need it.
+        restitution : float, optional
+            Speed of an obstacle's rebound over the one before, larger than 0 and at most 1 [-]: the
+            pressure is multiplied by 1 + gamma tanh(e'/v) with gamma = (1 - eps^2)/(1 + eps^2) and
+            v = D sqrt(k/mu).  A fixed step must be at most a sixth of pi sqrt(mu/k), the time of an
+            impact.  By default pressures are not damped.
         on : RigidBody, optional
             The rigid body that the obstacle is a part of; the obstacle is given in its position at
             the start.  It moves and turns with the body, and the forces act on both.
@@ -226,10 +239,11 @@ class Contacts(SceneBase):
                 f"n_elements instead of 'auto' for {' and '.join(body.automatic)}"
             )
         if isinstance(obstacle, ElasticBody):
-            if on is not None:
-                raise InputError(
-                    f"on= of a contact is for obstacles: leave it out for {obstacle.name}"
-                )
+            for name, value in (("on", on), ("restitution", restitution)):
+                if value is not None:
+                    raise InputError(
+                        f"{name}= of a contact is for obstacles: leave it out for {obstacle.name}"
+                    )
             return self._contact_of_beams(body, obstacle, stiffness, radius, friction, slip_speed)
         if not isinstance(obstacle, obstacles.Obstacle):
             raise InputError(
@@ -246,14 +260,13 @@ class Contacts(SceneBase):
             None
             if stiffness is None
             else check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
-            _radius(body, radius),
+            radius_of(body, radius),
             check_coefficient(f"friction of the contact of {body.name}", friction),
-            _slip_speed(body, slip_speed),
-            None if on is None else self._own("a contact", _moving(obstacle, on)),
+            check_slip_speed(body, slip_speed),
+            None if on is None else self._own("a contact", check_on(obstacle, on)),
+            check_restitution(body, restitution),
         )
-        _check_reach(contact)
-        _check_start(contact)
-        _check_elements(contact)
+        check_contact(contact)
         for other in self.attachments:
             same = body, obstacle, on
             if isinstance(other, Contact) and (other.body, other.obstacle, other.on) == same:
@@ -266,6 +279,7 @@ class Contacts(SceneBase):
             contact.friction,
             slip_speed if slip_speed is None else contact.slip_speed,
             None if on is None else BodyRef(on.name),
+            restitution if restitution is None else contact.restitution,
         )
         return self._attach(contact, record)
 
@@ -286,7 +300,7 @@ class Contacts(SceneBase):
             )
         if stiffness is None:
             raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
-        radii = _radius(body, radius), _radius(other, radius)
+        radii = radius_of(body, radius), radius_of(other, radius)
         contact = force_elements.make_beam_contact(
             body, other, stiffness, radii, friction, slip_speed, self.attachments
         )
@@ -299,75 +313,3 @@ class Contacts(SceneBase):
             slip_speed if slip_speed is None else contact.slip_speed,
         )
         return self._attach(contact, record)
-
-
-def _moving(obstacle: Obstacle, on: object) -> RigidBody:
-    """Return the body of an obstacle, or refuse it."""
-    if not isinstance(on, bodies.RigidBody):
-        raise InputError(
-            f"on= of a contact needs a rigid body of this scene, got {format_value(on)}"
-        )
-    if on.n_vectors < obstacle.dim:
-        raise InputError(
-            f"the {obstacle.noun} is on {on.name}, a thin rod without rotation about its axis: "
-            "give the body an inertia in place of the shape Rod"
-        )
-    if obstacle.spin.any():
-        raise InputError(
-            f"the {obstacle.noun} turns with {on.name}: leave its angular_velocity out and give "
-            "that to the body, or drive its joint"
-        )
-    return on
-
-
-def _radius(body: ElasticBody, radius: float | None) -> float:
-    if radius is not None:
-        return check_moderate(f"radius of the contact of {body.name}", radius, "m")
-    if isinstance(body.section, Circle | Tube):
-        return 0.5 * body.section.diameter
-    raise InputError(f"the section of {body.name} is not round: give contact the radius=")
-
-
-def _slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
-    if slip_speed is None:
-        return 0.0
-    return check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
-
-
-def _check_reach(contact: Contact) -> None:
-    """Refuse a body that would touch an obstacle from outside the grid of its distances."""
-    reach = contact.obstacle.reach
-    if contact.radius > reach:
-        raise InputError(
-            f"{contact.what}: the radius of {contact.radius:.6g} m is larger than {reach:.6g} m, "
-            "the largest distance of its grid: give the obstacle a larger cell or spacing"
-        )
-
-
-def _check_start(contact: Contact) -> None:
-    """Refuse a body that begins inside the obstacle.
-
-    With a given stiffness, which can be soft, its axis alone must be outside.
-    """
-    points, radius = contact.points, contact.radius
-    distances = contact.obstacle.distances(np.array([point.position for point in points]))
-    k = int(np.argmin(distances))
-    depth = radius - distances[k]
-    limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
-    if depth > limit * radius:
-        raise InputError(
-            f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
-            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them"
-        )
-
-
-def _check_elements(contact: Contact) -> None:
-    """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
-    limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * contact.radius
-    longest = float(contact.body.lengths.max())
-    if longest > limit:
-        times = math.ceil(longest / limit)
-        raise InputError(
-            f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
-            f"circumference, {limit:.6g} m: take at least {times} times as many elements"
-        )

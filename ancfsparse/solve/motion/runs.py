@@ -44,6 +44,8 @@ def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
     """
     if request.accuracy is not None:
         return motion.ErrorControlledRun(request, system, request.accuracy)
+    for contribution in system.contributions:
+        contribution.check_step(request.clock.dt)
     if isinstance(request.integrator, Implicit):
         return motion.ImplicitRun(request, system, request.integrator, needed)
     return motion.ExplicitRun(request, system, request.integrator)

@@ -122,6 +122,9 @@ class Contribution(ABC):
         """
         return []
 
+    def check_step(self, dt: float) -> None:  # noqa: B027
+        """Refuse a fixed step that is too long for its law [s]."""
+
     def run_warnings(self) -> list[Warning]:
         """Return warnings of the last run."""
         return []

@@ -13,7 +13,7 @@ Between two states the pressure is the discrete gradient (W(e1) - W(e0)) / (e1 -
 generate energy in impacts that their steps do not resolve, take p(e1 + theta (e1 - e0)) with e0
 of the last accepted state and theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 """
-from libc.math cimport INFINITY, NAN, sqrt, tan
+from libc.math cimport INFINITY, NAN, sqrt, tan, tanh
 from libc.string cimport memcpy
 
 include "../../contribution.pxi"
@@ -32,6 +32,8 @@ cdef struct Data:
     const int32_t *slot
     const double *stiffness  # of each point, times its length [N/m]
     const double *rate  # of each point: STEPS_PER_IMPACT over the duration of an impact [1/s]
+    double gamma  # share of the pressure that changes its sign in an impact, 0 without restitution
+    const double *slow  # of each point: speed over penetration below which it does less [1/s]
     double *z  # deflections of the bristles in the last accepted state, (n, dim) [m]
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
@@ -118,6 +120,10 @@ cdef class Contact(CompiledContribution):
         Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles.
     grip : float
         Tangential stiffness of the bristles over the stiffness [-].
+    restitution : float
+        Coefficient of restitution eps, 0 for undamped pressures [-].
+    slow : (n,) float
+        Speed over penetration of each point below which the damping is less [1/s].
     n_all : int
         Number of coordinates.
     """
@@ -128,13 +134,16 @@ cdef class Contact(CompiledContribution):
                   impact_time, base, normal, projector, spin, turning, bint is_round, frame,
                   bounds, double ring, grid, double cell, double reach, double layer,
                   double friction, double slip_speed,
-                  double grip, ptrdiff_t n_all):
+                  double grip, double restitution, slow, ptrdiff_t n_all):
         cdef Data *data = &self.data
         cdef ptrdiff_t n
         take_points(&data.points, start, place, weight)
         take_groups(&data.groups, first, term, group_place, in_row)
         data.slot, data.stiffness = integers(slot), reals(stiffness)
         data.rate, n = self.copy(STEPS_PER_IMPACT / impact_time), data.points.n
+        if restitution > 0.0:
+            data.gamma = (1.0 - restitution**2) / (1.0 + restitution**2)
+        data.slow = self.copy(slow)
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         data.z = self.copy(np.zeros(self.interface.n_history + 2 * n))
@@ -161,7 +170,7 @@ cdef class Contact(CompiledContribution):
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
         if data.grip > 0.0:
             data.trial = self.copy(np.zeros((n, 3)))
-        self.interface.context, self.interface.damped = data, slip_speed > 0.0
+        self.interface.context, self.interface.damped = data, slip_speed > 0.0 or data.gamma > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
         self.interface.n_memory = self.interface.n_history + 2 * n
@@ -199,7 +208,7 @@ cdef class Contact(CompiledContribution):
         for k in range(n):
             locate(&self.data, k, &q[0], &here)
             if here.e > 0.0:
-                pressure = self.data.stiffness[k] * law_force(here.e, self.data.layer)
+                pressure = saved_force(&self.data, k, &here, &v[0])
                 for c in range(dim):
                     view[0, k, c] = pressure * leaving(&self.data, &here)[c]
                 if self.data.grip > 0.0:
@@ -311,7 +320,7 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
             self.before[k] = here[p].e
-            self.last[k] = self.stiffness[k] * law_force(here[p].e, self.layer)
+            self.last[k] = saved_force(self, k, &here[p], x.v)
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
@@ -328,8 +337,8 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
             if here[p].e > self.deepest:
                 self.deepest = here[p].e
             if self.grip > 0.0 and self.interval > 0.0:
-                deflect(self, k, x.q, &begin[p], &here[p])
-            self.last[k] = damped_force(self, k, here[p].e)
+                deflect(self, k, x, &begin[p], &here[p])
+            self.last[k] = force_in_state(self, k, &here[p], x.v)
             self.before[k] = here[p].e
     if self.grip > 0.0:
         memcpy(self.q0, x.q, self.n_all * sizeof(double))
@@ -346,6 +355,7 @@ cdef int contacts_changed(void *context) noexcept nogil:
 
 include "geometry/grids.pxi"
 include "geometry/shapes.pxi"
+include "restitution.pxi"
 include "contact_residual.pxi"
 include "sliding.pxi"
 include "bristles.pxi"

@@ -106,7 +106,7 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
         f[c] = u[c]
 
 
-cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
+cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *begin,
                   const Place *end) noexcept nogil:
     """Update the deflection of a bristle to the end of an accepted step; moves `begin`."""
     cdef ptrdiff_t c, dim = self.points.dim
@@ -115,15 +115,15 @@ cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
     cdef double pressure
     cdef double *z = self.z + dim * k
     if self.is_mean:
-        pressure = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
+        pressure = force_between(self, k, begin.e, end.e, NULL)
     else:
-        pressure = damped_force(self, k, end.e)
+        pressure = force_in_state(self, k, end, x1.v)
     if pressure <= 0.0:
         for c in range(dim):
             z[c] = 0.0
         return
     take_bristle(self, z, &u[0])
-    creep(self, k, q1, begin, end, &x[0])
+    creep(self, k, x1.q, begin, end, &x[0])
     if self.is_mean:
         shorten(limit_of(self, k, pressure), &u[0])
     transport(end.n, &u[0])

@@ -46,28 +46,32 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef const Data *self = <const Data *>context
     cdef const int32_t *slot = self.slot
     cdef Place[MAX_POINTS] here
-    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL
+    cdef bint depends = part == DAMPING and x.v != NULL
+    cdef bint slides = depends and self.slip_speed > 0.0
+    cdef bint presses = part == STIFFNESS or part == MATERIAL or (
+        depends and self.gamma > 0.0 and not self.is_mean)
     cdef ptrdiff_t g, k, p, size
-    if not (part == STIFFNESS or part == MATERIAL or slides):
+    if not (presses or slides):
         return
     for g in range(self.groups.n):
         locate_group(self, g, x.q, here)
         size = self.points.dim * (self.groups.term[g + 1] - self.groups.term[g])
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
-            add_blocks(self, k, part, slides, x, &here[p], slot, values)
+            add_blocks(self, k, part, presses, slides, x, &here[p], slot, values)
             slot += size * (size + 1) // 2
 
 
-cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint slides, const ancf_state *x,
-                     const Place *here, const int32_t *slot, double *values) noexcept nogil:
-    """Add the derivatives of the forces on a point."""
+cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint presses, bint slides,
+                     const ancf_state *x, const Place *here, const int32_t *slot,
+                     double *values) noexcept nogil:
+    """Add the derivatives of the pressure on a point, or of friction by its velocity, or both."""
     cdef const double *weight = self.points.weight + self.points.start[k]
     cdef double[9] block
     cdef double[9] rubbing
     cdef double pressure, slope
-    cdef bint sticks = self.is_sticking or (
-        self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k])
+    cdef bint sticks = part != DAMPING and (self.is_sticking or (
+        self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]))
     cdef ptrdiff_t i, j, c, e, dim = self.points.dim
     if not respond(self, k, here, &pressure, &slope):
         return
@@ -75,7 +79,9 @@ cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint slides, const
         weigh(self, k, x.q, x.q, here)
     if slides:
         sliding_block(self, k, x, here, pressure, &rubbing[0])
-    else:
+    if presses:
+        if part == DAMPING:
+            part, pressure, slope = MATERIAL, 0.0, restitution_damping(self, k, here, x.v)
         normal_block(self, part, here, pressure, slope, &block[0])
         if self.frame_moves:
             add_vector_blocks(self, part, k, here, pressure, slope, slot, values)
@@ -86,7 +92,7 @@ cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint slides, const
         for c in range(dim):
             for j in range(i + 1):
                 for e in range(dim if j < i else c + 1):
-                    if not slides:
+                    if presses:
                         values[slot[0]] += weight[i] * weight[j] * block[3 * c + e]
                     if slides or sticks:
                         values[slot[0]] += self.weights[i] * self.weights[j] * rubbing[3 * c + e]

@@ -90,6 +90,8 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
             self.at[k] = here[p].e
             self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer)
             self.force[k] = self.stiffness[k] * law_force(e, self.layer)
+            if self.gamma > 0.0 and x.v != NULL and self.force[k] > 0.0:
+                restrain(self, k, &here[p], x.v, &self.force[k], &self.slope[k])
             if self.force[k] > 0.0:
                 set_point_force(self, g, p, x, x.q, &here[p], &here[p], &forces, r)
             else:
@@ -119,8 +121,7 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
                 continue
             if not forces.any:
                 locate_group(self, g, x.q, middle)
-            self.force[k] = self.stiffness[k] * mean_force(begin[p].e, end[p].e, self.layer)
-            self.slope[k] = self.stiffness[k] * mean_slope(begin[p].e, end[p].e, self.layer)
+            self.force[k] = force_between(self, k, begin[p].e, end[p].e, &self.slope[k])
             self.at[k] = middle[p].e
             mean_normal(self, &end[p], &begin[p])
             set_point_force(self, g, p, x, q1, &begin[p],

@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.errors import PenetrationWarning
+from ancfsparse.errors import InputError, PenetrationWarning
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
@@ -27,6 +27,14 @@ from ancfsparse.system.coordinates.discretization import Discretization
 # Stiffness of bristles over the one of the contact.  A cable on a drum that slides takes as many
 # iterations as without friction, and with 1 in place of .1 up to five times as many.
 GRIP_RATIO = 0.1
+# Steps times the restitution that an impact needs.  The speed of a level rebound is then within 1 %
+# in all phases, for .25 to .9; with 8 it is off by up to 2 %, with 6 steps and .25 by 50 %.
+RESTITUTION_STEPS = 12.0
+# Speed below which an impact is damped less, near its deepest point, over the restitution and the
+# speed of an undamped impact as deep: with .25 the rebound is .4 % faster.  With half of it steps
+# are repeated, and with a constant small speed some do not converge.
+SLOW_RATIO = 0.05
+SAME_STEP = 1e-6  # relative difference of steps that are equal
 MAX_DEFAULT_PENETRATION = 3.0 * IMPACT_RATIO  # over the radius of the body
 
 
@@ -88,6 +96,7 @@ class ContactContribution(Contribution):
         """Return the compiled contact."""
         points, contact, obstacle = self._points, self.contact, self.contact.obstacle
         dim, normal, core = obstacle.dim, obstacle.normal_vector, obstacle.core
+        n = len(contact.points)
         is_affine = obstacle.projector is not None and (contact.on is None or obstacle.is_alike)
         self._compiled = compiled_module("contacts").Contact(
             points.start,
@@ -96,7 +105,7 @@ class ContactContribution(Contribution):
             *points.groups(GAUSS_POINTS, self._n_all),
             points.slots(pattern, self._n_free),
             self.stiffness * contact.weights,
-            np.pi * np.sqrt(self._mass_per_length() / self.stiffness),
+            np.full(n, np.inf) if contact.restitution else self._impact_times(),
             np.zeros(dim) if contact.on else np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
             obstacle.projector if is_affine else np.zeros((dim, dim)),
@@ -113,15 +122,33 @@ class ContactContribution(Contribution):
             contact.friction,
             contact.slip_speed,
             GRIP_RATIO,
+            contact.restitution,
+            self._slow_rates(),
             self._n_all,
         )
         return self._compiled
 
-    def _mass_per_length(self) -> Vector:
-        """Return the mass per length of the body at every point, (n,) [kg/m]."""
+    def _impact_times(self) -> Vector:
+        """Return the duration of an impact at every point, (n,) [s]."""
         body = self.contact.body
         of_elements = np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
-        return np.repeat(of_elements, GAUSS_POINTS)
+        return np.repeat(np.pi * np.sqrt(of_elements / self.stiffness), GAUSS_POINTS)
+
+    def _slow_rates(self) -> Vector:
+        """Return speeds over penetrations below which points are damped less, (n,) [1/s]."""
+        return SLOW_RATIO * self.contact.restitution * np.pi / self._impact_times()
+
+    def check_step(self, dt: float) -> None:
+        """Refuse a step of a run that does not resolve impacts with a restitution."""
+        contact, shortest = self.contact, float(self._impact_times().min())
+        longest = shortest * contact.restitution / RESTITUTION_STEPS
+        if contact.restitution and dt > (1.0 + SAME_STEP) * longest:
+            raise InputError(
+                f"dt of {dt:.3g} s does not resolve the impacts of {contact.what}, of "
+                f"{shortest:.3g} s with the stiffness of {self.stiffness:.3g} N/m2: a restitution "
+                f"of {contact.restitution:.3g} needs a dt of at most {longest:.3g} s, accuracy= in "
+                "place of dt, or a smaller stiffness"
+            )
 
     @property
     def n_history(self) -> int:

@@ -1,4 +1,4 @@
-"""Energy lost by friction and the numerical damping of impacts; included by `_contacts.pyx`."""
+"""Energy lost by friction and the damping of impacts; included by `_contacts.pyx`."""
 
 # Relative difference of an interval and a step below which they are equal: times are rounded, and
 # a step that counts as another interval changes the rule.
@@ -15,7 +15,7 @@ cdef double turned(const Data *self, const Place *here, const double *f) noexcep
 
 cdef double damping_loss(const Data *self, const ancf_state *x0,
                          const ancf_state *x1) noexcept nogil:
-    """Energy that the numerical damping of impacts takes between two states, by the trapezoidal rule.
+    """Energy that the damping of impacts takes: of `between`, or by the trapezoidal rule.
 
     It is the work of the difference of the pressures with and without it.
     """
@@ -23,13 +23,17 @@ cdef double damping_loss(const Data *self, const ancf_state *x0,
     cdef Place end
     cdef double before, after, sum = 0.0
     cdef ptrdiff_t k, c
-    if self.dt == 0.0:
+    if self.dt == 0.0 and self.gamma == 0.0:
         return 0.0
     for k in range(self.points.n):
         locate(self, k, x0.q, &begin)
         locate(self, k, x1.q, &end)
+        if self.is_mean:
+            before = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
+            sum += (force_between(self, k, begin.e, end.e, NULL) - before) * (end.e - begin.e)
+            continue
         before = self.last[k] - self.stiffness[k] * law_force(begin.e, self.layer)
-        after = damped_force(self, k, end.e) - self.stiffness[k] * law_force(end.e, self.layer)
+        after = force_in_state(self, k, &end, x1.v) - self.stiffness[k] * law_force(end.e, self.layer)
         for c in range(self.points.dim):
             if self.has_frame:
                 sum += 0.5 * (before * begin.m[c] + after * end.m[c]) * (begin.b[c] - end.b[c])

@@ -132,12 +132,12 @@ cdef double friction_work(const Data *self, const ancf_state *x0, const ancf_sta
         locate_group(self, g, x1.q, end)
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
-            pressure = damped_force(self, k, end[p].e)
+            pressure = force_in_state(self, k, &end[p], x1.v)
             if (begin[p].e <= 0.0 and end[p].e <= 0.0 and pressure <= 0.0
                     and self.last[k] <= 0.0):
                 continue
             if self.is_mean:
-                pressure = self.stiffness[k] * mean_force(begin[p].e, end[p].e, self.layer)
+                pressure = force_between(self, k, begin[p].e, end[p].e, NULL)
             if self.grip > 0.0:
                 sum += work_of_bristles(self, k, x1.q, &begin[p], &end[p], pressure, supplied)
             else:
