@@ -282,7 +282,12 @@ GIVEN = {
     "Scene.contact, of beams": lambda w: {"obstacle": w.net, "radius": 0.01, "stiffness": 1.0},
     "Scene.contact, that sticks": lambda w: {"radius": 0.01, "friction": 0.1},
     "Scene.contact, that creeps": lambda w: {"radius": 0.01, "friction": 0.1, "slip_speed": 0.01},
-    "Scene.contact, that returns": lambda w: {"radius": 0.01, "restitution": 0.5},
+    "Scene.contact, that returns": lambda w: {
+        "radius": 0.01, "restitution": 0.9, "stiffness": 100.0
+    },
+    "Scene.contact, with static friction": lambda w: {
+        "radius": 0.01, "friction": 0.1, "static_friction": 0.2
+    },
     "Scene.drive_joint": lambda w: {"value": 0.0},
     "Scene.joint_spring": lambda w: {"stiffness": 1.0},
     "Scene.joint_friction": lambda w: {"size": 0.1},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, overload
 
@@ -15,14 +16,6 @@ from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.force_elements import obstacles
-from ancfsparse.scene.force_elements.contact_checks import (
-    MAX_START_DEPTH_RATIO as MAX_START_DEPTH_RATIO,
-    check_contact,
-    check_on,
-    check_restitution,
-    check_slip_speed,
-    radius_of,
-)
 from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, Record
@@ -36,6 +29,10 @@ GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
+# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
+# have a hundredth, ones that were placed into each other by mistake mostly more.
+MAX_START_DEPTH_RATIO = 0.05
+MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +47,7 @@ class ContactSpec(Record):
     slip_speed: float | None = None
     on: BodyRef | None = None
     restitution: float | None = None
+    static_friction: float | None = None
     method = "contact"
     units: ClassVar = {"stiffness": "N/m2", "radius": "m", "slip_speed": "m/s"}
 
@@ -61,8 +59,7 @@ class ContactSpec(Record):
                 numbers += [made.friction, made.slip_speed]
             return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}"
         numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
-        if made.restitution:
-            numbers.append(made.restitution)
+        numbers += [each for each in (self.restitution, self.static_friction) if each]
         on = "" if self.on is None else f" on {self.on.body}"
         return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(numbers)}"
 
@@ -73,8 +70,8 @@ class Contact(Attachment):
 
     Attributes
     ----------
-    body, obstacle, stiffness, radius, friction, slip_speed, on, restitution
-        As in `Scene.contact`; no restitution is 0.
+    body, obstacle, stiffness, radius, friction, slip_speed, on, restitution, static_friction
+        As in `Scene.contact`; no restitution is 0, and by default both frictions are equal.
     """
 
     body: ElasticBody
@@ -85,6 +82,7 @@ class Contact(Attachment):
     slip_speed: float
     on: RigidBody | None
     restitution: float
+    static_friction: float
     contribution = "force_elements.contact.contacts"
 
     @property
@@ -96,6 +94,11 @@ class Contact(Attachment):
     def sticks(self) -> bool:
         """True if friction is that of bristles, which have deflections."""
         return self.friction > 0.0 and self.slip_speed == 0.0
+
+    @property
+    def has_static_friction(self) -> bool:
+        """True if bristles that stick have a larger coefficient of friction."""
+        return self.static_friction > self.friction
 
     @property
     def points(self) -> list[Point]:
@@ -135,6 +138,7 @@ class Contacts(SceneBase):
         stiffness: float | None = None,
         radius: float | None = None,
         friction: float = 0.0,
+        static_friction: float | None = None,
         slip_speed: float | None = None,
         restitution: float | None = None,
         on: RigidBody | None = None,
@@ -160,6 +164,7 @@ class Contacts(SceneBase):
         stiffness: float | None = None,
         radius: float | None = None,
         friction: float = 0.0,
+        static_friction: float | None = None,
         slip_speed: float | None = None,
         restitution: float | None = None,
         on: RigidBody | None = None,
@@ -170,7 +175,8 @@ class Contacts(SceneBase):
         k (e^3/D^2 - e^4/(2 D^3)) up to D = radius/1000 and k (e - D/2) beyond, and has a potential.
         Friction is that of bristles: springs of the stiffness k/10 between the body and the
         surface, which stick until their force reaches mu p, where p is the pressure, and then
-        slide with that force.  With `slip_speed` it opposes the sliding velocity u with
+        slide with that force, or with a `static_friction` mu_s stick until it reaches mu_s p.
+        With `slip_speed` it opposes the sliding velocity u with
         mu p u / sqrt(u^2 + slip_speed^2) instead, and a body that ought to stick creeps: under a
         fraction f of the force of full sliding with ``slip_speed f / sqrt(1 - f^2)``.
 
@@ -191,6 +197,9 @@ class Contacts(SceneBase):
             `Circle` or `Tube`, and needed for other sections.  If given, it is that of both bodies.
         friction : float, optional
             Coefficient of friction mu [-].
+        static_friction : float, optional
+            Coefficient of friction of points that stick, at least `friction` [-]: by default the
+            same.  A point that slides sticks again where its sliding stops or reverses.
         slip_speed : float, optional
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
             stick to obstacles.  Explicit integrators and friction of two bodies need it.
@@ -239,7 +248,8 @@ class Contacts(SceneBase):
                 f"n_elements instead of 'auto' for {' and '.join(body.automatic)}"
             )
         if isinstance(obstacle, ElasticBody):
-            for name, value in (("on", on), ("restitution", restitution)):
+            more = {"on": on, "restitution": restitution, "static_friction": static_friction}
+            for name, value in more.items():
                 if value is not None:
                     raise InputError(
                         f"{name}= of a contact is for obstacles: leave it out for {obstacle.name}"
@@ -260,13 +270,16 @@ class Contacts(SceneBase):
             None
             if stiffness is None
             else check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
-            radius_of(body, radius),
+            force_elements.radius_of(body, radius),
             check_coefficient(f"friction of the contact of {body.name}", friction),
-            check_slip_speed(body, slip_speed),
-            None if on is None else self._own("a contact", check_on(obstacle, on)),
-            check_restitution(body, restitution),
+            force_elements.check_slip_speed(body, slip_speed),
+            None if on is None else self._own("a contact", force_elements.check_on(obstacle, on)),
+            force_elements.check_restitution(body, restitution),
+            force_elements.check_static_friction(body, friction, static_friction, slip_speed),
         )
-        check_contact(contact)
+        _check_reach(contact)
+        _check_start(contact)
+        _check_elements(contact)
         for other in self.attachments:
             same = body, obstacle, on
             if isinstance(other, Contact) and (other.body, other.obstacle, other.on) == same:
@@ -280,6 +293,7 @@ class Contacts(SceneBase):
             slip_speed if slip_speed is None else contact.slip_speed,
             None if on is None else BodyRef(on.name),
             restitution if restitution is None else contact.restitution,
+            static_friction if static_friction is None else contact.static_friction,
         )
         return self._attach(contact, record)
 
@@ -300,7 +314,7 @@ class Contacts(SceneBase):
             )
         if stiffness is None:
             raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
-        radii = radius_of(body, radius), radius_of(other, radius)
+        radii = force_elements.radius_of(body, radius), force_elements.radius_of(other, radius)
         contact = force_elements.make_beam_contact(
             body, other, stiffness, radii, friction, slip_speed, self.attachments
         )
@@ -313,3 +327,42 @@ class Contacts(SceneBase):
             slip_speed if slip_speed is None else contact.slip_speed,
         )
         return self._attach(contact, record)
+
+
+def _check_reach(contact: Contact) -> None:
+    """Refuse a body that would touch an obstacle from outside the grid of its distances."""
+    reach = contact.obstacle.reach
+    if contact.radius > reach:
+        raise InputError(
+            f"{contact.what}: the radius of {contact.radius:.6g} m is larger than {reach:.6g} m, "
+            "the largest distance of its grid: give the obstacle a larger cell or spacing"
+        )
+
+
+def _check_start(contact: Contact) -> None:
+    """Refuse a body that begins inside the obstacle.
+
+    With a given stiffness, which can be soft, its axis alone must be outside.
+    """
+    points, radius = contact.points, contact.radius
+    distances = contact.obstacle.distances(np.array([point.position for point in points]))
+    k = int(np.argmin(distances))
+    depth = radius - distances[k]
+    limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
+    if depth > limit * radius:
+        raise InputError(
+            f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
+            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them"
+        )
+
+
+def _check_elements(contact: Contact) -> None:
+    """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
+    limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * contact.radius
+    longest = float(contact.body.lengths.max())
+    if longest > limit:
+        times = math.ceil(longest / limit)
+        raise InputError(
+            f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
+            f"circumference, {limit:.6g} m: take at least {times} times as many elements"
+        )

@@ -35,6 +35,7 @@ cdef struct Data:
     double gamma  # share of the pressure that changes its sign in an impact, 0 without restitution
     const double *slow  # of each point: speed over penetration below which it does less [1/s]
     double *z  # deflections of the bristles in the last accepted state, (n, dim) [m]
+    double *slides  # of each point, 1 if its bristle slides there, otherwise 0; null without `friction0`
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
     double deepest  # largest penetration of an accepted state of the run [m]
@@ -57,7 +58,9 @@ cdef struct Data:
     double cell  # spacing of the grid [m]
     bint frame_moves  # whether it is on a body
     double reach, layer, friction, slip_speed
+    double friction0  # coefficient of friction that sticks
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
+    const double *settling  # of each point: damping of a bristle over its stiffness [s]
     double interval  # since the last accepted state [s]
     bint is_sticking  # whether bristles stick in the matrix of a state, outside of steps
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
@@ -116,10 +119,13 @@ cdef class Contact(CompiledContribution):
         Distance from the base at which surfaces touch [m].
     layer : float
         Thickness of the layer in which the pressure begins [m].
-    friction, slip_speed : float
-        Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles.
+    friction, slip_speed, friction0 : float
+        Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles, whose
+        last coefficient is that of ones that stick [-].
     grip : float
         Tangential stiffness of the bristles over the stiffness [-].
+    settling : (n,) float
+        Damping of the bristles over their stiffness [s].
     restitution : float
         Coefficient of restitution eps, 0 for undamped pressures [-].
     slow : (n,) float
@@ -133,8 +139,8 @@ cdef class Contact(CompiledContribution):
     def __cinit__(self, start, place, weight, first, term, group_place, in_row, slot, stiffness,
                   impact_time, base, normal, projector, spin, turning, bint is_round, frame,
                   bounds, double ring, grid, double cell, double reach, double layer,
-                  double friction, double slip_speed,
-                  double grip, double restitution, slow, ptrdiff_t n_all):
+                  double friction, double slip_speed, double friction0,
+                  double grip, settling, double restitution, slow, ptrdiff_t n_all):
         cdef Data *data = &self.data
         cdef ptrdiff_t n
         take_points(&data.points, start, place, weight)
@@ -143,10 +149,13 @@ cdef class Contact(CompiledContribution):
         data.rate, n = self.copy(STEPS_PER_IMPACT / impact_time), data.points.n
         if restitution > 0.0:
             data.gamma = (1.0 - restitution**2) / (1.0 + restitution**2)
-        data.slow = self.copy(slow)
+        data.slow, data.settling = self.copy(slow), self.copy(settling)
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
+        self.interface.n_history += n if data.grip > 0.0 and friction0 > friction else 0
         data.z = self.copy(np.zeros(self.interface.n_history + 2 * n))
+        if self.interface.n_history > n * data.points.dim:
+            data.slides = data.z + n * data.points.dim
         data.before = data.z + self.interface.n_history
         data.last = data.before + n
         data.base, data.normal = self.copy(base), self.copy(normal)
@@ -161,7 +170,7 @@ cdef class Contact(CompiledContribution):
         if grid is not None:
             data.grid, data.cell = reals(grid), cell
             data.shape[0], data.shape[1], data.shape[2] = (*grid.shape, 1)[:3]
-        data.friction, data.slip_speed = friction, slip_speed
+        data.friction, data.slip_speed, data.friction0 = friction, slip_speed, friction0
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
         data.n_all = n_all if data.grip > 0.0 else 0
@@ -194,10 +203,10 @@ cdef class Contact(CompiledContribution):
         """Largest penetration of an accepted state of the last run [m]."""
         return self.data.deepest
 
-    def forces(self, const double[::1] q, const double[::1] v, const double[:, ::1] z):
+    def forces(self, const double[::1] q, const double[::1] v, const double[::1] history):
         """Return normal force and friction on every point, (2, n, dim) [N].
 
-        Bristles have the deflections z, (n, dim) [m], and none if z is empty.
+        Bristles have the deflections of its history variables, and none if these are empty.
         """
         cdef ptrdiff_t k, c, n = self.data.points.n, dim = self.data.points.dim
         out = np.zeros((2, n, dim))
@@ -205,6 +214,7 @@ cdef class Contact(CompiledContribution):
         cdef Place here
         cdef double pressure
         cdef double[3] f
+        cdef bint slides
         for k in range(n):
             locate(&self.data, k, &q[0], &here)
             if here.e > 0.0:
@@ -212,10 +222,11 @@ cdef class Contact(CompiledContribution):
                 for c in range(dim):
                     view[0, k, c] = pressure * leaving(&self.data, &here)[c]
                 if self.data.grip > 0.0:
-                    if z.shape[0] == 0:
+                    if history.shape[0] == 0:
                         continue
-                    take_bristle(&self.data, &z[k, 0], &f[0])
-                    grip(&self.data, k, pressure, &f[0])
+                    take_bristle(&self.data, &history[dim * k], &f[0])
+                    slides = self.data.slides != NULL and history[dim * n + k] > 0.0
+                    grip(&self.data, k, limit_if(&self.data, k, slides, pressure), &f[0])
                     for c in range(dim):
                         view[1, k, c] = f[c]
                 elif self.data.friction > 0.0:

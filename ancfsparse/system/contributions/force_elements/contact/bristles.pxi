@@ -1,9 +1,13 @@
 """Friction of bristles that stick; included by `_contacts.pyx`.
 
-A bristle is a spring of the stiffness k_t between a point and the place of the surface that it
-sticks to, deflected by z.  While a point moves along the surface by x, z becomes z + x, and friction
-is f = -k_t z, until |f| reaches mu p: then the bristle slides, and z is that of f = -mu p z / |z|.
-Between two states f is that of z + x/2, so that friction never returns more energy than k_t z^2 / 2.
+A bristle is a spring of the stiffness k_t with a damper c between a point and the place of the surface
+that it sticks to, deflected by z.  While a point moves along the surface by x in the time dt, z
+becomes z + x, and friction is f = -k_t (z + x) - c x / dt, until |f| reaches mu p: then the bristle
+slides, and its z is that of f = -mu p in the same direction.  The damper settles what sticks.
+Friction that sticks can have a larger coefficient: it holds while a bristle has not slid, and again
+from the first step in which the deflection of one that slid does not grow, so mu is constant in a
+step.  Between two states z + x/2 takes the place of z + x, and friction never returns more energy than
+k_t z^2 / 2.
 Outside of a step x is zero.
 """
 
@@ -34,9 +38,16 @@ cdef inline void take_bristle(const Data *self, const double *z, double *u) noex
     u[2] = z[2] if self.points.dim == 3 else 0.0
 
 
+cdef inline double limit_if(const Data *self, ptrdiff_t k, bint slides,
+                            double pressure) noexcept nogil:
+    """Largest deflection of a bristle that slides or sticks [m]."""
+    return (self.friction if slides or self.slides == NULL else self.friction0) * (
+        pressure / (self.grip * self.stiffness[k]))
+
+
 cdef inline double limit_of(const Data *self, ptrdiff_t k, double pressure) noexcept nogil:
     """Deflection at which a bristle slides [m]."""
-    return self.friction * pressure / (self.grip * self.stiffness[k])
+    return limit_if(self, k, self.slides != NULL and self.slides[k] > 0.0, pressure)
 
 
 cdef inline void shorten(double limit, double *z) noexcept nogil:
@@ -49,13 +60,23 @@ cdef inline void shorten(double limit, double *z) noexcept nogil:
         z[2] *= ratio
 
 
-cdef inline void grip(const Data *self, ptrdiff_t k, double pressure, double *z) noexcept nogil:
-    """Replace a deflection by the friction on the point."""
+cdef inline void grip(const Data *self, ptrdiff_t k, double limit, double *z) noexcept nogil:
+    """Replace a deflection, which is not longer than a limit, by the friction on the point."""
     cdef double factor = -self.grip * self.stiffness[k]
-    shorten(limit_of(self, k, pressure), z)
+    shorten(limit, z)
     z[0] *= factor
     z[1] *= factor
     z[2] *= factor
+
+
+cdef inline double delay_of(const Data *self, ptrdiff_t k) noexcept nogil:
+    """Damping of a bristle over its stiffness and the step."""
+    return self.settling[k] / self.interval if self.interval > 0.0 else 0.0
+
+
+cdef inline double share_of(const Data *self, ptrdiff_t k) noexcept nogil:
+    """Factor of the displacement x in the friction of a step."""
+    return (0.5 if self.is_mean else 1.0) + delay_of(self, k)
 
 
 cdef inline void creep(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
@@ -80,7 +101,7 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
     """
     cdef ptrdiff_t c
     cdef const Place *place = begin
-    cdef double share
+    cdef double share = share_of(self, k)
     cdef double[3] x
     cdef double[3] u
     if self.interval > 0.0:
@@ -97,11 +118,10 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
     else:
         transport(end.n, &x[0])
     transport(place.n, &u[0])
-    share = 0.5 if self.is_mean else 1.0
     for c in range(3):
         u[c] += share * x[c]
         self.trial[3 * k + c] = u[c]
-    grip(self, k, pressure, &u[0])
+    grip(self, k, limit_of(self, k, pressure), &u[0])
     for c in range(3):
         f[c] = u[c]
 
@@ -112,7 +132,8 @@ cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *be
     cdef ptrdiff_t c, dim = self.points.dim
     cdef double[3] u
     cdef double[3] x
-    cdef double pressure
+    cdef double[3] trial
+    cdef double pressure, limit, square, share = share_of(self, k), delay = delay_of(self, k)
     cdef double *z = self.z + dim * k
     if self.is_mean:
         pressure = force_between(self, k, begin.e, end.e, NULL)
@@ -121,16 +142,29 @@ cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *be
     if pressure <= 0.0:
         for c in range(dim):
             z[c] = 0.0
+        if self.slides != NULL:
+            self.slides[k] = 0.0
         return
+    limit = limit_of(self, k, pressure)
     take_bristle(self, z, &u[0])
+    square = dot(u, u)
     creep(self, k, x1.q, begin, end, &x[0])
     if self.is_mean:
-        shorten(limit_of(self, k, pressure), &u[0])
+        shorten(limit, &u[0])
     transport(end.n, &u[0])
     transport(end.n, &x[0])
     for c in range(3):
-        u[c] += x[c]
-    shorten(limit_of(self, k, pressure), &u[0])
+        trial[c] = u[c] + share * x[c]
+    if self.slides != NULL:
+        self.slides[k] = dot(trial, trial) > (square if self.slides[k] > 0.0 else limit * limit)
+    if dot(trial, trial) > limit * limit:
+        shorten(limit, &trial[0])
+        for c in range(3):
+            u[c] = (delay * u[c] + trial[c]) / (1.0 + delay)
+    else:
+        for c in range(3):
+            u[c] += x[c]
+        shorten(limit, &u[0])
     for c in range(dim):
         z[c] = u[c]
 
@@ -138,7 +172,7 @@ cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *be
 cdef void hold(Data *self, const double *q) noexcept nogil:
     """Let all bristles begin without deflection."""
     cdef ptrdiff_t i
-    for i in range(self.points.n * self.points.dim):
+    for i in range(self.points.n * (self.points.dim + (self.slides != NULL))):
         self.z[i] = 0.0
     memcpy(self.q0, q, self.n_all * sizeof(double))
 
@@ -161,7 +195,7 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
         return sum
     supplied[0] += 0.5 * self.turn * turned(self, end, &f[0])
     take_bristle(self, self.z + self.points.dim * k, &f[0])
-    grip(self, k, self.last[k], &f[0])
+    grip(self, k, limit_of(self, k, self.last[k]), &f[0])
     if self.on_body:
         weigh(self, k, self.q0, self.q0, begin)
         displace(self, k, self.q0, q1, begin, end, &path[0])
@@ -188,6 +222,8 @@ cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, doubl
     cdef double factor = self.grip * self.stiffness[k]
     if self.is_sticking:
         u = self.z + self.points.dim * k
+    else:
+        factor *= share_of(self, k) * (2.0 if self.is_mean else 1.0)
     for c in range(self.points.dim):
         square += u[c] * u[c]
     sliding_limit = limit * (1.0 - SLIDING_RATIO) if self.is_sticking else limit

@@ -27,6 +27,9 @@ from ancfsparse.system.coordinates.discretization import Discretization
 # Stiffness of bristles over the one of the contact.  A cable on a drum that slides takes as many
 # iterations as without friction, and with 1 in place of .1 up to five times as many.
 GRIP_RATIO = 0.1
+# Damping ratio of the mass of the body on bristles with a static friction.  Without damping a body
+# that comes to rest swings on them and slides again at the kinetic friction; .3 and 1 do alike.
+BRISTLE_DAMPING = 1.0
 # Steps times the restitution that an impact needs.  The speed of a level rebound is then within 1 %
 # in all phases, for .25 to .9; with 8 it is off by up to 2 %, with 6 steps and .25 by 50 %.
 RESTITUTION_STEPS = 12.0
@@ -44,7 +47,7 @@ class CompiledContact(Compiled, Protocol):
     deepest: float
     is_sticking: bool
 
-    def forces(self, q: Vector, v: Vector, z: Vector, /) -> Vector:
+    def forces(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
 
     def motion(self, q: Vector, v: Vector, /) -> tuple[Vector, Vector]:
@@ -121,7 +124,9 @@ class ContactContribution(Contribution):
             LAYER_RATIO * contact.radius,
             contact.friction,
             contact.slip_speed,
+            contact.static_friction,
             GRIP_RATIO,
+            self._settling_times(),
             contact.restitution,
             self._slow_rates(),
             self._n_all,
@@ -133,6 +138,11 @@ class ContactContribution(Contribution):
         body = self.contact.body
         of_elements = np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
         return np.repeat(np.pi * np.sqrt(of_elements / self.stiffness), GAUSS_POINTS)
+
+    def _settling_times(self) -> Vector:
+        """Return the damping of bristles over their stiffness at every point, (n,) [s]."""
+        ratio = 2.0 * BRISTLE_DAMPING if self.contact.has_static_friction else 0.0
+        return np.asarray(ratio / (np.pi * np.sqrt(GRIP_RATIO)) * self._impact_times())
 
     def _slow_rates(self) -> Vector:
         """Return speeds over penetrations below which points are damped less, (n,) [1/s]."""
@@ -152,25 +162,26 @@ class ContactContribution(Contribution):
 
     @property
     def n_history(self) -> int:
-        """Number of history variables: deflections of bristles."""
+        """Number of history variables: deflections of bristles, and whether they slide."""
         contact = self.contact
-        return len(contact.points) * contact.obstacle.dim if contact.sticks else 0
+        if not contact.sticks:
+            return 0
+        return len(contact.points) * (contact.obstacle.dim + contact.has_static_friction)
 
     def forces(self, q: Vector, v: Vector, history: Vector | None = None) -> Vector:
         """Return normal force and friction on every point in states, (k, 2, n, dim) [N].
 
         History variables of the system (k, h) are needed for the friction of bristles.
         """
-        rows = zip(q, v, self._deflections(history, len(q)), strict=True)
+        rows = zip(q, v, self._own_history(history, len(q)), strict=True)
         return np.array([self._compiled.forces(*map(np.ascontiguousarray, row)) for row in rows])
 
-    def _deflections(self, history: Vector | None, k: int) -> Vector:
-        """Return the deflections of bristles in k states, (k, n, dim) [m], empty without them."""
-        dim = self.contact.obstacle.dim
+    def _own_history(self, history: Vector | None, k: int) -> Vector:
+        """Return its history variables in k states, (k, n_history), empty without them."""
         if history is None or not self.n_history:
-            return np.empty((k, 0, dim))
+            return np.empty((k, 0))
         own = slice(self._first_history, self._first_history + self.n_history)
-        return np.asarray(history)[:, own].reshape(k, -1, dim)
+        return np.asarray(history)[:, own]
 
     def motion(self, q: Vector, v: Vector) -> tuple[Vector, Vector]:
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m].
