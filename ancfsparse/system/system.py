@@ -87,6 +87,27 @@ class System(Discretization):
             self.assembly.memory = memory
 
     @contextmanager
+    def equilibria(self, q: Vector) -> Iterator[None]:
+        """Let friction act in equilibria, by displacements from coordinates on."""
+        for each in self.contributions:
+            each.begin_equilibria(q)
+        try:
+            yield
+        finally:
+            for each in self.contributions:
+                each.end_equilibria()
+
+    def approach_equilibrium(self, dt: float) -> None:
+        """Set the time between the last equilibrium and the next one [s]."""
+        for each in self.contributions:
+            each.approach_equilibrium(dt)
+
+    def accept_equilibrium(self, q: Vector) -> None:
+        """Update the history of forces to an equilibrium."""
+        for each in self.contributions:
+            each.accept_equilibrium(q)
+
+    @contextmanager
     def sticking_friction(self) -> Iterator[None]:
         """Let matrices contain the stiffness of friction that sticks in the present state."""
         for each in self.contributions:

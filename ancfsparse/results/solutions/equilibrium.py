@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -37,6 +37,10 @@ class Equilibrium(Solution):
         Operation counts and times; steps are load steps.
     t : float
         Time of loads and prescribed motions [s].
+    history : ndarray, shape (h,), optional
+        History variables: deflections of bristles of contacts [m].
+    memory : ndarray, optional
+        Internal variables of forces that ``simulate(..., start=equilibrium)`` begins with.
     """
 
     system: System
@@ -44,6 +48,8 @@ class Equilibrium(Solution):
     lam: Vector
     stats: RunStats
     t: float = 0.0
+    history: Vector = field(default_factory=lambda: np.empty(0))
+    memory: Vector = field(default_factory=lambda: np.empty(0))
 
     def __repr__(self) -> str:
         """Summarise the solution in one line."""
@@ -58,7 +64,8 @@ class Equilibrium(Solution):
     def state(self) -> State:
         """The state at rest at time t from which ``simulate(..., start=equilibrium)`` starts."""
         rest = np.zeros_like(self.q)
-        return self.system.state(self.t, self.q, rest, rest, self.lam)
+        memory = {"scene": self.system.description, "contributions": self.memory}
+        return self.system.state(self.t, self.q, rest, rest, self.lam, memory=memory)
 
     @property
     def stable(self) -> bool:
@@ -72,8 +79,8 @@ class Equilibrium(Solution):
     @property
     def _states(self) -> StateHistory:
         rest = np.zeros((1, len(self.q)))
-        times, history = np.array([self.t]), np.empty((1, 0))
-        return StateHistory(self.q[None], rest, rest, self.lam[None], times, history)
+        times = np.array([self.t])
+        return StateHistory(self.q[None], rest, rest, self.lam[None], times, self.history[None])
 
     def _select(self, values: Values) -> Values:
         if not isinstance(values, np.ndarray):
@@ -94,7 +101,7 @@ class Equilibrium(Solution):
 
     def contacts(self) -> ContactTable:
         """Return the places that touch, as `Trajectory.contacts` does."""
-        return fields.contact_table(self.system, self.q, np.zeros(len(self.q)))
+        return fields.contact_table(self.system, self.q, np.zeros(len(self.q)), self.history)
 
     def plot(
         self,

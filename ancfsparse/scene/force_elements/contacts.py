@@ -205,9 +205,9 @@ class Contacts(SceneBase):
             stick to obstacles.  Explicit integrators and friction of two bodies need it.
         restitution : float, optional
             Speed of an obstacle's rebound over the one before, larger than 0 and at most 1 [-]: the
-            pressure is multiplied by 1 + gamma tanh(e'/v) with gamma = (1 - eps^2)/(1 + eps^2) and
-            v = D sqrt(k/mu).  A fixed step must be at most a sixth of pi sqrt(mu/k), the time of an
-            impact.  By default pressures are not damped.
+            pressure is multiplied by 1 + gamma tanh(e'/u) with gamma = (1 - eps^2)/(1 + eps^2) and
+            u = eps sqrt(k/mu) (e + D)/20.  A fixed step must be at most eps/12 of the time of an
+            impact, pi sqrt(mu/k).  By default pressures are not damped.
         on : RigidBody, optional
             The rigid body that the obstacle is a part of; the obstacle is given in its position at
             the start.  It moves and turns with the body, and the forces act on both.
@@ -228,8 +228,9 @@ class Contacts(SceneBase):
         -----
         The force is evaluated at three Gauss points of each element.  `EnergyMomentum` conserves
         the energy of an impact with any step.  With other implicit integrators an impact loses
-        energy if it takes few steps: 1 % with 15, all with two.  In statics there is no sliding,
-        and therefore no friction.
+        energy if it takes few steps: 1 % with 15, all with two.  In statics bristles
+        are deflected by displacements since the last equilibrium; with a `slip_speed` they have no
+        friction.
 
         Two bodies need a stiffness, and press on each other with k e per length, integrated where
         they overlap; planar ones lie in one plane.  Their friction opposes the relative velocity of

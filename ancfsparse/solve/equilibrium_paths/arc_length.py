@@ -73,6 +73,11 @@ class EquilibriumPath:
     bifurcations: list[int] = field(default_factory=list)
     is_complete: bool = False
 
+    def append(self, equations: EquilibriumEquations, point: PathPoint) -> None:
+        """Add the next point, which the history of forces follows."""
+        equations.system.accept_equilibrium(point.state.q)
+        self.points.append(point)
+
 
 def follow_path(
     equations: EquilibriumEquations, to: float, max_points: int, tolerance: float, side: int = 0
@@ -99,7 +104,8 @@ def follow_path(
     """
     start = solve_newton(equations, equations.start, 0.0, tolerance)
     tracer = _PathTracer(equations, to, tolerance)
-    path = EquilibriumPath([_path_point(equations, start.state, 0.0, None)])
+    path = EquilibriumPath()
+    path.append(equations, _path_point(equations, start.state, 0.0, None))
     first = path.points[0]
     step = first_step = FIRST_LOAD_STEP * to / first.dload
     while len(path.points) < max_points:
@@ -116,17 +122,17 @@ def follow_path(
             limit = tracer.limit_point(last, new, step)
             if limit is not None:
                 path.limit_points.append(len(path.points))
-                path.points.append(limit)
+                path.append(equations, limit)
         elif side and not path.bifurcations and new.negative > last.negative:
             bifurcation = tracer.bifurcation_point(last, step)
             path.bifurcations.append(len(path.points))
-            path.points.append(bifurcation)
+            path.append(equations, bifurcation)
             new, step = tracer.branch_point(bifurcation, side)
         if new.load >= to:
-            path.points.append(tracer.final_point(path.points[-1], new))
+            path.append(equations, tracer.final_point(path.points[-1], new))
             path.is_complete = True
             break
-        path.points.append(new)
+        path.append(equations, new)
         if new.load <= -MAX_REVERSE_LOAD * to:
             break
         step *= min(MAX_STEP_RATIO, max(MIN_STEP_RATIO, (TARGET_CORRECTIONS / corrections) ** 0.5))

@@ -108,7 +108,8 @@ def load_path(
             raise InputError("the scene has no loads, so there is no path to follow: add some")
         stats.seconds["set-up"] = time.perf_counter() - begin
         try:
-            path = follow_path(equations, to, points, tolerance, int(branch))
+            with system.equilibria(system.q_ref):
+                path = follow_path(equations, to, points, tolerance, int(branch))
         except NotFoundError as failure:
             raise equilibrium_error(
                 equations,

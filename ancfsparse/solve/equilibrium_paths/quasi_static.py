@@ -23,7 +23,7 @@ from ancfsparse.solve.error_models.signal_resolution import (
     corners_between_steps,
     warn_of_unresolved_signals,
 )
-from ancfsparse.solve.initial_conditions.restart import check_start
+from ancfsparse.solve.initial_conditions.restart import check_start, restore_contributions
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import (
@@ -130,28 +130,32 @@ def quasi_static(
         warn_of_unresolved_signals(system, grid, n, stacklevel=3)
         corners = corners_between_steps(system, grid, n)
         stats.seconds["set-up"] = time.perf_counter() - begin
-        path = _QuasiStaticPath(equations, tolerance, free_motions(system))
-        times, results = [grid.begin], [path.first(begins is not None)]
-        settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": grid.dt}
-        for k in range(1, n + 1):
-            try:
-                for time_between in corners:
-                    if grid.at(k - 1) < time_between < grid.at(k):
-                        path.advance_to_corner(time_between)
-                path.advance(grid.at(k))
-            except AncfError as failure:
-                run = _trajectory(system, times, results, stats, settings)
-                failure.trajectory = run  # type: ignore[attr-defined]
-                raise
-            times.append(grid.at(k))
-            results.append(path.last)
-            bar.update()
+        with system.equilibria(system.q_ref if begins is None else system.q0):
+            restore_contributions(begins, system)
+            path = _QuasiStaticPath(equations, tolerance, free_motions(system))
+            times, results = [grid.begin], [path.first(begins is not None)]
+            histories = [system.assembly.history]
+            settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": grid.dt}
+            for k in range(1, n + 1):
+                try:
+                    for time_between in corners:
+                        if grid.at(k - 1) < time_between < grid.at(k):
+                            path.advance_to_corner(time_between)
+                    path.advance(grid.at(k))
+                except AncfError as failure:
+                    run = _trajectory(system, times, results, histories, stats, settings)
+                    failure.trajectory = run  # type: ignore[attr-defined]
+                    raise
+                times.append(grid.at(k))
+                results.append(path.last)
+                histories.append(system.assembly.history)
+                bar.update()
     stats.steps = n
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     negative = max(result.negative for result in results)
     if negative and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(negative), stacklevel=2)
-    return _trajectory(system, times, results, stats, settings)
+    return _trajectory(system, times, results, histories, stats, settings)
 
 
 def _saved_times(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid, int]:
@@ -167,6 +171,7 @@ def _trajectory(
     system: System,
     times: list[float],
     results: list[StaticResult],
+    histories: list[Vector],
     stats: RunStats,
     settings: dict[str, object],
 ) -> Trajectory:
@@ -175,7 +180,8 @@ def _trajectory(
     q = np.stack([result.state.q for result in results])
     lam = np.stack([result.state.lam for result in results])
     zero = np.zeros_like(q)
-    return Trajectory(system, t, q, zero, zero, lam, stats, settings)
+    history = np.stack(histories)
+    return Trajectory(system, t, q, zero, zero, lam, stats, settings, history=history)
 
 
 def _extrapolation_weights(times: list[float], to: float) -> list[float]:
@@ -217,6 +223,7 @@ class _QuasiStaticPath:
             self.last = find_equilibrium_near(self._equations, q, 1, self._tolerance)
         else:
             self.last = find_equilibrium(self._equations, 1, self._tolerance)
+        self._equations.system.accept_equilibrium(self.last.state.q)
         return self.last
 
     def advance(self, t: float) -> None:
@@ -224,6 +231,7 @@ class _QuasiStaticPath:
         interval = step = t - self._t
         while self._t < t:
             to = t if self._t + 1.5 * step > t else self._t + step
+            self._equations.system.approach_equilibrium(to - self._t)
             self._equations.move_to(to)
             try:
                 result = self._continued(to)
@@ -236,6 +244,7 @@ class _QuasiStaticPath:
             if result is None:
                 self._before.clear()
             self.last = self._another() if result is None else result
+            self._equations.system.accept_equilibrium(self.last.state.q)
             self._t = to
 
     def advance_to_corner(self, t: float) -> None:

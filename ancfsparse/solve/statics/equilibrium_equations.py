@@ -294,9 +294,16 @@ class EquilibriumEquations(Norms):
             entries[self._indptr[:-1]] += shift * self.mass
         self.stats.factorizations += 1
         self._on_factor()
+        self._unfactored = None
         if self._nonconservative is not None:
             amplitudes = self._amplitudes_at(load)
             self._unfactored = self._nonconservative.stiffness(state.q, amplitudes)
+        n = self.system.n_free
+        for term in self.system.contributions:
+            part = term.unsymmetric_stiffness(state.q)
+            if part is not None and part.nnz:
+                part = part[:n, :n]
+                self._unfactored = part if self._unfactored is None else self._unfactored + part
         if isinstance(self.seed, DeflatedSeed):
             assert self._modes is not None
             self.seed.factor(entries, self._modes.at(state.q))

@@ -23,7 +23,7 @@ from ancfsparse.errors import (
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
-from ancfsparse.solve.initial_conditions.restart import check_start
+from ancfsparse.solve.initial_conditions.restart import check_start, restore_contributions
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import (
@@ -138,36 +138,40 @@ def solve_static(
     with within_memory(needed), progress_bar("factor", progress) as bar:
         system = System(scene, begins)
         free = free_motions(system)
-        equations = EquilibriumEquations(system, stats, bar.update, factorization, t)
-        check_factor_fits(needed, equations.seed)
-        if isinstance(equations.seed, DeflatedSeed):
-            stats.solver += " and an incomplete factorization with deflation"
-        stats.seconds["set-up"] = time.perf_counter() - begin
+        with system.equilibria(system.q_ref if begins is None else system.q0):
+            restore_contributions(begins, system)
+            equations = EquilibriumEquations(system, stats, bar.update, factorization, t)
+            check_factor_fits(needed, equations.seed)
+            if isinstance(equations.seed, DeflatedSeed):
+                stats.solver += " and an incomplete factorization with deflation"
+            stats.seconds["set-up"] = time.perf_counter() - begin
 
-        def find(equations: EquilibriumEquations) -> StaticResult:
-            if free:
-                return find_free_equilibrium(equations, system.q0, tolerance, free)
-            if begins is not None:
-                return find_equilibrium_near(equations, system.q0, load_steps, tolerance)
-            return find_equilibrium(equations, load_steps, tolerance)
+            def find(equations: EquilibriumEquations) -> StaticResult:
+                if free:
+                    return find_free_equilibrium(equations, system.q0, tolerance, free)
+                if begins is not None:
+                    return find_equilibrium_near(equations, system.q0, load_steps, tolerance)
+                return find_equilibrium(equations, load_steps, tolerance)
 
-        try:
-            result = find(equations)
-        except EquilibriumError as failure:
-            complete = _complete_equations(equations, needed, factorization, bar.update, t)
-            if complete is None:
-                raise
             try:
-                result = find(complete)
-            except EquilibriumError:
-                raise failure from None
-            stats.solver += "; then with a complete factorization (which found an equilibrium)"
+                result = find(equations)
+            except EquilibriumError as failure:
+                complete = _complete_equations(equations, needed, factorization, bar.update, t)
+                if complete is None:
+                    raise
+                try:
+                    result = find(complete)
+                except EquilibriumError:
+                    raise failure from None
+                stats.solver += "; then with a complete factorization (which found an equilibrium)"
+            system.accept_equilibrium(result.state.q)
+            history, memory = system.assembly.history, system.assembly.memory
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = result.negative, result.error
     stats.sweeps, stats.products = equations.seed.inner
     if result.negative and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(result.negative), stacklevel=2)
-    return Equilibrium(system, result.state.q, result.state.lam, stats, t)
+    return Equilibrium(system, result.state.q, result.state.lam, stats, t, history, memory)
 
 
 def check_static_tolerance(tolerance: object) -> float:

@@ -97,6 +97,25 @@ class Contribution(ABC):
         """
         return 0.0, None
 
+    def begin_equilibria(self, q: Vector) -> None:  # noqa: B027
+        """Let forces with a history begin at coordinates from which equilibria are sought."""
+
+    def approach_equilibrium(self, dt: float) -> None:  # noqa: B027
+        """Set the time between the last equilibrium and the next one [s]."""
+
+    def accept_equilibrium(self, q: Vector) -> None:  # noqa: B027
+        """Update the history to an equilibrium."""
+
+    def end_equilibria(self) -> None:  # noqa: B027
+        """Keep the history as it is."""
+
+    def unsymmetric_stiffness(self, q: Vector) -> Any:
+        """Return the part of its stiffness in equilibria that its matrix leaves out, or None.
+
+        Sparse, (n_all, n_all).
+        """
+        return None
+
     def set_sticking(self, is_sticking: bool) -> None:  # noqa: B027
         """Let its matrix contain the stiffness of friction that sticks, or only in steps."""
 

@@ -62,6 +62,7 @@ cdef struct Data:
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
     const double *settling  # of each point: damping of a bristle over its stiffness [s]
     double interval  # since the last accepted state [s]
+    bint is_static  # whether states are equilibria, which displacements since the last one deflect
     bint is_sticking  # whether bristles stick in the matrix of a state, outside of steps
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
     ptrdiff_t n_all
@@ -120,12 +121,9 @@ cdef class Contact(CompiledContribution):
     layer : float
         Thickness of the layer in which the pressure begins [m].
     friction, slip_speed, friction0 : float
-        Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles, whose
-        last coefficient is that of ones that stick [-].
-    grip : float
-        Tangential stiffness of the bristles over the stiffness [-].
-    settling : (n,) float
-        Damping of the bristles over their stiffness [s].
+        Coefficient [-] and velocity [m/s], without which bristles stick with the last one [-].
+    grip, settling : float, (n,) float
+        Stiffness of bristles over the stiffness [-], and their damping over their own one [s].
     restitution : float
         Coefficient of restitution eps, 0 for undamped pressures [-].
     slow : (n,) float
@@ -152,10 +150,10 @@ cdef class Contact(CompiledContribution):
         data.slow, data.settling = self.copy(slow), self.copy(settling)
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
-        self.interface.n_history += n if data.grip > 0.0 and friction0 > friction else 0
+        has_two = data.grip > 0.0 and friction0 > friction
+        self.interface.n_history += n * has_two
         data.z = self.copy(np.zeros(self.interface.n_history + 2 * n))
-        if self.interface.n_history > n * data.points.dim:
-            data.slides = data.z + n * data.points.dim
+        data.slides = data.z + n * data.points.dim if has_two else NULL
         data.before = data.z + self.interface.n_history
         data.last = data.before + n
         data.base, data.normal = self.copy(base), self.copy(normal)
@@ -198,6 +196,27 @@ cdef class Contact(CompiledContribution):
     def is_sticking(self, bint value):
         self.data.is_sticking = value and self.data.grip > 0.0
 
+    def begin_equilibria(self, const double[::1] q):
+        """Let bristles be deflected by displacements from coordinates on."""
+        if self.data.grip > 0.0:
+            hold(&self.data, &q[0])
+            self.data.is_static = True
+            approach_equilibrium(&self.data, 0.0)
+
+    def approach_equilibrium(self, double dt):
+        """Set the time since the last equilibrium, for the rotation of obstacles [s]."""
+        approach_equilibrium(&self.data, dt)
+
+    def accept_equilibrium(self, const double[::1] q):
+        """Update the deflections of bristles to an equilibrium."""
+        if self.data.is_static:
+            follow_equilibrium(&self.data, &q[0])
+
+    def end_equilibria(self):
+        """Let bristles keep their deflections."""
+        self.data.is_static = False
+        set_step(&self.data, 0.0)
+
     @property
     def deepest(self):
         """Largest penetration of an accepted state of the last run [m]."""
@@ -239,7 +258,7 @@ cdef class Contact(CompiledContribution):
 
     def motion(self, const double[::1] q, const double[::1] v):
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
-        cdef ptrdiff_t k, c, n = self.data.points.n, dim = self.data.points.dim
+        cdef ptrdiff_t k, n = self.data.points.n, dim = self.data.points.dim
         velocities, depths = np.zeros((n, dim)), np.zeros(n)
         cdef double[:, ::1] u = velocities
         cdef double[::1] e = depths
@@ -254,19 +273,24 @@ cdef class Contact(CompiledContribution):
 
     def gradients(self, const double[::1] q):
         """Return the derivatives of the distance of each point by its coordinates, (m, dim) [1]."""
-        cdef ptrdiff_t k, c, n = self.data.points.n
+        cdef ptrdiff_t k, c, i
         out = np.zeros((self.data.points.m, self.data.points.dim))
         cdef double[:, ::1] view = out
         cdef const int32_t *start = self.data.points.start
         cdef Place here
-        cdef ptrdiff_t i
-        for k in range(n):
+        for k in range(self.data.points.n):
             locate(&self.data, k, &q[0], &here)
             for i in range(start[k], start[k + 1]):
                 for c in range(self.data.points.dim):
                     view[i, c] = self.data.points.weight[i] * leaving(&self.data, &here)[c]
                     if self.data.frame_moves and self.data.turning[i]:
                         view[i, c] += here.m[self.data.turning[i] - 1] * here.d[c]
+        return out
+
+    def sliding(self, const double[::1] q):
+        """Return derivatives of friction by penetrations where points slide, (n, dim) [N/m]."""
+        out = np.zeros((self.data.points.n, self.data.points.dim))
+        add_sliding(&self.data, &q[0], out)
         return out
 
     def energy(self, const double[::1] q):
@@ -339,6 +363,8 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     cdef Place[MAX_POINTS] here
     cdef Place[MAX_POINTS] begin
     cdef ptrdiff_t g, k, p
+    if self.is_static:
+        return  # a relaxation passes no equilibria
     for g in range(self.groups.n):
         locate_group(self, g, x.q, here)
         if self.grip > 0.0 and self.interval > 0.0:

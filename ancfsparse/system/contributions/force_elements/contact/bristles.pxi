@@ -83,14 +83,21 @@ cdef inline void creep(const Data *self, ptrdiff_t k, const double *q1, Place *b
                        const Place *end, double *x) noexcept nogil:
     """Set the displacement of a point along the surface since the last accepted state.
 
-    It is halfway, where `begin` moves, and the weights are set there.
+    It is halfway, where `begin` moves, and the weights are set there.  Between two equilibria it
+    begins where the point touches, linearly between both.
     """
+    cdef double share = 1.0
+    cdef ptrdiff_t c
+    if self.is_static and begin.e < 0.0 < end.e:
+        share = end.e / (end.e - begin.e)
     halve(self, begin, end)
     if self.on_body:
         weigh(self, k, self.q0, q1, begin)
     displace(self, k, self.q0, q1, begin, end, x)
     add_turning(self, begin, -self.turn, x)
     remove_normal(begin.n, x)
+    for c in range(3):
+        x[c] *= share
 
 
 cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
@@ -124,6 +131,30 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
     grip(self, k, limit_of(self, k, pressure), &u[0])
     for c in range(3):
         f[c] = u[c]
+
+
+cdef void approach_equilibrium(Data *self, double dt) noexcept nogil:
+    """Set the time since the last equilibrium, without damping."""
+    if self.is_static:
+        set_step(self, dt)
+        self.dt, self.interval = 0.0, INFINITY
+
+
+cdef void follow_equilibrium(Data *self, const double *q) noexcept nogil:
+    """Update the deflections of bristles to an equilibrium."""
+    cdef ancf_state x
+    x.q, x.v, self.is_static = q, NULL, False
+    accept(self, &x)
+    self.is_static = True
+
+
+cdef void try_equilibrium(const Data *self, ptrdiff_t k, const double *q, const Place *here,
+                          double pressure) noexcept nogil:
+    """Remember the deflection of a bristle in a state other than the last one, perhaps."""
+    cdef Place begin
+    cdef double[3] f
+    locate(self, k, self.q0, &begin)
+    stick(self, k, q, &begin, here, pressure, &f[0])
 
 
 cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *begin,
@@ -231,3 +262,22 @@ cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, doubl
         along_surface(self, here, factor, 0.0, u, block)
     else:
         along_surface(self, here, factor * min(limit / sqrt(square), 1.0), 1.0 / square, u, block)
+
+
+cdef add_sliding(const Data *self, const double *q, double[:, ::1] out):
+    """Add the derivatives of friction by penetrations, of points that slide in an equilibrium."""
+    cdef Place here
+    cdef double pressure, limit
+    cdef ptrdiff_t k, c
+    for k in range(self.points.n):
+        locate(self, k, q, &here)
+        pressure = self.stiffness[k] * law_force(here.e, self.layer)
+        if pressure <= 0.0:
+            continue
+        try_equilibrium(self, k, q, &here, pressure)
+        limit = limit_of(self, k, pressure)
+        if dot(self.trial + 3 * k, self.trial + 3 * k) > limit * limit:
+            limit = sqrt(dot(self.trial + 3 * k, self.trial + 3 * k))
+            for c in range(self.points.dim):
+                out[k, c] = -self.grip * self.stiffness[k] * self.trial[3 * k + c] / limit * (
+                    limit_of(self, k, self.stiffness[k] * law_slope(here.e, self.layer)))

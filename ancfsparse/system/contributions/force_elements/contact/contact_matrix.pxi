@@ -75,6 +75,9 @@ cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint presses, bint
     cdef ptrdiff_t i, j, c, e, dim = self.points.dim
     if not respond(self, k, here, &pressure, &slope):
         return
+    if self.is_static and part != DAMPING:
+        sticks = True
+        try_equilibrium(self, k, x.q, here, pressure)
     if slides or sticks:
         weigh(self, k, x.q, x.q, here)
     if slides:

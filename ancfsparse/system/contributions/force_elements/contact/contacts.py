@@ -50,6 +50,21 @@ class CompiledContact(Compiled, Protocol):
     def forces(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
 
+    def begin_equilibria(self, q: Vector, /) -> None:
+        """Let bristles be deflected by displacements from coordinates on."""
+
+    def approach_equilibrium(self, dt: float, /) -> None:
+        """Set the time since the last equilibrium [s]."""
+
+    def accept_equilibrium(self, q: Vector, /) -> None:
+        """Update the deflections of bristles to an equilibrium."""
+
+    def end_equilibria(self) -> None:
+        """Let bristles keep their deflections."""
+
+    def sliding(self, q: Vector, /) -> Vector:
+        """Return derivatives of sliding friction by penetrations, (n, dim) [N/m]."""
+
     def motion(self, q: Vector, v: Vector, /) -> tuple[Vector, Vector]:
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
 
@@ -189,6 +204,43 @@ class ContactContribution(Contribution):
         Both are for one state; penetrations are negative where there is a gap.
         """
         return self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
+
+    def begin_equilibria(self, q: Vector) -> None:
+        """Let bristles be deflected by displacements from a state on, without deflections there."""
+        self._compiled.begin_equilibria(np.ascontiguousarray(q))
+
+    def approach_equilibrium(self, dt: float) -> None:
+        """Set the time since the last equilibrium, for the rotation of obstacles [s]."""
+        self._compiled.approach_equilibrium(dt)
+
+    def accept_equilibrium(self, q: Vector) -> None:
+        """Update the deflections of bristles to an equilibrium."""
+        self._compiled.accept_equilibrium(np.ascontiguousarray(q))
+
+    def end_equilibria(self) -> None:
+        """Let bristles keep their deflections."""
+        self._compiled.end_equilibria()
+
+    def unsymmetric_stiffness(self, q: Vector) -> Any:
+        """Return the derivative of friction that slides by the penetrations.
+
+        None on a body, along which motions have other weights.
+        """
+        import scipy.sparse as sp
+
+        if not self.contact.sticks or self.contact.on is not None:
+            return None
+        points, q = self._points, np.ascontiguousarray(q)
+        owner = np.repeat(np.arange(len(points.start) - 1), np.diff(points.start))
+        friction = points.weight[:, None] * self._compiled.sliding(q)[owner]
+        gradients = self._compiled.gradients(q)
+        rows, columns = np.tile(owner, len(points.place)), points.place.ravel()
+        shape = len(points.start) - 1, len(q)
+        forces, distances = (
+            sp.csr_array((values.T.ravel(), (rows, columns)), shape=shape)
+            for values in (friction, gradients)
+        )
+        return forces.T @ distances
 
     def set_sticking(self, is_sticking: bool) -> None:
         """Let its matrix contain the stiffness of bristles that stick, or only in steps."""
