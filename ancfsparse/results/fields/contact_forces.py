@@ -89,10 +89,11 @@ def contact_force(
     contribution = next((each for each in contributions if each.contact is contact), None)
     if contribution is None:
         raise foreign_handle("the contact", "attachments[0]")
+    table = np.asarray(states.q), np.asarray(states.v), states.history
     if isinstance(contribution, BeamContactContribution):
-        return BeamContactForce(*contribution.forces(np.asarray(states.q), np.asarray(states.v)))
+        return BeamContactForce(*contribution.forces(*table))
     contact = contribution.contact
-    forces = contribution.forces(np.asarray(states.q), np.asarray(states.v), states.history)
+    forces = contribution.forces(*table)
     per_length = forces / contact.weights[:, None]
     return ContactForce(
         np.array([contact.body.arc(point) for point in contact.points]),

@@ -85,7 +85,7 @@ def contact_table(
         if isinstance(each, ContactContribution):
             touches += _stretches(each, q, v, history)
         elif isinstance(each, BeamContactContribution):
-            touches += _pairs(system, each, q, v)
+            touches += _pairs(system, each, q, v, history)
     return ContactTable(touches)
 
 
@@ -112,13 +112,17 @@ def _stretches(
 
 
 def _pairs(
-    system: System, contribution: BeamContactContribution, q: Vector, v: Vector
+    system: System,
+    contribution: BeamContactContribution,
+    q: Vector,
+    v: Vector,
+    history: Vector | None,
 ) -> Iterator[Touch]:
     """Yield the pairs of elements that touch."""
     contact = contribution.contact
     elements, positions, forces, depths = contribution.compiled.touches(q)
     sizes = np.linalg.norm(forces, axis=1)
-    friction = np.linalg.norm(contribution.compiled.friction(q, v), axis=1)
+    friction = np.linalg.norm(contribution.friction(q, v, history), axis=1)
     # Each place is there twice, integrated along either axis.
     order = np.argsort(elements, axis=1)
     elements = np.take_along_axis(elements, order, axis=1)

@@ -52,6 +52,11 @@ class BeamContact(Attachment):
         return self.body is self.other
 
     @property
+    def sticks(self) -> bool:
+        """True if friction is that of bristles, which have deflections."""
+        return self.friction > 0.0 and self.slip_speed == 0.0
+
+    @property
     def bodies(self) -> tuple[ElasticBody, ...]:
         """The bodies, each once."""
         return (self.body,) if self.is_within else (self.body, self.other)
@@ -78,11 +83,6 @@ def make_beam_contact(
     if slip_speed is not None:
         slip_speed = check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
     contact = BeamContact(body, other, stiffness, radii, friction, slip_speed or 0.0)
-    if friction > 0.0 and slip_speed is None:
-        raise InputError(
-            f"{contact.what} has friction of {friction:.6g} and no slip_speed: give slip_speed= "
-            "[m/s], since beams stick to obstacles only"
-        )
     for each in before:
         if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:
             raise InputError(f"{contact.what} was added before: leave one of them out")
@@ -112,6 +112,16 @@ def neighbours(body: ElasticBody, arc: float) -> list[Indices]:
                         queue.append(end)
         tables.append(np.array(sorted(elements), dtype=np.int32))
     return tables
+
+
+def following_elements(body: ElasticBody) -> Integers:
+    """Return the elements that continue the axis before and after each element, or -1, (n, 2)."""
+    tails, heads = body.ends.T
+    at_tail = {int(node): e for e, node in enumerate(tails)}
+    at_head = {int(node): e for e, node in enumerate(heads)}
+    before = [at_head.get(int(node), -1) for node in tails]
+    after = [at_tail.get(int(node), -1) for node in heads]
+    return np.stack([before, after], axis=1).astype(np.int32)
 
 
 def free_ends(body: ElasticBody) -> Integers:

@@ -7,9 +7,9 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems.contacts import DRUM_RADIUS, WIRE_RADIUS
+from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
-from ancfsparse.system.contributions.force_elements.contact.contacts import GRIP_RATIO
 from tests.matrices import derivative_of_step, full
 from tests.solve.contact.test_contact_motion import LINE_MASS, level
 from tests.solve.contact.test_moving_obstacles import collision, momenta

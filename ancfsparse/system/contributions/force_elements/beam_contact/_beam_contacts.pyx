@@ -12,12 +12,16 @@ Other implicit schemes, which generate energy in impacts that their steps do not
 pressure k (e + theta a) where it is positive, with the approach a of both places in the step and
 theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 """
+from ancfsparse.errors import InputError
+
 include "../../contribution.pxi"
 include "axis_overlap.pxi"
 include "pair_search.pxi"
 include "touching_points.pxi"
 include "coupled_pairs.pxi"
 include "mean_forces.pxi"
+include "bristles.pxi"
+include "bristle_history.pxi"
 include "sliding.pxi"
 include "losses.pxi"
 include "separation.pxi"
@@ -49,15 +53,23 @@ cdef class BeamContact(CompiledContribution):
     stiffness : float
         Force per length and penetration [N/m2].
     friction, slip_speed : float
-        Coefficient [-] and velocity [m/s].
+        Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles.
+    grip : float
+        Tangential stiffness of the bristles over the stiffness [-].
+    following : (n, 2) int32
+        Elements that continue the axis of an element before and after it, or -1.
+    n_slots : int
+        Number of pairs that can have a bristle, 0 without them.
     """
 
     cdef Data data
     cdef readonly object coupling
     cdef readonly ptrdiff_t max_pairs
+    cdef int32_t[::1] first_bristle
 
     def __cinit__(self, place, slot, length, radius, straight, group, tips, near_start, near,
-                  bint within, mass, double stiffness, double friction, double slip_speed):
+                  bint within, mass, double stiffness, double friction, double slip_speed,
+                  double grip, following, ptrdiff_t n_slots):
         cdef Data *data = &self.data
         cdef Search *search = &data.search
         cdef ptrdiff_t n = len(length)
@@ -73,14 +85,22 @@ cdef class BeamContact(CompiledContribution):
         data.now, data.push = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.begin, data.halfway = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.end, data.middle = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
-        data.before, data.ahead = self.copy(np.zeros(24 * n)), self.copy(np.zeros(12 * n))
+        data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
+        data.n_slots = n_slots
+        self.interface.n_history = data.n_slots * (2 + data.dim)
+        data.slots = self.copy(np.zeros(self.interface.n_history + 24 * n))
+        data.following, data.interval = integers(following), 0.0
+        self.first_bristle = np.zeros(n, np.int32)
+        data.first_bristle = &self.first_bristle[0]
+        data.before = data.slots + self.interface.n_history
+        data.start, data.ahead = data.before, self.copy(np.zeros(12 * n))
         data.rubbed, data.speed = data.before + 12 * n, self.copy(np.zeros(12 * n))
         self.set_up_coupling()
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        self.interface.n_memory = 24 * n if friction > 0.0 else 12 * n
-        self.interface.memory, self.interface.damped = data.before, friction > 0.0
+        self.interface.n_memory = self.interface.n_history + (24 * n if friction > 0.0 else 12 * n)
+        self.interface.memory, self.interface.damped = data.slots, slip_speed > 0.0 and friction > 0.0
         self.interface.begin, self.interface.accept = begin, accept
         if friction > 0.0:
             self.interface.work = work
@@ -124,6 +144,7 @@ cdef class BeamContact(CompiledContribution):
         free(data.coupling.first)
         free(data.coupling.next)
         free(data.coupling.touches)
+        free(data.bristle)
 
     def energy(self, const double[::1] q):
         """Return the potential of the pressures [J]."""
@@ -165,14 +186,21 @@ cdef class BeamContact(CompiledContribution):
                 f_view[k, c] = each.stiffness * each.e * each.n[c]
         return elements, places, force, depth
 
-    def friction(self, const double[::1] q, const double[::1] v):
-        """Return friction on the points of `touches` (k, dim) [N], with the other sign on their feet."""
+    def friction(self, const double[::1] q, const double[::1] v, const double[::1] history):
+        """Return friction on the points of `touches` (k, dim) [N], with the other sign on their feet.
+
+        Bristles have their history variables (n_history,), and no force if these are empty.
+        """
         cdef Data *data = &self.data
         cdef ptrdiff_t k, c
         cdef double[3] u
         cdef double speed
         force = np.zeros((len(self.touches(q)[0]), data.dim))
         cdef double[:, ::1] view = force
+        if data.grip > 0.0:
+            if len(history):
+                self.set_forces(history, force)
+            return force
         set_points(data, &v[0], data.speed)
         for k in range(data.at_now.n if data.friction > 0.0 else 0):
             speed = slide(data, data.at_now.touch + k, u)
@@ -180,6 +208,27 @@ cdef class BeamContact(CompiledContribution):
                 view[k, c] = -data.friction * data.at_now.touch[k].stiffness * (
                     data.at_now.touch[k].e / speed * u[c])
         return force
+
+    cdef set_forces(self, const double[::1] history, double[:, ::1] out):
+        """Set the friction of bristles on the points of `touches`."""
+        cdef Data *data = &self.data
+        cdef const Touch *touch
+        cdef const Bristle *each
+        cdef ptrdiff_t k, c
+        cdef double share, interval = data.interval
+        cdef double *slots = data.slots
+        cdef double[::1] own = np.array(history)
+        data.slots, data.interval = &own[0], 0.0
+        if not (recall(data) and add_to_bristles(data, &data.at_now, 1.0)
+                and stretch_all(data, data.now, data.now, False)):
+            raise ValueError("the bristles of a state do not fit in its history")
+        data.slots, data.interval = slots, interval
+        for k in range(data.at_now.n):
+            touch = data.at_now.touch + k
+            each = data.bristle + find_bristle(data, min(touch.a, touch.b), max(touch.a, touch.b))
+            share = touch.stiffness * touch.e / each.pressure
+            for c in range(data.dim):
+                out[k, c] = share * each.f[c] if touch.a < touch.b else -share * each.f[c]
 
     def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
                double step, bint is_mean, memory):
@@ -196,20 +245,22 @@ cdef class BeamContact(CompiledContribution):
             Step of the run [s]; 0 where none is known and impacts are not damped.
         is_mean : bool
             Whether forces of a step are those between its states.
-        memory : (2, 12 n) float or None
+        memory : (k,) float or None
             As returned for the states up to the first one; None at the start.
         """
         cdef Data *data = &self.data
-        cdef ptrdiff_t size = 12 * data.n
-        cdef double[::1] kept = <double[:2 * size]>data.before
+        cdef ptrdiff_t size = self.interface.n_history + 24 * data.n
+        cdef double[::1] kept = <double[:size]>data.slots
         of_run, dt, out = np.array(kept), data.dt, np.zeros((len(t) - 1, 3))
-        cdef double[::1] braked = np.zeros(size)
+        interval = data.interval
+        cdef double[::1] braked = np.zeros(12 * data.n)
         if memory is not None:
-            np.asarray(kept)[size:], np.asarray(braked)[:] = memory
+            np.asarray(kept)[:], np.asarray(braked)[:] = memory[:size], memory[size:]
         data.stepped = data.ended = False
         add_losses(data, q, v, t, step, is_mean, &braked[0], memory is None, out)
-        memory = np.array([kept[size:], braked])
+        memory = np.concatenate([kept, braked])
         np.asarray(kept)[:], data.dt = of_run, dt
+        data.start, data.interval = data.before, interval
         data.stepped = data.ended = False
         return out, memory
 
@@ -222,6 +273,20 @@ cdef class BeamContact(CompiledContribution):
             raise ValueError(CROWDED)
         return np.array([(data.search.pair[2 * k], data.search.pair[2 * k + 1])
                          for k in range(data.search.n_pairs)], dtype=np.int32).reshape(-1, 2)
+
+    @property
+    def error(self):
+        """The error of a step with more pairs than the history has slots for, or None."""
+        if self.data.crowded == 0:
+            return None
+        return InputError(
+            f"{self.data.crowded} pairs of elements touch each other, and friction that sticks is "
+            f"for {self.data.n_slots}, {self.data.n_slots // self.data.n} of each element on average: "
+            "take longer elements, or give contact a slip_speed")
+
+    def forget(self):
+        """Reset this error."""
+        self.data.crowded = 0
 
     def admits(self, const double[::1] q0, const double[::1] q1):
         """Return whether a step between two states lets no axes pass through each other."""
@@ -243,20 +308,29 @@ cdef void fail(const Data *self, double *r) noexcept nogil:
 cdef void set_step(void *context, double dt) noexcept nogil:
     cdef Data *self = <Data *>context
     self.ended = self.ended and (self.stepped or dt == self.dt)
-    self.dt = dt
+    self.dt = self.interval = dt
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
     self.stepped = self.ended = False
     empty_list(&self.coupling)
-    accept(context, x)
+    if self.grip > 0.0:  # it begins without deflections
+        memset(self.slots, 0, self.n_slots * (2 + self.dim) * sizeof(double))
+        memset(self.rubbed, 0, 12 * self.n * sizeof(double))
+        set_points(self, x.q, self.before)
+        self.crowded = 0
+        self.touching = self.at_end.n if find_end(self, x.q) else 0
+    else:
+        accept(context, x)
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     """Keep the control points of a state, and the friction on them unless its work is that of means."""
     cdef Data *self = <Data *>context
-    if self.friction > 0.0 and not self.stepped:
+    if self.grip > 0.0:
+        settle(self, x)
+    elif self.friction > 0.0 and not self.stepped:
         set_friction(self, x, self.rubbed)
     set_points(self, x.q, self.before)
     self.ended = self.ended and self.stepped
@@ -285,7 +359,12 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     for k in range(self.at_end.n):
         each = self.at_end.touch + k
         push(self.push, each, each.stiffness * each.e, each.n)
-    if self.friction > 0.0 and x.v != NULL:
+    if self.grip > 0.0:
+        if not set_bristles(self, False):
+            fail(self, r)
+            return
+        push_bristles(self, self.push)
+    elif self.friction > 0.0 and x.v != NULL:
         set_points(self, x.v, self.speed)
         rub(self, &self.at_end, 1.0, self.push)
     distribute(self, r)
@@ -302,7 +381,7 @@ cdef double energy(void *context, const double *q) noexcept nogil:
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
     """Add the block of each element by itself, where the last residual was evaluated as there."""
     cdef Data *self = <Data *>context
-    cdef bint slides = part == DAMPING and self.friction > 0.0 and x.v != NULL
+    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL
     if part != STIFFNESS and part != MATERIAL and not slides:
         return
     set_points(self, x.q, self.now)
@@ -319,9 +398,12 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     elif self.stepped and is_at(self, self.middle):
         add_blocks(self, &self.at_halfway, 2.0 * SIMPSON[1] * 0.5, values)
         add_blocks(self, &self.at_end, 2.0 * SIMPSON[2], values)
+        add_bristle_blocks(self, values)
     elif self.stepped and is_at(self, self.begin):
         add_blocks(self, &self.at_begin, 1.0, values)
     elif self.ended and is_at(self, self.end):
         add_blocks(self, &self.at_end, 1.0, values)
+        if not self.stepped:
+            add_bristle_blocks(self, values)
     elif cover(&self.search, self.now, NULL) and collect(self, self.now, NULL, &self.at_now):
         add_blocks(self, &self.at_now, 1.0, values)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,10 +14,11 @@ from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene.force_elements.beam_contacts import (
     NEIGHBOUR_ARC_RATIO,
     BeamContact,
+    following_elements,
     free_ends,
     neighbours,
 )
-from ancfsparse.scene.force_elements.contacts import MAX_START_DEPTH_RATIO
+from ancfsparse.scene.force_elements.contacts import GRIP_RATIO, MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import (
     Compiled,
@@ -25,6 +27,9 @@ from ancfsparse.system.contributions.interface import (
     offsets_of,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
+
+# Pairs that touch and stick, per element: in dense packings of parallel cables up to 6.
+SLOTS_PER_ELEMENT = 8
 
 
 class CompiledBeamContact(Compiled, Protocol):
@@ -38,8 +43,8 @@ class CompiledBeamContact(Compiled, Protocol):
     def touches(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
         """Return elements, positions in them, forces and penetrations of points in contact."""
 
-    def friction(self, q: Vector, v: Vector, /) -> Vector:
-        """Return friction on these points, (k, dim) [N]."""
+    def friction(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
+        """Return friction on these points, (k, dim) [N]; bristles need their history variables."""
 
     def losses(
         self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None, /
@@ -59,8 +64,10 @@ class BeamContactContribution(Contribution):
     is_load = True
     is_contact = True
 
-    def __init__(self, system: Discretization, contact: BeamContact) -> None:
+    def __init__(self, system: Discretization, contact: BeamContact, first_history: int) -> None:
         self._system, self.contact = system, contact
+        # Of the bristles of pairs among the history variables of the system.
+        self._first_history = first_history
         self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
         self.compiled: CompiledBeamContact
 
@@ -102,10 +109,39 @@ class BeamContactContribution(Contribution):
             contact.stiffness,
             contact.friction,
             contact.slip_speed,
+            GRIP_RATIO,
+            np.concatenate(list(self._following())),
+            self._n_slots,
         )
         if np.array_equal(system.q0, system.q_ref):
             self._check_start(system.q0)
         return self.compiled
+
+    def _following(self) -> Iterator[Integers]:
+        """Yield the elements that continue those of each body, numbered among all."""
+        first = 0
+        for body in self.contact.bodies:
+            table = following_elements(body)
+            yield np.where(table < 0, -1, table + first).astype(np.int32)
+            first += body.n_elements
+
+    @property
+    def n_history(self) -> int:
+        """Number of history variables: code, stiffness and force of the bristle of each pair."""
+        return self._n_slots * (2 + self._system.dim)
+
+    @property
+    def _n_slots(self) -> int:
+        return SLOTS_PER_ELEMENT * len(self._indices) if self.contact.sticks else 0
+
+    def friction(self, q: Vector, v: Vector, history: Vector | None) -> Vector:
+        """Return friction on the points that touch, (k, dim) [N].
+
+        History variables of the system are needed for bristles.
+        """
+        own = slice(self._first_history, self._first_history + self.n_history)
+        of_pairs = np.empty(0) if history is None else np.ascontiguousarray(history[own])
+        return self.compiled.friction(q, v, of_pairs)
 
     def _check_start(self, q: Vector) -> None:
         """Refuse bodies that begin inside each other."""
@@ -127,21 +163,25 @@ class BeamContactContribution(Contribution):
                 f"{one!r} and {other!r}: move them apart, or start from an equilibrium"
             )
 
-    def forces(self, q: Vector, v: Vector) -> tuple[Vector, Vector, Vector, Vector]:
+    def forces(
+        self, q: Vector, v: Vector, history: Vector | None = None
+    ) -> tuple[Vector, Vector, Vector, Vector]:
         """Return resultant on the first body, sums of sizes and largest penetration in states.
 
-        The sums are of normal forces and of friction.
+        The sums are of normal forces and of friction; that of bristles needs the history variables
+        of the system (k, h).
         """
         n, own = len(q), self.contact.body.n_elements
         resultant, sizes, deepest = np.zeros((n, self._system.dim)), np.zeros((2, n)), np.zeros(n)
         for k, state in enumerate(zip(q, v, strict=True)):
             q_row, v_row = map(np.ascontiguousarray, state)
             elements, _, force, depths = self.compiled.touches(q_row)
-            friction = self.compiled.friction(q_row, v_row)
+            row = None if history is None else history[k]
+            friction = self.friction(q_row, v_row, row)
             on_body = (elements < own).astype(float)
             resultant[k] = (on_body[:, 0] - on_body[:, 1]) @ (force + friction)
-            for row, each in zip(sizes, (force, friction), strict=True):
-                row[k] = np.linalg.norm(each, axis=1).sum()
+            for size, each in zip(sizes, (force, friction), strict=True):
+                size[k] = np.linalg.norm(each, axis=1).sum()
             deepest[k] = depths.max(initial=0.0)
         return resultant, *sizes, deepest
 

@@ -34,14 +34,17 @@ cdef void look_back(Data *self, const ancf_state *x, double dt) noexcept nogil:
 
 cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
                 double step, bint is_mean, double *braked, bint begins, double[:, ::1] out):
-    """Set the energies of `BeamContact.losses`; `rubbed` and `braked` are moved to the last state."""
+    """Set the energies of `BeamContact.losses`; memory and `braked` are moved to the last state."""
     cdef ancf_state x0, x1
     cdef ptrdiff_t j, k
     cdef bint is_step
-    cdef double[::1] braking = np.zeros(12 * self.n)
+    cdef double[::1] braking = np.zeros(12 * self.n), start = np.zeros(12 * self.n)
+    self.start = &start[0]
     self.dt = 0.0 if is_mean else step
     x1.q, x1.v = &q[0, 0], &v[0, 0]
+    self.interval = 0.0
     if begins:
+        memset(self.slots, 0, self.n_slots * (2 + self.dim) * sizeof(double))
         look_back(self, &x1, self.dt)  # of a run that continues, the memory is not known
         set_friction(self, &x1, self.rubbed)
         set_braking(self, &x1, braked)
@@ -53,8 +56,13 @@ cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, cons
             self.ended = False
         else:
             look_back(self, &x1, step)
+        set_points(self, x0.q, &start[0])
+        self.interval = t[j] - t[j - 1]
         if self.friction > 0.0:
             out[j - 1, 1] = -friction_work(self, &x0, &x1, is_mean and is_step)
+            if self.grip > 0.0:
+                keep_bristles(self)
+            self.interval = 0.0
             set_friction(self, &x1, self.rubbed)
         if self.dt > 0.0 and set_braking(self, &x1, &braking[0]):
             set_points(self, x0.q, self.begin)

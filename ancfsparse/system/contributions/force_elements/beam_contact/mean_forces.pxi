@@ -82,10 +82,15 @@ cdef bint is_at(const Data *self, const double *points) noexcept nogil:
 
 cdef bint list_between(Data *self, const double *q0, const double *q1) noexcept nogil:
     """List the touching points for the mean force between two states; return if that succeeds."""
-    cdef bint same
-    cdef ptrdiff_t k
     set_points(self, q0, self.now)
     set_points(self, q1, self.end)
+    return list_way(self)
+
+
+cdef bint list_way(Data *self) noexcept nogil:
+    """The same between the control points `now` and `end`."""
+    cdef bint same
+    cdef ptrdiff_t k
     same = self.stepped and is_at(self, self.begin)
     memcpy(self.begin, self.now, 12 * self.n * sizeof(double))
     for k in range(12 * self.n):
@@ -125,7 +130,12 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     central(self, &self.at_begin, factor)
     central(self, &self.at_halfway, factor)
     central(self, &self.at_end, factor)
-    if self.friction > 0.0 and x.v != NULL:
+    if self.grip > 0.0:
+        if not set_bristles(self, True):
+            fail(self, r)
+            return
+        push_bristles(self, self.push)
+    elif self.friction > 0.0 and x.v != NULL:
         set_points(self, x.v, self.speed)
         rub(self, &self.at_begin, SIMPSON[0], self.push)
         rub(self, &self.at_halfway, SIMPSON[1], self.push)

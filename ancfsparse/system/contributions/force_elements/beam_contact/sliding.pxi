@@ -45,7 +45,10 @@ cdef bint find_end(Data *self, const double *q) noexcept nogil:
 cdef void set_friction(Data *self, const ancf_state *x, double *out) noexcept nogil:
     """Set the friction on control points at the end of a step."""
     memset(out, 0, 12 * self.n * sizeof(double))
-    if x.v != NULL and find_end(self, x.q):
+    if self.grip > 0.0:
+        if find_end(self, x.q) and set_bristles(self, False):
+            push_bristles(self, out)
+    elif x.v != NULL and find_end(self, x.q):
         set_points(self, x.v, self.speed)
         rub(self, &self.at_end, 1.0, out)
 
@@ -61,7 +64,7 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
                           bint is_mean) noexcept nogil:
     cdef double square = 0.0, sum = 0.0
     cdef ptrdiff_t k
-    if x0.v == NULL or x1.v == NULL:
+    if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
         return 0.0
     if not is_mean:
         set_friction(self, x1, self.push)
@@ -74,14 +77,19 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
     total_work(self, &self.at_begin, SIMPSON[0], &square)
     total_work(self, &self.at_halfway, SIMPSON[1], &square)
     total_work(self, &self.at_end, SIMPSON[2], &square)
-    set_points(self, x0.v, self.now)
-    set_points(self, x1.v, self.speed)
-    for k in range(12 * self.n):
-        self.speed[k] = 0.5 * (self.now[k] + self.speed[k])
     memset(self.push, 0, 12 * self.n * sizeof(double))
-    rub(self, &self.at_begin, SIMPSON[0], self.push)
-    rub(self, &self.at_halfway, SIMPSON[1], self.push)
-    rub(self, &self.at_end, SIMPSON[2], self.push)
+    if self.grip > 0.0:
+        if not set_bristles(self, True):
+            return NAN
+        push_bristles(self, self.push)
+    else:
+        set_points(self, x0.v, self.now)
+        set_points(self, x1.v, self.speed)
+        for k in range(12 * self.n):
+            self.speed[k] = 0.5 * (self.now[k] + self.speed[k])
+        rub(self, &self.at_begin, SIMPSON[0], self.push)
+        rub(self, &self.at_halfway, SIMPSON[1], self.push)
+        rub(self, &self.at_end, SIMPSON[2], self.push)
     for k in range(12 * self.n):
         sum += self.push[k] * (self.end[k] - self.begin[k])
     return sum
@@ -93,6 +101,7 @@ cdef void add_sliding_blocks(const Data *self, const Touches *list, double share
     cdef const Touch *each
     cdef double[3] u
     cdef double[9] block
+    cdef double[4] of_nodes
     cdef double size, speed
     cdef ptrdiff_t k
     cdef int c, e
@@ -104,18 +113,18 @@ cdef void add_sliding_blocks(const Data *self, const Touches *list, double share
             for e in range(3):
                 block[3 * c + e] = size * ((c == e) - each.n[c] * each.n[e]
                                            - u[c] * u[e] / (speed * speed))
-        add_sliding_block(self, each.a, each.z, block, values)
-        add_sliding_block(self, each.b, each.u, block, values)
+        weigh(self, each.a, each.z, of_nodes)
+        add_weighted_block(self, each.a, of_nodes, block, values)
+        weigh(self, each.b, each.u, of_nodes)
+        add_weighted_block(self, each.b, of_nodes, block, values)
         add_sliding_coupling(self, each, block, values)
 
 
-cdef void add_sliding_block(const Data *self, ptrdiff_t e, double z, const double *block,
-                            double *values) noexcept nogil:
+cdef void add_weighted_block(const Data *self, ptrdiff_t e, const double *of_nodes,
+                             const double *block, double *values) noexcept nogil:
     """Add S^T B S of one element to the matrix."""
-    cdef double[4] of_nodes
     cdef ptrdiff_t dim = self.dim, i, j
     cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
-    weigh(self, e, z, of_nodes)
     for i in range(4 * dim):
         for j in range(i + 1):
             values[slot[0]] += of_nodes[i // dim] * of_nodes[j // dim] * block[3 * (i % dim) + j % dim]

@@ -38,6 +38,9 @@ cdef struct Coupling:
     int32_t *touches  # whether a pair touches
 
 
+cdef struct Bristle
+
+
 cdef struct Data:
     ptrdiff_t n, dim
     const int32_t *place  # (n, 4, dim)
@@ -48,6 +51,15 @@ cdef struct Data:
     const double *mass  # per length, of the elements [kg/m]
     double stiffness
     double friction, slip_speed
+    double grip  # stiffness of bristles over that of their points, 0 without them
+    double *slots  # their history
+    ptrdiff_t n_slots, crowded  # slots, and the number of pairs if they were too few
+    const int32_t *following  # (n, 2): elements that continue an axis before and after, or -1
+    Bristle *bristle  # of the last step, or of a state
+    ptrdiff_t n_bristles, room
+    int32_t *first_bristle  # of each element, or -1
+    double interval  # since the last accepted state, 0 in a state of its own [s]
+    const double *start  # control points in that state
     double dt  # length of the step, 0 outside of one [s]
     Search search
     double *tight  # (n, 6): boxes of the axes in one state

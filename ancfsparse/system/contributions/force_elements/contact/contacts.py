@@ -11,7 +11,7 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError, PenetrationWarning
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
-from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, LAYER_RATIO, Contact
+from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, GRIP_RATIO, LAYER_RATIO, Contact
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
@@ -24,9 +24,6 @@ from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
-# Stiffness of bristles over the one of the contact.  A cable on a drum that slides takes as many
-# iterations as without friction, and with 1 in place of .1 up to five times as many.
-GRIP_RATIO = 0.1
 # Damping ratio of the mass of the body on bristles with a static friction.  Without damping a body
 # that comes to rest swings on them and slides again at the kinetic friction; .3 and 1 do alike.
 BRISTLE_DAMPING = 1.0
@@ -308,5 +305,7 @@ def of(system: Discretization) -> list[Contribution]:
             n_history += contribution.n_history
             contacts.append(contribution)
         if isinstance(each, BeamContact):
-            contacts.append(BeamContactContribution(system, each))
+            of_beams = BeamContactContribution(system, each, n_history)
+            n_history += of_beams.n_history
+            contacts.append(of_beams)
     return contacts
