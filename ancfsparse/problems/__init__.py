@@ -4,7 +4,7 @@ They are shared by tests, benchmarks, the command line and the README.
 """
 
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.contacts import belt_drive, capstan
+from ancfsparse.problems.contacts import belt_drive, capstan, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -62,6 +62,7 @@ __all__ = [
     "four_bar",
     "hanging_net",
     "heavy_top",
+    "knot",
     "lattice",
     "moving_supports",
     "n_four_bar",

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.checks import check_positive
 from ancfsparse.problems.flexible import SpinUp
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.results import Trajectory
@@ -17,7 +18,7 @@ from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.contacts import Contact
 from ancfsparse.scene.force_elements.obstacles import Drum
 from ancfsparse.scene.geometry.curves import Arc
-from ancfsparse.scene.records.signals import Ramp
+from ancfsparse.scene.records.signals import Ramp, Table
 
 DRUM_RADIUS = 0.1  # [m]
 WIRE_RADIUS = 1e-3  # [m]
@@ -28,6 +29,18 @@ CENTRE_DISTANCE = 0.4  # of the pulleys [m]
 BELT_STIFFNESS = 2e4  # E A [N]
 BELT_MASS = 0.1  # [kg/m]
 BELT_STRAIN = 0.01  # at the start [1]
+ROD_RADIUS = 0.01  # [m]
+LOOP_RADIUS = 0.5  # of the knot at the start [m]
+ROD_TAIL = 0.5  # straight part at either end [m]
+# Rubber; velocities are damped so that the tension at the ends is nearly the one of equilibria.
+RUBBER = Material(1e7, 1000.0, axial_damping=1e-2, rayleigh=(1.0, 0.0))
+CONTACT_STIFFNESS = 2e5  # [N/m2]
+BRAID_RATIO = 0.6  # half of the part where both strands lie side by side, over the loop radius
+WINDING_RATIO = 0.75  # of this part, where they wind
+GAP_RATIO = 1.08  # of the distance of the axes there, over the one at which surfaces touch
+SETTLING_TIME = 2.4  # [s]
+TIGHTENING_TIME = 13.6  # [s]
+N_TIMES = 60  # of the table of the motion of the ends
 SLIDING_FRACTION = 0.9  # of mu times the pressure, above which a point of a belt slides
 
 
@@ -204,3 +217,74 @@ def _belt(
             scene.contact(part, drum, on=pulley, stiffness=stiffness, friction=mu) for part in parts
         ]
     return parts, contacts
+
+
+def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mechanism:
+    """Return a rubber rod in an overhand knot (a trefoil), which its ends tighten.
+
+    The rod has a radius h of 10 mm and a loop of 0.5 m; it comes to rest in 2.4 s, and then its
+    ends move apart until, at 16 s, they have taken 2 pi (0.5 m - `radius` [m]) of its length.  For
+    ``eps = sqrt(h / R)`` towards zero, with the radius R of the loop, its tension T follows
+    ``T h^2 / B = eps^4 / 2 + 0.492 mu eps^3`` (Audoly, Clauvelin and Neukirch, 2007), where B is
+    the bending stiffness.
+
+    Quantities: ``tension`` T, the mean of both ends [N]; ``loop`` radius, the length that the knot
+    takes over 2 pi [m]; ``pressing``, the sum of normal forces [N].
+    """
+    check_positive("radius", radius, "m")
+    scene = Scene((0.0, 0.0, 0.0))
+    rod = scene.add_beam(
+        "thin",
+        curve=_overhand(LOOP_RADIUS, ROD_RADIUS, ROD_TAIL),
+        rest="straight",
+        n_elements=n_elements,
+        section=Circle(2.0 * ROD_RADIUS),
+        material=RUBBER,
+        name="rod",
+    )
+    times = np.linspace(0.0, SETTLING_TIME + TIGHTENING_TIME, N_TIMES)
+    progress = np.clip((times - SETTLING_TIME) / TIGHTENING_TIME, 0.0, 1.0)
+    displacement = math.pi * LOOP_RADIUS * (1.0 - (radius / LOOP_RADIUS) ** progress)
+    for end, sign in ((rod.start, -1.0), (rod.end, 1.0)):
+        path = np.array(end.position) + np.outer(sign * displacement, (1.0, 0.0, 0.0))
+        scene.drive(end, Table(times, path, smooth=True))
+    contact = scene.contact(rod, rod, stiffness=CONTACT_STIFFNESS, friction=mu)
+
+    def loop(run: Trajectory) -> Vector:
+        chord = np.linalg.norm(run.position(rod.end) - run.position(rod.start), axis=1)
+        return np.asarray((rod.length - chord) / (2.0 * math.pi))
+
+    watched = {
+        "tension": lambda run: 0.5 * (run.reaction(rod.end) - run.reaction(rod.start))[:, 0],
+        "loop": loop,
+        "pressing": lambda run: run.contact_force(contact).size,
+    }
+    return Mechanism(scene, watched)
+
+
+def _overhand(loop: float, radius: float, tail: float) -> Vector:
+    """Return points of the axis of an overhand knot in space, (k, 3) [m].
+
+    Its ends are along x.  Two strands near the origin wind around each other by three half turns
+    between a tail and the loop, the circle that touches the x axis.
+    """
+    half = BRAID_RATIO * loop
+    x = np.linspace(-half, half, 161)
+    height = loop - np.sqrt(loop**2 - x**2)  # of the circle
+    distance = height + 2.0 * GAP_RATIO * radius * (1.0 - _step(np.abs(x) / half))
+    w = np.clip(0.5 + 0.5 * x / (WINDING_RATIO * half), 0.0, 1.0)
+    angle = math.pi * (1.0 + 3.0 * w * w * (3.0 - 2.0 * w))
+    across = 0.5 * distance * np.stack([np.zeros_like(x), np.cos(angle), np.sin(angle)])
+    middle = np.stack([x, 0.5 * height, np.zeros_like(x)])
+    first = math.asin(BRAID_RATIO)
+    turn = np.linspace(first, 2.0 * math.pi - first, 200)[1:-1]
+    circle = loop * np.stack([np.sin(turn), 1.0 - np.cos(turn), np.zeros_like(turn)])
+    straight = np.zeros((3, 59))
+    straight[0] = np.linspace(-half - tail, -half, 60)[:-1]
+    other = np.array([[-1.0], [1.0], [1.0]]) * straight[:, ::-1]
+    return np.concatenate([straight, middle + across, circle, middle - across, other], axis=1).T
+
+
+def _step(s: Vector) -> Vector:
+    """Rise from 0 to 1 with two continuous derivatives."""
+    return np.asarray(s**3 * (10.0 + s * (6.0 * s - 15.0)))

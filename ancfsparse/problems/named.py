@@ -3,7 +3,7 @@
 from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.problems.contacts import capstan
+from ancfsparse.problems.contacts import capstan, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -115,6 +115,11 @@ CASES = (
     ),
     Case(
         pile, 2e-3, "force", 0.3, (6.164023,), 1e-4, "weight of the cables", GeneralizedAlpha(0.5)
+    ),
+    Case(
+        knot, 1e-3, "tension", 6.0, (0.8474,), 0.01,
+        "own run of twice as many elements; the law of loose knots has 0.50",
+        GeneralizedAlpha(0.5),
     ),
     elastic(
         cantilever_on_cylinders, 1e-3, "tip", 0.0, (1.8905202, -0.4825640), 2e-4,

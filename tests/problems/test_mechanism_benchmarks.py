@@ -9,7 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
-SLOW = {"crane": pytest.mark.slow}
+SLOW = {"crane": pytest.mark.slow, "knot": pytest.mark.slow}
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=SLOW.get(x, ())) for x in MECHANISMS])

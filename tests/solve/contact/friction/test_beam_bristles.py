@@ -21,7 +21,7 @@ from tests.solve.contact.friction.test_beam_friction_motion import (
 DAMPED = ancf.GeneralizedAlpha(0.5)
 
 
-def rod_on_rails(pull):
+def rod_on_rails(pull, friction=FRICTION, speed=0.0):
     """A stiff rod across two rails, pulled along them by a multiple of mu times its weight."""
     scene = ancf.Scene((0.0, 0.0, -9.81))
     rails = []
@@ -35,10 +35,10 @@ def rod_on_rails(pull):
     # Two crossings at a right angle that bear it: 4/3 sqrt(2 d) k e^1.5 each, with d of 2 radii.
     depth = (0.5 * weight / (4.0 / 3.0 * math.sqrt(4.0 * RADIUS) * stiffness)) ** (2.0 / 3.0)
     start, end = (0.03, -0.4, 2.0 * RADIUS - depth), (0.03, 0.4, 2.0 * RADIUS - depth)
-    rod = scene.add_beam("thin", start, end, 8, SECTION, stiff)
+    rod = scene.add_beam("thin", start, end, 8, SECTION, stiff, velocity=(speed, 0.0, 0.0))
     force = ancf.Ramp((pull * FRICTION * weight / 0.8, 0.0, 0.0), 0.2, smooth=True)
     scene.distributed_force(rod, force)
-    contacts = [scene.contact(each, rod, stiffness=stiffness, friction=FRICTION) for each in rails]
+    contacts = [scene.contact(each, rod, stiffness=stiffness, friction=friction) for each in rails]
     return scene, rod, contacts, weight
 
 
@@ -72,6 +72,17 @@ def test_a_rod_that_is_pulled_by_more_slides_with_mu_times_the_normal_force():
     assert impulse == pytest.approx(0.25 * pull - 1e-4 * friction[2501:].sum(), rel=0.05)
     table = run.contacts()
     assert sum(each.friction for each in table) == pytest.approx(friction[-1], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("speed", "dt", "share"), [(0.15, 1e-3, 0.0072), (0.3, 1e-3, 0.016), (0.3, 2e-4, 0.003)]
+)
+def test_the_damping_of_impacts_brakes_a_crossing_that_slides(speed, dt, share):
+    """Without friction, by a share of the weight that docs/limits.md states."""
+    scene, _, _, weight = rod_on_rails(0.0, 0.0, speed)
+    run = ancf.simulate(scene, 0.3, dt, integrator=DAMPED)
+    lost = momenta(run, 0)[0] - momenta(run, -1)[0]
+    assert lost / (0.3 * weight) == pytest.approx(share, rel=0.1)
 
 
 @pytest.mark.parametrize("dt", [5e-5, 2e-4])
