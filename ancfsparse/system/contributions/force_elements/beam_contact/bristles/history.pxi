@@ -1,6 +1,6 @@
 """History of the bristles of pairs of elements, from one accepted step to the next; an include file.
 
-A pair has its code, K and S of bristles.pxi in one slot while it touches.
+A pair has its code, K and S of forces.pxi in one slot while it touches.
 """
 
 
