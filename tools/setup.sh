@@ -6,6 +6,7 @@
 #        tools/setup.sh develop   so that importing the package compiles changed files
 #        tools/setup.sh plain     no longer so
 #        tools/setup.sh check     install nothing; fail if compiled modules are older than their sources
+# The wheel that it installs is kept in build/. ANCFSPARSE_WHEEL=FILE installs that one and compiles nothing.
 # An option given once stays in force. Where nothing has changed, nothing is done. One process sets up, others wait.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -189,9 +190,11 @@ build=build/$("$venv/bin/python" -c 'import sys; print("cp%d%d" % sys.version_in
 if [ meson.options -nt "$build/build.ninja" ]; then rm -rf "$build"; fi
 options=(--no-build-isolation "--config-settings=setup-args=-Dinstruction_sets=$sets"
   "--config-settings=builddir=$build")
-if is_there requirements "$requirements"; then options+=(--no-deps --force-reinstall); fi
 rm -f "$venv/.package"
-if [ $sets = runnable ]; then
+wheel=${ANCFSPARSE_WHEEL:-}
+if [ -n "$wheel" ]; then
+  begin "install $wheel" "seconds"
+elif [ $sets = runnable ]; then
   begin "build ancfsparse for all instruction sets of this machine" "up to six minutes the first time, then changed files only"
 else
   begin "build ancfsparse for this machine" "two or three minutes the first time, then changed files only"
@@ -201,7 +204,13 @@ if [ $mode = develop ]; then
   rm -f $linked
   NINJA=$PWD/tools/ninja_in_turn.sh pip install "${options[@]}" -e ".[$extras]"
 else
-  pip install "${options[@]}" ".[$extras]"
+  if [ -z "$wheel" ]; then
+    rm -f build/ancfsparse-*.whl
+    pip wheel --no-deps "${options[@]}" --wheel-dir build .
+    wheel=$(echo build/ancfsparse-*.whl)
+  fi
+  is_there requirements "$requirements" || pip install "$wheel[$extras]"
+  pip install --no-deps --force-reinstall "$wheel"
   link_compiled
 fi
 

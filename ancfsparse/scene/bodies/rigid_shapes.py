@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice, check_moderate, set_fields
-from ancfsparse.scene.sections.powers import power
+from ancfsparse.scene.sections.cross_section import power
 
 # Classes of shapes, by their names in files and messages.
 SHAPE_TYPES: dict[str, type[RigidShape]] = {}

@@ -19,6 +19,14 @@ MAX_PRODUCT_MOMENT = 1e-9  # over the polar moment, attributed to rounding
 SECTION_TYPES: dict[str, type[Any]] = {}
 
 
+def power(x: float, n: int) -> float:
+    """Return x^n by products, which round alike in all units that differ by powers of two.
+
+    The function `pow` of the C library does not.
+    """
+    return math.prod([x] * n)
+
+
 class CrossSection:
     """A cross-section that does not change along a beam.
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from ancfsparse.checks import check_finite, check_positive, set_fields
 from ancfsparse.errors import InputError
-from ancfsparse.scene.sections.cross_section import CrossSection
-from ancfsparse.scene.sections.powers import power
+from ancfsparse.scene.sections.cross_section import CrossSection, power
 
 ZETA_5 = 1.0369277551433699  # Riemann's zeta(5) = 1 + 1/2^5 + 1/3^5 + ...
 

@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator
 import numpy as np
 
 from ancfsparse.array_types import Complex, Vector
-from ancfsparse.scene.sections.powers import power
+from ancfsparse.scene.sections.cross_section import power
 
 TOLERANCE = 1e-5  # change of the constant by the last poles, over the constant
 MAX_UNKNOWNS = 700
