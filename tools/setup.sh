@@ -6,7 +6,7 @@
 #        tools/setup.sh develop   so that importing the package compiles changed files
 #        tools/setup.sh plain     no longer so
 #        tools/setup.sh check     install nothing; fail if compiled modules are older than their sources
-# The wheel that it installs is kept in build/. ANCFSPARSE_WHEEL=FILE installs that one and compiles nothing.
+# The wheel that it installs is kept in build/. ANCFSPARSE_WHEEL=FILE installs that one without compiling.
 # An option given once stays in force. Where nothing has changed, nothing is done. One process sets up, others wait.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

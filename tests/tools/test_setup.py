@@ -102,7 +102,8 @@ def test_one_process_sets_up_and_another_waits_and_finds_it_done(checkout):
     first, second = finish_in_turn(checkout / "hold", checkout / "pip.txt", lambda: start(checkout))
     assert first.endswith("setup: done\n")
     assert second == "setup: waiting for another process that sets up here\n"
-    assert [line.split()[0] for line in runs_of_pip(checkout)] == ["begin", "end"] * 2
+    # requirements, the wheel, its own requirements, and the wheel again where it was installed
+    assert [line.split()[0] for line in runs_of_pip(checkout)] == ["begin", "end"] * 4
 
 
 def test_nothing_is_done_where_nothing_has_changed(checkout):
@@ -121,9 +122,17 @@ def test_a_change_of_a_source_builds_again_without_dependencies(checkout, name):
     before = len(runs_of_pip(checkout))
     (checkout / name).write_text("changed")
     assert run(checkout)[0] == 0
-    added = runs_of_pip(checkout)[before:]
-    assert len(added) == 2
-    assert "--no-deps" in added[0]
+    build, _, install, _ = runs_of_pip(checkout)[before:]
+    assert " wheel --no-deps" in build
+    assert " install --no-deps --force-reinstall" in install
+
+
+def test_a_given_wheel_is_installed_and_not_built(checkout, monkeypatch):
+    monkeypatch.setenv("ANCFSPARSE_WHEEL", "elsewhere/ancfsparse.whl")
+    assert run(checkout)[0] == 0
+    runs = runs_of_pip(checkout)
+    assert not any(" wheel " in line for line in runs)
+    assert "elsewhere/ancfsparse.whl[dev]" in runs[2]
 
 
 def test_stale_compiled_modules_are_named(checkout):
