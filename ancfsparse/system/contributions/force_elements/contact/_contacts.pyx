@@ -67,6 +67,7 @@ cdef struct Data:
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
     ptrdiff_t n_all
     double *q0  # coordinates in the last accepted state
+    double *share  # of each point: part of its displacement since the last equilibrium in contact
     double *trial  # of the last residual: displacements of bristles that stick, (n, 3) [m]
     # Of the last residual: penetrations where its matrix is requested, halfway a step from state to
     # state, the forces of the pressures, and their derivatives by the state that is sought.
@@ -176,7 +177,7 @@ cdef class Contact(CompiledContribution):
         data.deepest = data.interval = data.turn = 0.0
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
         if data.grip > 0.0:
-            data.trial = self.copy(np.zeros((n, 3)))
+            data.trial, data.share = self.copy(np.zeros((n, 3))), self.copy(np.ones(n))
         self.interface.context, self.interface.damped = data, slip_speed > 0.0 or data.gamma > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy

@@ -90,6 +90,7 @@ cdef inline void creep(const Data *self, ptrdiff_t k, const double *q1, Place *b
     cdef ptrdiff_t c
     if self.is_static and begin.e < 0.0 < end.e:
         share = end.e / (end.e - begin.e)
+    self.share[k] = share
     halve(self, begin, end)
     if self.on_body:
         weigh(self, k, self.q0, q1, begin)
@@ -254,7 +255,7 @@ cdef void sticking_block(const Data *self, ptrdiff_t k, const Place *here, doubl
     if self.is_sticking:
         u = self.z + self.points.dim * k
     else:
-        factor *= share_of(self, k) * (2.0 if self.is_mean else 1.0)
+        factor *= self.share[k] * share_of(self, k) * (2.0 if self.is_mean else 1.0)
     for c in range(self.points.dim):
         square += u[c] * u[c]
     sliding_limit = limit * (1.0 - SLIDING_RATIO) if self.is_sticking else limit
