@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_vector
+from ancfsparse.checks import MAX_MAGNITUDE, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value, suggest_names
 from ancfsparse.scene import records
@@ -186,7 +186,13 @@ class SceneBase:
     ) -> PrescribedMotion | None:
         """Return a length that changes as a prescribed motion; None if it is constant."""
         if length is not None:
-            return records.define_motion(subject, 0, length, rate, second_rate)
+            motion = records.define_motion(subject, 0, length, rate, second_rate)
+            start = float(motion.value.at(0.0)[0])
+            if abs(start) > MAX_MAGNITUDE:
+                raise InputError(
+                    f"{subject} must be at most {MAX_MAGNITUDE:g} m at t = 0, got {start:g} m"
+                )
+            return motion
         if rate is not None or second_rate is not None:
             raise InputError(
                 f"{subject} has a rate and is constant: give it as a function, length=l(t), too"

@@ -145,7 +145,8 @@ class _AssemblyEquations:
             q = q + length * dq
             gap = (1.0 - length) * gap if length < 1.0 else self.none
             phi = self.violations(q)
-            sizes.append(float(np.sqrt(self.mass @ dq[:n] ** 2 / self.mass.sum())))
+            with np.errstate(over="ignore"):  # infinite sizes end the corrections below
+                sizes.append(float(np.sqrt(self.mass @ dq[:n] ** 2 / self.mass.sum())))
             recent = sizes[: -MIN_CORRECTIONS // 2]
             decreases = len(sizes) <= MIN_CORRECTIONS or sizes[-1] <= 0.9 * min(recent)
             if not (np.isfinite(sizes[-1]) and decreases):

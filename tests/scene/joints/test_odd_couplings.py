@@ -25,6 +25,10 @@ def wheels():
     return scene, *hinges, rod
 
 
+def ball(scene):
+    return scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(3, 0, 0))
+
+
 @pytest.mark.parametrize("ratio", [1e300, -1e300, 1e-300])
 def test_a_gear_whose_squares_leave_the_range_of_numbers_is_refused(ratio):
     scene, one, other, _ = wheels()
@@ -45,6 +49,9 @@ def test_radii_lengths_and_angles_may_be_fractions():
     [
         (lambda s, hinge, rod: s.winch([(0, 3, 0), rod.end], drum=hinge, radius=1e300),
          r"radius of a drum.*1e-100 and"),
+        (lambda s, hinge, rod: s.winch([(0, 3, 0), rod.end], length=1e300), "1e\\+100 m at t = 0"),
+        (lambda s, hinge, rod: s.distance(rod.end, ball(s).origin, length=lambda t: 1e300),
+         r"distance of.* at most 1e\+100 m at t = 0, got 1e\+300 m"),
         (lambda s, hinge, rod: s.joint_friction(hinge, 0.1, slip=None), "slip of the friction"),
         (lambda s, hinge, rod: s.replaced(rod, n_elements=np.zeros((2, 2))), "n_elements"),
     ],
@@ -53,6 +60,13 @@ def test_numbers_that_are_none_or_out_of_range_are_refused(change, message):
     scene, hinge, _, rod = wheels()
     with pytest.raises(ancf.InputError, match=message):
         change(scene, hinge, rod)
+
+
+def test_a_distance_that_no_assembly_reaches_is_named_and_does_not_overflow():
+    scene, _, _, rod = wheels()
+    scene.distance(rod.end, ball(scene).origin, length=9e99)
+    with pytest.raises(ancf.AssemblyError, match="stays violated"):
+        ancf.assemble(scene)
 
 
 @pytest.mark.parametrize("rope", ["winch", "rope"])
