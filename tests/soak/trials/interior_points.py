@@ -5,6 +5,7 @@ import numpy as np
 import ancfsparse as ancf
 from tests.plans.interior_points import draw, missed, plan_of
 from tests.soak.report import Report
+from tests.soak.trials.plans import MAX_PLANNED_SECONDS
 
 ERRORS = (0.03, 0.01)  # relative ones that are requested
 MAX_ERROR_RATIO = 1.5  # of the error to the tolerance
@@ -21,6 +22,8 @@ def run(seed, index):
         plan = plan_of(drawn, error)
         if not plan.is_met:  # and might take any time
             return Report("not met", [], tried)
+        if plan.seconds > MAX_PLANNED_SECONDS:
+            return Report("expensive", [], tried)
         ratio, uncertain = missed(drawn, plan)
     except ancf.AncfError as refused:
         return Report(f"refused ({type(refused).__name__})", [], tried)
