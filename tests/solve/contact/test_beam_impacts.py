@@ -53,6 +53,17 @@ def test_a_level_impact_gains_no_energy(integrator, stiffness, dt):
 
 
 @pytest.mark.parametrize("integrator", SCHEMES, ids=repr)
+@pytest.mark.parametrize("stiffness", [1e6, 1e9])
+def test_an_impact_in_the_first_steps_gains_no_energy(integrator, stiffness):
+    """As on obstacles, such steps are repeated."""
+    dt = 1e-3
+    for share in (0.1, 0.4, 0.9, 1.3):
+        scene, _ = level(stiffness, share * SPEED * dt)
+        energy = ancf.simulate(scene, 20 * dt, dt, integrator=integrator, tolerance=1e-10).energy
+        assert energy.total.max() <= energy.total[0] * (1.0 + 1e-4)
+
+
+@pytest.mark.parametrize("integrator", SCHEMES, ids=repr)
 @pytest.mark.parametrize(("stiffness", "dt"), [(1e7, 1e-4), (1e9, 1e-4), (1e7, 1e-3)])
 def test_cables_that_cross_gain_no_energy(integrator, stiffness, dt):
     for share in (0.05, 0.55):
