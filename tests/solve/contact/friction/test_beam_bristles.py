@@ -175,23 +175,6 @@ def test_a_wire_around_a_ring_of_wire_holds_up_to_the_load_of_euler_and_eytelwei
         assert abs(way[-1] - way[500]) < 1e-8
 
 
-def test_a_loop_sticks_to_itself():
-    scene = ancf.Scene((0.0, 0.0, 0.0))
-    height = 7.2 * RADIUS
-    loop = scene.add_beam(
-        "thin", curve=ancf.Helix(0.1, pitch=6.0 * RADIUS, turns=1.2), rest="straight",
-        n_elements=44, section=SECTION, material=MATERIAL,
-        velocity=lambda x: np.outer(1.0 - 2.0 * x[:, 2] / height, (0.0, 0.0, 1.0)),
-    )  # fmt: skip
-    contact = scene.contact(loop, loop, stiffness=1e7, friction=0.4)
-    run = ancf.simulate(scene, 0.04, 2e-4, integrator=CONSERVING, max_halvings=6)
-    force, energy = run.contact_force(contact), run.energy
-    assert force.friction.max() > 0.1
-    assert np.allclose(force.force, 0.0, atol=1e-12 * force.size.max())
-    assert energy.friction[-1] > 1e-6 * energy.kinetic.max()
-    assert energy.drift < 1e-6
-
-
 def test_explicit_integrators_need_a_slip_speed():
     scene, _ = rub(slip_speed=None)
     with pytest.raises(ancf.InputError, match="contacts that stick: give them a slip_speed"):

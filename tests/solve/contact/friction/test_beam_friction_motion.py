@@ -134,7 +134,8 @@ def test_a_cable_that_slides_across_others_decelerates_by_mu_times_its_weight():
     )
 
 
-def test_a_loop_rubs_on_itself():
+@pytest.mark.parametrize("slip_speed", [0.01, None])
+def test_a_loop_rubs_on_itself(slip_speed):
     scene = ancf.Scene((0.0, 0.0, 0.0))
     height = 7.2 * RADIUS
     loop = scene.add_beam(
@@ -142,7 +143,7 @@ def test_a_loop_rubs_on_itself():
         n_elements=44, section=SECTION, material=MATERIAL,
         velocity=lambda x: np.outer(1.0 - 2.0 * x[:, 2] / height, (0.0, 0.0, 1.0)),
     )  # fmt: skip
-    contact = scene.contact(loop, loop, stiffness=1e7, friction=0.4, slip_speed=0.01)
+    contact = scene.contact(loop, loop, stiffness=1e7, friction=0.4, slip_speed=slip_speed)
     run = ancf.simulate(scene, 0.04, 2e-4, integrator=CONSERVING, max_halvings=6)
     force, energy = run.contact_force(contact), run.energy
     assert force.friction.max() > 0.1
