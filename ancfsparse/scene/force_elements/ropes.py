@@ -189,7 +189,7 @@ class Ropes(SceneBase):
         elif length is not None:
             natural = check_moderate(subject, length, "m")
         elasticity = check_moderate("stiffness of a rope", stiffness, "N")
-        rope = Rope(ends, elasticity, viscosity, natural, width, change, length)
         given = length if callable(length) or length is None else natural
+        rope = Rope(ends, elasticity, viscosity, natural, width, change, given)
         record = RopeSpec(places, elasticity, viscosity, given, width)
         return self._attach(rope, record)

@@ -79,3 +79,11 @@ def test_a_rope_over_a_body_asks_for_one_of_its_points(rope):
             ancf.InputError, match=rf"point 1 of a {rope} .*, got {called}: .* hook\.at\(\.\.\.\)"
         ):
             scene.rope(points, stiffness=1.0) if rope == "rope" else scene.winch(points)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32])
+def test_lengths_of_ropes_with_few_digits_are_saved_as_they_are(kind, tmp_path):
+    scene, _, _, rod = wheels()
+    scene.rope([(0, 3, 0), rod.end], length=kind(0.1), stiffness=1e4)
+    scene.save(tmp_path / "scene.json")
+    assert ancf.Scene.load(tmp_path / "scene.json").digest() == scene.digest()

@@ -150,3 +150,11 @@ def test_lines_of_ground_are_a_grid_from_edge_to_edge():
         other = np.unique(of_axis[..., 1 - axis])
         assert len(other) == rows
         assert np.isclose(np.abs(np.diff(of_axis[..., axis])).sum(), rows * length)
+
+
+@pytest.mark.parametrize(
+    "cell", [np.array([]), np.array([0.1, 0.2]), np.ma.masked, "a", -0.1, 1e300]
+)
+def test_a_cell_that_is_no_length_is_refused(cell):
+    with pytest.raises(ancf.InputError, match="cell of a mesh must"):
+        ancf.TriangleMesh((0, 0, 0), CUBE, TRIANGLES, cell=cell)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.array_types import Indices, Vector
-from ancfsparse.checks import check_moderate, check_reals, set_fields
+from ancfsparse.checks import check_moderate, check_not_negative, check_reals, set_fields
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.force_elements import obstacles
@@ -134,12 +134,12 @@ class TriangleMesh(SampledObstacle):
                 f"a mesh is inside out: its volume is {volume:.6g} m3; reverse the order of the "
                 "vertices of all triangles"
             )
-        cell = check_moderate("cell of a mesh", self.cell, "m") if self.cell else extent / CELLS
+        cell = check_not_negative("cell of a mesh", self.cell, "m") or extent / CELLS
         set_fields(
             self,
             vertices=tuple(map(tuple, vertices.tolist())),
             triangles=tuple(map(tuple, triangles.tolist())),
-            cell=cell,
+            cell=check_moderate("cell of a mesh", cell, "m"),
         )
 
     @property
