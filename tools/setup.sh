@@ -65,7 +65,7 @@ if is_there requirements "$requirements" && is_there package "$package" && "$ven
 fi
 
 packages=(libsuitesparse-dev libopenblas-dev) # without OpenBLAS, CHOLMOD runs on reference BLAS
-if [ $extras = dev,peers ]; then packages+=(libsundials-dev); fi
+if [ $extras = dev,peers ]; then packages+=(libsundials-dev libgl1); fi # Exudyn loads libGL
 
 # ---- the interpreter ----------------------------------------------------------------------------
 

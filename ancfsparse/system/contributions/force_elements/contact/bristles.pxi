@@ -213,9 +213,11 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
                              const Place *end, double pressure, double *supplied) noexcept nogil:
     """Work of friction on the body in a step: of `between`, or by the trapezoidal rule.
 
-    Adds the part that a turning obstacle supplies.
+    By this rule a bristle returns no more than it has stored: an impact that it does not resolve
+    would gain the rest.  Adds the part that a turning obstacle supplies.
     """
     cdef Place place = begin[0]
+    cdef double before = supplied[0], stored
     cdef double[3] f
     cdef double[3] path
     cdef double sum
@@ -232,7 +234,8 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
         weigh(self, k, self.q0, self.q0, begin)
         displace(self, k, self.q0, q1, begin, end, &path[0])
     supplied[0] += 0.5 * self.turn * turned(self, begin, &f[0])
-    return 0.5 * (sum + dot(f, path))
+    stored = 0.5 * dot(f, f) / (self.grip * self.stiffness[k])
+    return min(0.5 * (sum + dot(f, path)), stored + supplied[0] - before)
 
 
 cdef void along_surface(const Data *self, const Place *here, double factor, double share,
