@@ -82,7 +82,7 @@ class RunStats:
     shifted_seeds : int
         Incomplete factorizations that broke down and were repeated with a larger diagonal.
     pattern_changes : int
-        New orders of elimination because other elements of beams touch.
+        Changes of the sparsity pattern, with a new elimination order, as other elements touch.
     sweeps, products : int
         Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 for
         complete factors, which need one sweep per solution.

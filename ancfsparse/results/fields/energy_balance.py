@@ -38,15 +38,16 @@ class Energy:
     dissipated : ndarray, shape (k,)
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     friction : ndarray, shape (k,)
-        Energy given to friction of contacts since the first saved state [J]: the work of friction
+        Energy lost by friction of contacts since the first saved state [J]: the work of friction
         along the sliding, and the energy stored in bristles, which can return.  With
         `EnergyMomentum`, all steps saved and none divided, its forces are those between two states,
         without quadrature error; otherwise it follows from the forces in the saved states by the
         trapezoidal rule.
     impact_damping : ndarray, shape (k,)
-        Energy that the numerical damping of impacts has taken since the first saved state [J], by
-        the trapezoidal rule over the saved states.  It is zero with `EnergyMomentum`, with explicit
-        integrators, and in runs to an accuracy.  Steps that were divided count as whole ones.
+        Energy lost by the damping of impacts since the first saved state [J].  Numerical damping
+        is zero with `EnergyMomentum`, with explicit integrators, and in runs to an accuracy; the
+        damping of a coefficient of restitution is not.  It is integrated like ``friction``.  Steps
+        that were divided count as whole ones.
     """
 
     kinetic: Vector
