@@ -40,8 +40,8 @@ def check_static_friction(
     number = check_coefficient(name, static_friction)
     if number < friction or friction == 0.0:
         raise InputError(
-            f"{name} of {number:g} belongs to friction= while sliding, which must be positive and "
-            f"at most as large, got {friction:g}"
+            f"{name} of {number:g} is for points that stick: friction=, for points that slide, "
+            f"must be positive and at most as large, got {friction:g}"
         )
     if slip_speed is not None:
         raise InputError(f"{name} is for points that stick: leave slip_speed out")

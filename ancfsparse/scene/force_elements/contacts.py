@@ -178,10 +178,10 @@ class Contacts(SceneBase):
         k (e^3/D^2 - e^4/(2 D^3)) up to D = radius/1000 and k (e - D/2) beyond, and has a potential.
         Friction is that of bristles: springs of the stiffness k/10 between the body and the
         surface, which stick until their force reaches mu p, where p is the pressure, and then
-        slide with that force, or with a `static_friction` mu_s stick until it reaches mu_s p.
-        With `slip_speed` it opposes the sliding velocity u with
-        mu p u / sqrt(u^2 + slip_speed^2) instead, and a body that ought to stick creeps: under a
-        fraction f of the force of full sliding with ``slip_speed f / sqrt(1 - f^2)``.
+        slide with that force.  With a `static_friction` mu_s they stick until it reaches mu_s p.
+        With `slip_speed` friction is mu p u / sqrt(u^2 + slip_speed^2) against the sliding velocity
+        u instead, and a body that would stick creeps: under a fraction f of the force of full
+        sliding with ``slip_speed f / sqrt(1 - f^2)``.
 
         Parameters
         ----------
@@ -201,16 +201,17 @@ class Contacts(SceneBase):
         friction : float, optional
             Coefficient of friction mu [-].
         static_friction : float, optional
-            Coefficient of friction of points that stick, at least `friction` [-]: by default the
-            same.  A point that slides sticks again where its sliding stops or reverses.
+            Static coefficient of friction on an obstacle, at least `friction` [-]; by default equal
+            to it.  A point that slides sticks again where its sliding stops or reverses.
         slip_speed : float, optional
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
             stick.  Explicit integrators need it.
         restitution : float, optional
-            Speed of an obstacle's rebound over the one before, larger than 0 and at most 1 [-]: the
-            pressure is multiplied by 1 + gamma tanh(e'/u) with gamma = (1 - eps^2)/(1 + eps^2) and
-            u = eps sqrt(k/mu) (e + D)/20.  A fixed step must be at most eps/12 of the time of an
-            impact, pi sqrt(mu/k).  By default pressures are not damped.
+            Coefficient of restitution eps of impacts on an obstacle, the speed after an impact over
+            that before it, larger than 0 and at most 1 [-].  The pressure is multiplied by
+            1 + gamma tanh(e'/u) with gamma = (1 - eps^2)/(1 + eps^2), u = eps sqrt(k/m) (e + D)/20
+            and the mass m per length.  A fixed step must be at most eps/12 of the duration of an
+            impact, pi sqrt(m/k).  By default damping is numerical only, see the notes.
         on : RigidBody, optional
             The rigid body that the obstacle is a part of; the obstacle is given in its position at
             the start.  It moves and turns with the body, and the forces act on both.
@@ -231,12 +232,12 @@ class Contacts(SceneBase):
         -----
         The force is evaluated at three Gauss points of each element.  `EnergyMomentum` conserves
         the energy of an impact with any step.  With other implicit integrators an impact loses
-        energy if it takes few steps: 1 % with 15, all with two.  In statics bristles
-        are deflected by displacements since the last equilibrium; with a `slip_speed` they have no
-        friction.
+        energy if it takes few steps: 1 % with 15, all with two.  In equilibria bristles on
+        obstacles are deflected by displacements since the last equilibrium, and bristles between
+        beams are not; friction with a `slip_speed` vanishes.
 
         Two bodies need a stiffness, and press on each other with k e per length, integrated where
-        they overlap; planar ones lie in one plane.  Two elements that touch stick by one bristle.
+        they overlap; planar ones lie in one plane.  Two elements that touch have one bristle.
         Friction opposes the relative motion of points of both axes, without the motion of surfaces
         by rotation, and acts on these points, without a moment.  A body touches itself where the
         arc between two places is longer than half a turn of its radius and two elements.

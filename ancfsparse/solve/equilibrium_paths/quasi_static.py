@@ -64,10 +64,11 @@ def quasi_static(
 
     Inertia and damping are neglected; the error is about the square of the load frequency over the
     lowest natural frequency, relative to the motion.  Each state is an equilibrium, so there is no
-    error of the time step.  Where an equilibrium is lost between saved states, the interval is
-    divided, up to 64 times, and also at the times of signals that are too short for it.  Where an
-    equilibrium ceases to exist, as in snap-through, or becomes unstable, as in buckling, the scene
-    relaxes to another one, which ``stats.recoveries`` counts.
+    error of the time step, except by friction of contacts, which depends on the path.  Where an
+    equilibrium is lost between saved states, the interval is divided, up to 64 times, and also at
+    the times of signals that are too short for it.  Where an equilibrium ceases to exist, as in
+    snap-through, or becomes unstable, as in buckling, the scene relaxes to another one, which
+    ``stats.recoveries`` counts.
 
     Parameters
     ----------
