@@ -120,11 +120,11 @@ class MapSpec:
     def ends_by_chance(
         self, map_point: MapPoint, finishes: Callable[[MapPoint], bool] | None = None
     ) -> bool:
-        """Return True if the solver finishes half as many neighbours as Newton, who not all.
+        """Return True if it finishes half as many neighbours as Newton, and Newton not all.
 
         Neighbouring runs differ by billionths of the stiffness.  Near its limit a motion is
-        chaotic, and the outcome of one run is no property of the solver; the fraction of its
-        neighbours is.  `finishes` can remember the runs.
+        chaotic, and the outcome of one run is not a property of the solver; the fraction of its
+        neighbours is.  `finishes` can store the runs.
         """
         finishes = finishes or self.finishes
         neighbours = [

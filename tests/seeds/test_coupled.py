@@ -67,7 +67,7 @@ def test_a_pattern_grows_by_entries_of_either_triangle(rng):
 
 @pytest.mark.parametrize("element", ["thin", "string"])
 def test_the_matrix_couples_elements_that_touch(element):
-    """But for the turning of normals, 0.5 % of it where they sink in by 0.5 % of the reach."""
+    """But for the derivative of normals, 0.5 % of it with a penetration of 0.5 % of the reach."""
     system, _, q = lowered(0.7, 5e-5, element=element)
     seed, rest = make_complete_seed(system, "auto", 1), np.zeros(system.n_all)
     assert isinstance(seed, CoupledSeed)

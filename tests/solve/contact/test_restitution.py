@@ -40,7 +40,7 @@ def rebound(stiffness, restitution, speed, phase, integrator):
 @pytest.mark.parametrize("integrator", INTEGRATORS, ids=repr)
 @pytest.mark.parametrize("restitution", [0.25, 0.5, 0.64, 0.9])
 def test_the_longest_steps_return_the_speed_within_a_percent(restitution, integrator):
-    """In every phase, on any stiffness, at any speed far above that of the law."""
+    """In all phases, with all stiffnesses, at speeds far above that of the layer in the law."""
     for stiffness, speed in ((1e5, 10.0), (1e7, 1.0), (1e9, 1.0)):
         for phase in np.arange(8) / 8:
             run, returned = rebound(stiffness, restitution, speed, phase, integrator)
@@ -88,7 +88,7 @@ def test_impacts_within_the_layer_follow_the_law():
     ids=["energy", "default", "accuracy", "explicit"],
 )
 def test_a_cable_bounces_alike_with_all_integrators_and_comes_to_rest(options):
-    """The weight acts in the impact too, so it returns with less than half of its speed."""
+    """The weight also acts during the impact, so it returns with less than half of its speed."""
     scene, rod, _ = level(0.02, 1e5, restitution=0.5)
     run = ancf.simulate(scene, 0.4, **options)
     y = run.position(rod.at(0.5))[:, 1] - 0.005
@@ -99,7 +99,7 @@ def test_a_cable_bounces_alike_with_all_integrators_and_comes_to_rest(options):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_momenta_are_kept_in_an_impact_of_two_bodies(dim):
-    """Of which the ball is part of a body that turns, with friction."""
+    """With a ball that is part of a rotating body, and with friction."""
     scene, *_ = collision(dim, 0.01, friction=0.4, slip_speed=0.05, restitution=0.5)
     dt = math.pi * math.sqrt(0.01256 / 1e5) * 0.5 / 13.0
     run = ancf.simulate(scene, 400 * dt, dt, integrator=ancf.EnergyMomentum(), tolerance=1e-11)
@@ -112,7 +112,7 @@ def test_momenta_are_kept_in_an_impact_of_two_bodies(dim):
 
 @pytest.mark.parametrize("integrator", INTEGRATORS[:2], ids=repr)
 def test_the_matrix_of_a_step_is_the_derivative(integrator):
-    """In the turning of an impact, where the damping depends on the speed."""
+    """Near the largest penetration, where the damping depends on the speed."""
     scene, _, _ = level(-2e-4, 1e5, velocity=(0, -1e-4), restitution=0.5)
     system = System(scene)
     march, *_ = prepare_implicit(system, 1e-4, integrator, ancf.Newton(), 1e-9, math.inf)
@@ -152,7 +152,7 @@ def test_the_matrix_of_damping_on_a_body_is_the_derivative_by_velocities(dim, rn
 
 
 def test_forces_in_saved_states_contain_the_damping(tmp_path):
-    """On the way in 1 + gamma times the pressure at rest, on the way out 1 - gamma times."""
+    """1 + gamma times the pressure at rest in compression, 1 - gamma times in restitution."""
     eps = 0.5
     scene, rod, contact = level(2e-3, 1e5, velocity=(0, -1), restitution=eps)
     run = ancf.simulate(scene, 0.02, 1e-4, output=tmp_path / "run.h5")

@@ -45,7 +45,7 @@ def rest_at(system, q):
 
 
 def moved(system, q, shift):
-    """The same with the second body elsewhere."""
+    """The same state with the second body displaced."""
     out = q.copy()
     out[system.vectors("r")[1]] += shift
     return out
@@ -141,7 +141,7 @@ def test_a_rotation_about_the_normal_turns_friction_and_changes_no_size(is_mean)
 
 
 def test_friction_stays_where_an_overlap_passes_from_element_to_element():
-    """A bristle that sticks goes along in proportion, and no force is lost on the way."""
+    """A bristle that sticks is transferred in proportion, without a loss of force."""
     system, _, q = crossed(place=-0.02)
     take_step(system, q, moved(system, q, (1e-5, 0.0, 0.0)))
     force = bristles_of(system)[:, 2:].sum(axis=0)
@@ -159,7 +159,7 @@ def test_friction_stays_where_an_overlap_passes_from_element_to_element():
 
 
 def test_an_overlap_that_breathes_keeps_its_force():
-    """Where what sticks would creep if the stiffness shrank with the overlap."""
+    """Where a pair that sticks would creep if the stiffness decreased with the overlap."""
     system, _, q = crossed()
     take_step(system, q, moved(system, q, (1e-5, 0.0, 0.0)))
     (before,) = bristles_of(system)

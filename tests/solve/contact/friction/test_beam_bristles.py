@@ -1,4 +1,4 @@
-"""Beams that stick to each other: what is held, capstans, momentum, losses and history."""
+"""Beams that stick to each other: creep, capstans, momentum, losses and history."""
 
 import dataclasses
 import math
@@ -43,7 +43,7 @@ def rod_on_rails(pull, friction=FRICTION, speed=0.0):
 
 
 def test_a_rod_that_is_pulled_by_less_than_mu_times_its_weight_does_not_creep():
-    """Although it swings up and down on its contacts, whose overlaps breathe."""
+    """Although it oscillates on its contacts, whose overlaps change in each cycle."""
     scene, rod, contacts, weight = rod_on_rails(0.9)
     run = ancf.simulate(scene, 3.0, 1e-3, integrator=DAMPED)
     x = run.position(rod.at(0.4))[:, 0] - 0.03
@@ -78,7 +78,7 @@ def test_a_rod_that_is_pulled_by_more_slides_with_mu_times_the_normal_force():
     ("speed", "dt", "share"), [(0.15, 1e-3, 0.0072), (0.3, 1e-3, 0.016), (0.3, 2e-4, 0.003)]
 )
 def test_the_damping_of_impacts_brakes_a_crossing_that_slides(speed, dt, share):
-    """Without friction, by a share of the weight that docs/limits.md states."""
+    """Without friction, by the fraction of the weight that docs/limits.md states."""
     scene, _, _, weight = rod_on_rails(0.0, 0.0, speed)
     run = ancf.simulate(scene, 0.3, dt, integrator=DAMPED)
     lost = momenta(run, 0)[0] - momenta(run, -1)[0]

@@ -72,7 +72,7 @@ def test_a_motion_from_an_equilibrium_has_its_deflections():
 
 
 def wire_around_drum(mu, angle, reach, **drum):
-    """A wire with a force at one end, whose other end is led along itself to points of a table."""
+    """A wire with a force at one end, whose other end has a prescribed motion along the wire."""
     phi, outside = math.radians(angle), DRUM_RADIUS + WIRE_RADIUS
     scene = ancf.Scene((0.0, 0.0))
     wire = ancf.Rectangle(2 * WIRE_RADIUS, 2 * WIRE_RADIUS), ancf.Material(2.5e10, 2.5e4)
@@ -108,7 +108,7 @@ def wire_around_drum(mu, angle, reach, **drum):
 
 @pytest.mark.parametrize(("mu", "angle"), [(0.1, 180), (0.3, 180), (0.5, 180), (0.1, 540)])
 def test_a_wire_that_is_pulled_slowly_slides_with_the_load_of_euler_and_eytelwein(mu, angle):
-    """Forth, back and forth; then the work of a loop is the loss by friction."""
+    """Pulled, released and pulled again: the work in the closed loop is the loss by friction."""
     growth = math.exp(mu * math.radians(angle))
     reach = 2e-4 * (1.0 + 0.25 * growth) * math.radians(angle) / math.pi
     scene, pulled, contacts = wire_around_drum(mu, angle, [0.0, reach, -reach, reach, -reach])
@@ -149,7 +149,7 @@ def test_a_load_path_has_friction():
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_the_tangent_of_equilibria_is_the_derivative(dim, rng):
-    """With the unsymmetric part by pressures, where points slide and where they stick."""
+    """Including the unsymmetric part by the pressures, where points slide and where they stick."""
     scene, _, _, along = rope_on_slope(0.3, dim, friction=0.4)
     system = System(scene)
     n, none = system.n_free, np.zeros(0)

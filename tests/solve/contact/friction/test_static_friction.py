@@ -48,7 +48,7 @@ def test_a_block_starts_at_the_static_and_slides_with_the_kinetic_coefficient(in
 
 @pytest.mark.parametrize(("ratio", "slides"), [(0.99, False), (1.01, True)])
 def test_a_block_on_a_slope_holds_up_to_the_angle_of_static_friction(ratio, slides):
-    """A force along the slope that holds it at first is taken away within 0.2 s."""
+    """A force along the slope that holds it at first decreases to zero within 0.2 s."""
     slope = math.atan(STATIC * ratio)
     scene, rod, _ = block(slope)
     pull = WEIGHT * math.sin(slope) * np.array([math.cos(slope), math.sin(slope)])
@@ -119,7 +119,7 @@ def wrapped(**drum):
     [(0.95 * math.exp(KINETIC * math.pi), False), (1.02 * math.exp(STATIC * math.pi), True)],
 )
 def test_a_wire_holds_between_the_exponentials_of_both_coefficients(held, slips):
-    """It stretches, so that one end slides first, which then has kinetic friction."""
+    """It stretches, so that one end slides first, from then on with kinetic friction."""
     scene, ends, tension = wrapped()
     for end, force in zip(ends, (tension, held * tension), strict=True):
         scene.point_force(end.end, ancf.Ramp((0.0, -force), 0.4, smooth=True))
