@@ -281,7 +281,7 @@ cdef class BeamContact(CompiledContribution):
             return None
         return InputError(
             f"{self.data.crowded} pairs of elements touch each other, and friction that sticks is "
-            f"for {self.data.n_slots}, {self.data.n_slots // self.data.n} of each element on average: "
+            f"for {self.data.n_slots}, {self.data.n_slots // self.data.n} per element on average: "
             "take longer elements, or give contact a slip_speed")
 
     def forget(self):

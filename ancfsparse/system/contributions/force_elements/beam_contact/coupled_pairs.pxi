@@ -72,7 +72,7 @@ cdef void empty_list(Coupling *self) noexcept nogil:
 
 
 cdef void leave_out_idle_pairs(Coupling *self, const Touches *touches) noexcept nogil:
-    """Shorten the list to the pairs that touch, where these are few of it."""
+    """Shorten the list to the pairs that touch, if these are the minority."""
     cdef const Touch *each
     cdef ptrdiff_t k, where, active = 0, n = self.list.n
     cdef int32_t low, high

@@ -58,7 +58,7 @@ cdef struct Data:
     double cell  # spacing of the grid [m]
     bint frame_moves  # whether it is on a body
     double reach, layer, friction, slip_speed
-    double friction0  # coefficient of friction that sticks
+    double friction0  # static coefficient of friction
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
     const double *settling  # of each point: damping of a bristle over its stiffness [s]
     double interval  # since the last accepted state [s]
@@ -122,7 +122,7 @@ cdef class Contact(CompiledContribution):
     layer : float
         Thickness of the layer in which the pressure begins [m].
     friction, slip_speed, friction0 : float
-        Coefficient [-] and velocity [m/s], without which bristles stick with the last one [-].
+        Kinetic coefficient [-], slip speed, 0 with bristles [m/s], and their static coefficient [-].
     grip, settling : float, (n,) float
         Stiffness of bristles over the stiffness [-], and their damping over their own one [s].
     restitution : float

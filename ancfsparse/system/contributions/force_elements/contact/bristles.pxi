@@ -3,11 +3,11 @@
 A bristle is a spring of the stiffness k_t with a damper c between a point and the place of the surface
 that it sticks to, deflected by z.  While a point moves along the surface by x in the time dt, z
 becomes z + x, and friction is f = -k_t (z + x) - c x / dt, until |f| reaches mu p: then the bristle
-slides, and its z is that of f = -mu p in the same direction.  The damper settles what sticks.
-Friction that sticks can have a larger coefficient: it holds while a bristle has not slid, and again
-from the first step in which the deflection of one that slid does not grow, so mu is constant in a
-step.  Between two states z + x/2 takes the place of z + x, and friction never returns more energy than
-k_t z^2 / 2.
+slides, and its z is that of f = -mu p in the same direction.  The damper, which bristles with a static
+coefficient have, damps oscillations of bodies that stick.  The static coefficient applies while a
+bristle sticks; one that slides sticks again after the first step in which its deflection does not grow,
+so mu is constant in a step.  Between two states z + x/2 takes the place of z + x, and friction never
+returns more energy than k_t z^2 / 2.
 Outside of a step x is zero.
 """
 
@@ -151,7 +151,7 @@ cdef void follow_equilibrium(Data *self, const double *q) noexcept nogil:
 
 cdef void try_equilibrium(const Data *self, ptrdiff_t k, const double *q, const Place *here,
                           double pressure) noexcept nogil:
-    """Remember the deflection of a bristle in a state other than the last one, perhaps."""
+    """Set the trial deflection of a bristle in a state that can differ from the last residual's."""
     cdef Place begin
     cdef double[3] f
     locate(self, k, self.q0, &begin)

@@ -1,16 +1,16 @@
 """Pressure with a coefficient of restitution; included by `_contacts.pyx`.
 
-The pressure is p(e) (1 + gamma tanh s), s = e' / (c (e + D)), gamma = (1 - eps^2) / (1 + eps^2).  An
-impact has the energy (1 + gamma) W of the deepest point on its way in and (1 - gamma) W on its way
-out, and returns with the eps-fold speed, as s is large but near the deepest point: for p = k e it is
-the same function of time at all speeds.  Between two states e' is (e1 - e0) / dt and e the mean of
-the penetrations; the loss P gamma tanh(s) (e1 - e0) is not negative.
+The pressure is p(e) (1 + gamma tanh s), s = e' / (c (e + D)), gamma = (1 - eps^2) / (1 + eps^2).  As |s|
+is large except near the largest penetration, where the potential is W, the kinetic energy is
+(1 + gamma) W before the impact and (1 - gamma) W after it, and the speed eps times that before.  For
+p = k e an impact is the same function of time at all speeds.  Between two states e' is
+(e1 - e0) / dt and e the mean of the penetrations; the loss P gamma tanh(s) (e1 - e0) is not negative.
 """
 
 
 cdef inline double impact_rate(const Data *self, ptrdiff_t k, const Place *here,
                                const double *v) noexcept nogil:
-    """The number s of a state."""
+    """Return s in a state."""
     return -separation_rate(self, k, v, here) / (
         self.slow[k] * ((here.e if here.e > 0.0 else 0.0) + self.layer))
 
