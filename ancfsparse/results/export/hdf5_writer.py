@@ -101,6 +101,7 @@ class Writer:
         try:
             self._create(texts, n, {"lam": m, "history": n_history})
         except BaseException as stop:  # also an interruption must not leave the file locked
+            self._lock.mark()  # HDF5 has cleared it, and closes a file that it has begun
             self._lock.release()
             if isinstance(stop, OSError):
                 raise self._refusal(stop) from None

@@ -224,6 +224,24 @@ def test_an_interrupted_run_hands_its_states_over(tmp_path, monkeypatch, to_file
         assert repr(load(path, scene)) == repr(run)
 
 
+def test_a_run_that_is_interrupted_before_it_marks_its_file_can_be_repeated(tmp_path, monkeypatch):
+    """HDF5 completes such a file when it is closed, and the mark was cleared."""
+    make = h5py.File
+
+    def interrupted(*arguments, **options):
+        make(*arguments, **options).close()
+        raise KeyboardInterrupt
+
+    path = tmp_path / "run.h5"
+    with monkeypatch.context() as patch:
+        patch.setattr(h5py, "File", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run_to(path)
+    assert path.stat().st_size > 0
+    run_to(path)
+    assert len(load(path).t) > 1
+
+
 def test_a_killed_run_is_told_to_be_unfinished(tmp_path):
     path = tmp_path / "run.h5"
     code = (
