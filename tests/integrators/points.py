@@ -56,7 +56,7 @@ class Point:
             "ancf_system", n_free=2, n_all=2, n_multipliers=self.n_multipliers, n_values=len(row),
             residual=self._residual, matrix=self._matrix, material=self._material,
             inertia=self._inertia, energies=self._energies, load_work=lambda *_: 0.0,
-            residual_between=self._residual_between,
+            residual_between=self._residual_between, add=self._add,
         )  # fmt: skip
         # What the start and the set-up of a run ask of a system.
         self.dim, self.positions = 2, np.arange(2)
@@ -64,7 +64,7 @@ class Point:
         self.scene = SimpleNamespace(bodies=[SimpleNamespace(shortest=0.0)])
         self.mass_diagonal = np.full(2, mass)
         self.pattern = SimpleNamespace(indptr=self.indptr, indices=self._row.astype(np.int32))
-        self.assembly = self
+        self.assembly, self.contributions = self, []
         self.prescribed = PrescribedMotions([], [])
         self.inputs = lambda times: (np.zeros((len(times), 0)), None)
         self.loads = SimpleNamespace(
@@ -80,6 +80,9 @@ class Point:
 
     def seed(self):
         return SparseSeed(self.indptr, self._row.astype(np.int32), 2)
+
+    def use_couplings(self, value):
+        """Have no elements to couple."""
 
     def reset_memory(self):
         """Have nothing to forget: what it is depends on its state alone."""
@@ -159,6 +162,10 @@ class Point:
     def _material(self, _, mass_factor, stiffness_factor, damping, q, values):
         found = self.material(mass_factor, stiffness_factor, np.ctypeslib.as_array(q, (2,)))
         np.ctypeslib.as_array(values, (len(found),))[:] = found
+
+    def _add(self, _, factor, more, values):
+        more, values = (np.ctypeslib.as_array(x, (len(self._row),)) for x in (more, values))
+        values += factor * more
 
     def _inertia(self, _, a, out):
         out[0], out[1] = self.mass * a[0], self.mass * a[1]
