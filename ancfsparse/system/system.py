@@ -107,6 +107,13 @@ class System(Discretization):
         for each in self.contributions:
             each.accept_equilibrium(q)
 
+    def memory_at_rest(self, q: Vector) -> Vector:
+        """Return the internal variables of contributions at rest, with their present history."""
+        history = self.assembly.history
+        self.assembly.begin(q)
+        self.set_history(history)
+        return self.assembly.memory
+
     @contextmanager
     def sticking_friction(self) -> Iterator[None]:
         """Let matrices contain the stiffness of friction that sticks in the present state."""

@@ -167,8 +167,7 @@ def solve_static(
                 stats.solver += "; then with a complete factorization (which found an equilibrium)"
             system.accept_equilibrium(result.state.q)
             history = system.assembly.history
-            # Without bristles a motion begins from the state alone.
-            memory = system.assembly.memory if history.size else history
+            memory = system.memory_at_rest(result.state.q)
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
     stats.negative_pivots, stats.error = result.negative, result.error
     stats.sweeps, stats.products = equations.seed.inner

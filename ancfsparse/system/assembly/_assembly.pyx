@@ -218,6 +218,13 @@ cdef class Assembly:
         """Set the time since the last accepted state [s], 0 outside of a step."""
         set_step(&self.flat, dt)
 
+    def begin(self, const double[::1] q):
+        """Set the internal variables to those of a state at rest, without history."""
+        cdef double[::1] rest = np.zeros(self.flat.n_all)
+        cdef ancf_state x
+        set_state(&x, &q[0], &rest[0], NULL, NULL, NULL)
+        begin(&self.flat, &x)
+
     def accept(self, const double[::1] q):
         """Update the history variables to accepted coordinates."""
         cdef ancf_state x

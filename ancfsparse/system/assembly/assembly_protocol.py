@@ -120,6 +120,9 @@ class CompiledAssembly(Protocol):
     def set_step(self, dt: float, /) -> None:
         """Set the time since the last accepted state [s], 0 outside of a step."""
 
+    def begin(self, q: Vector) -> None:
+        """Set the internal variables to those of a state at rest, without history."""
+
     def accept(self, q: Vector) -> None:
         """Update the internal variables to accepted coordinates."""
 

@@ -71,6 +71,18 @@ def test_a_motion_from_an_equilibrium_has_its_deflections():
     assert run.velocity(rope.end).shape == (101, 2)
 
 
+@pytest.mark.parametrize("second", [{}, {"friction": 0.4, "slip_speed": 1e-3}])
+def test_a_motion_from_an_equilibrium_has_the_penetrations_of_all_contacts(second):
+    """Those of the reference shape would push the second rope in the first step: by 1e-6 m."""
+    scene, *_ = rope_on_slope(math.atan(0.3), friction=0.4)
+    depth = 0.2 * WEIGHT / STIFFNESS
+    rope = scene.add_beam("thin", (2.0, 0.005 - depth), (3.0, 0.005 - depth), 8, SECTION, MATERIAL)
+    scene.contact(rope, ancf.HalfSpace((0, 0), (0, 1)), stiffness=STIFFNESS, **second)
+    rest = ancf.solve_static(scene)
+    run = ancf.simulate(scene, 0.02, 1e-3, start=rest, integrator=ancf.GeneralizedAlpha(0.5))
+    assert np.abs(run.q - rest.q).max() < 1e-10
+
+
 def wire_around_drum(mu, angle, reach, **drum):
     """A wire with a force at one end, whose other end has a prescribed motion along the wire."""
     phi, outside = math.radians(angle), DRUM_RADIUS + WIRE_RADIUS
