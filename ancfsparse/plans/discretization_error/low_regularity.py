@@ -3,7 +3,8 @@
 After a jump, motions contain waves of all lengths, which only short steps and fine meshes resolve.
 A peak may converge long before the history does, both with a low order and irregularly.  Mesh and
 steps are therefore refined together, and four motions must show convergence: the error is bounded
-by their differences, of which the last may be small by chance, and by an order of at most 1.
+by their differences, of which the last may be small by chance, and by an order of at most 1. Peaks
+of motions that are not in the asymptotic range agree by chance.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
+from ancfsparse.plans.discretization_error.initial_singularity import check_initial_force
 from ancfsparse.plans.discretization_error.mesh_error import (
     COARSEST_COUNT,
     GROWTH,
@@ -23,6 +25,7 @@ from ancfsparse.plans.discretization_error.mesh_error import (
 )
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
 from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of
+from ancfsparse.plans.discretization_error.simultaneous_refinement import is_close
 from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.models.model import Model, coarse_count
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
@@ -32,6 +35,7 @@ from ancfsparse.plans.trial_runs.trial_runs import (
     TrialRuns,
     absolute_tolerances,
     goal_differences,
+    history_differences,
 )
 from ancfsparse.scene import Scene
 
@@ -87,16 +91,19 @@ def refine_to_bounds(
         orders, errors = zip(*map(bound, last), strict=True)
         pairs = zip(errors, tolerances, strict=True)
         excess = max(error / (TOLERANCE_FRACTION * tolerance) for error, tolerance in pairs)
+        of_histories = history_differences(trials.goals, *runs[-2:])
         if excess <= 1.0:
-            return _error_model(trials, runs, tolerances, orders, errors, finer, order)
+            if is_close(trials, run, of_histories):
+                return _error_model(trials, runs, tolerances, orders, errors, finer, order)
+            check_initial_force(trials, run)
         # Logarithms, because a tolerance may be beyond the reach of any number of runs.
-        refinements = math.log(excess) / math.log(STEP_GROWTH**TARGET_ORDER)
+        refinements = math.log(max(excess, 1.0)) / math.log(STEP_GROWTH**TARGET_ORDER)
         budget = math.log(MAX_COST * BASE_BUDGET / run.cost.work)
         if refinements * math.log(GROWTH * STEP_GROWTH) > budget:
             break
     if len(runs) < N_MOTIONS:
         raise failure
-    raise _failure(trials, runs, tolerances, errors)
+    raise _failure(trials, runs, tolerances, errors if excess > 1.0 else of_histories)
 
 
 def bound(differences: Sequence[float]) -> tuple[float, float]:
@@ -167,7 +174,7 @@ def _failure(
     differences = np.linalg.norm(quantity.difference(*common), axis=1)
     assert trials.t_end is not None
     t = trials.t_end * float(differences.argmax()) / max(1, len(differences) - 1)
-    left = goal_differences(trials.goals, *runs[-2:])[i]
+    left = float(differences.max())
     causes = _vibration(last, runs[-1].steps, trials.t_end, tolerances[i], quantity.unit)
     return PlanError(quantity.name, tolerances[i], left, quantity.unit, len(runs), t, causes)
 

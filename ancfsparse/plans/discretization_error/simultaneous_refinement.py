@@ -108,7 +108,7 @@ def refine_together(
         one, other = runs[-2:]
         whole = history_differences(trials.goals, one, other)
         differences = goal_differences(trials.goals, one, other)
-        if _is_close(trials, other, whole) and resolves_vibrations(trials, other):
+        if is_close(trials, other, whole) and resolves_vibrations(trials, other):
             ratios = [
                 min(growth**p, float(STEP_GROWTH**step_order)) for p in mesh_orders(trials, order)
             ]
@@ -200,7 +200,7 @@ def refine_other_elements(
     if one is None or other is None:
         return None
     whole = history_differences(trials.goals, one, other)
-    if not (_is_close(trials, other, whole) and resolves_vibrations(trials, other)):
+    if not (is_close(trials, other, whole) and resolves_vibrations(trials, other)):
         return None
     of_mesh = mesh_estimates(trials, (one, other), order)
     errors = [m.conservative + t.at(steps) for m, t in zip(of_mesh, time.estimates, strict=True)]
@@ -226,7 +226,7 @@ def _without_damping(trials: TrialRuns) -> TrialRuns:
     return trials.with_integrator(GeneralizedAlpha(1.0))
 
 
-def _is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
+def is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
     """Return True if two motions are in the asymptotic range."""
     columns = zip(differences, trials.goals, other.histories, strict=True)
     return all(

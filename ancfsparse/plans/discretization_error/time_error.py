@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from ancfsparse.errors import PlanError
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.plans.discretization_error.richardson import Estimate
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
     max_unobserved_ratio,
@@ -29,7 +29,8 @@ MAX_CHEAP_RATIO = 2.0  # in the asymptotic range, while trial runs are within th
 MAX_ASYMPTOTIC_RATIO = 16.0  # in the asymptotic range, later, or if it was confirmed twice
 MAX_OBSERVED_RATIO = 1.0  # with another observed order; the confirmation run checks it
 ORDER_TOLERANCE = 0.15  # relative deviation of a ratio of differences that confirms the order
-# Without halved differences after these the motion is too irregular for an estimate.
+# After these, differences that do not decrease with the smallest order show a motion that is too
+# irregular for an estimate.
 STAGNATION_HALVINGS = 3
 STAGNATION_BUDGET = 0.5  # of the base budget, spent first: steps may still be too long to converge
 HASTY_FACTOR = 0.5  # of both limits, if a finer mesh may be better
@@ -97,14 +98,15 @@ def no_time_error(trials: TrialRuns, model: Model) -> RunEstimates:
 
 
 def _stagnates(trials: TrialRuns, runs: Sequence[TrialRun], hasty: bool) -> bool:
-    """Return True if several halvings of the step have not halved the differences."""
+    """Return True if differences have decreased too slowly in several halvings of the step."""
     factor = HASTY_FACTOR if hasty else 1.0
     budget = factor * STAGNATION_BUDGET * BASE_BUDGET
     if len(runs) < STAGNATION_HALVINGS + 2 or trials.total_work < budget:
         return False
     differences = [history_differences(trials.goals, a, b) for a, b in pairwise(runs)]
     series = zip(*differences, strict=True)
-    return any(each[-1] > 0.5 * factor * each[-1 - STAGNATION_HALVINGS] for each in series)
+    factor /= 2.0 ** (MIN_ORDER * STAGNATION_HALVINGS)
+    return any(each[-1] > factor * each[-1 - STAGNATION_HALVINGS] for each in series)
 
 
 def _is_enough(

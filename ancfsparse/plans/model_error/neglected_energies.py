@@ -16,6 +16,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.plans.model_error.frequency_shift import frequency_effects
 from ancfsparse.plans.model_error.section_energies import (
+    energies_of_changes,
     loaded_nodes,
     rotary_energy,
     section_energies,
@@ -94,10 +95,13 @@ def neglected_effects(
     shear ``Q^2/kGA : M^2/EI``; torsion ``T^2/GJ : M^2/EI``; rotary inertia ``rho I w^2 : rho A
     v^2`` with the angular velocity w of the axis; stretch ``2 eps M^2/EI : M^2/EI`` or, if larger,
     ``3/2 eps N^2/EA : N^2/EA + M^2/EI``; bending of strings ``EI kappa^2 : N phi^2`` with the
-    curvature of the polygon and its angle phi to the chord; at nodes with forces a
-    kink that is rounded by sqrt(EI / N), which displaces them also by itself. Compared with
-    richer models they are right within a factor of 2 where the effect is below 10 %
+    curvature of the polygon and its angle phi to the chord; at nodes with forces a kink that is
+    rounded by sqrt(EI / N), which displaces them also by itself. Compared with richer models they
+    are right within a factor of 2 where the effect is below 10 %
     (tests/plans/model_error/test_neglected_energies.py).
+    Quantities with `is_like_rates` have larger parts of high frequencies.  For them, energies of
+    rates have ratios of shear and rotary inertia, too, whose excess over the first ones is the
+    relative change of the quantity.
     Frequencies have their own estimates, `frequency_effects`.
     """
     if isinstance(quantity, Frequency):
@@ -123,8 +127,7 @@ def neglected_effects(
     is_static = "integrator" not in run.settings and not np.asarray(run.v).any()
     rotary = 0.0
     if cables and not is_static:
-        rotation = sum(rotary_energy(run, body) for body in cables)
-        rotary = _ratio(rotation, run.system.energies(run.q, run.v, run.t)[0])
+        rotary = _rotary_ratio(run, cables, np.asarray(run.v))
     history = quantity.history(all_states)
     size = _size(quantity, history)
     response, stretch_response = size, size
@@ -154,6 +157,10 @@ def neglected_effects(
         effects["bending"] = _bending_effect(quantity, ratios["bending"] * size, cut)
     if cables and not is_static:
         effects["rotary inertia"] = response * rotary
+        if quantity.is_like_rates:
+            shear, inertia = _ratios_of_rates(all_states, beams, cables)
+            effects["shear"] += size * max(shear - ratios["shear"], 0.0)
+            effects["rotary inertia"] += size * max(inertia - rotary, 0.0)
     return effects
 
 
@@ -186,6 +193,28 @@ def _bending(
 def _bending_effect(quantity: Quantity, by_energy: float, cut: float) -> float:
     """Return the effect of bending on a quantity; on positions at least that of rounded kinks."""
     return max(by_energy, cut) if isinstance(quantity, DISPLACED) else by_energy
+
+
+def _rotary_ratio(run: Trajectory, cables: list[ElasticBody], v: Vector) -> float:
+    """Return the ratio of kinetic energies, of rotating sections and of all mass, of velocities."""
+    rotation = sum(rotary_energy(run, body, v) for body in cables)
+    return _ratio(rotation, run.system.energies(run.q, v, run.t)[0])
+
+
+def _ratios_of_rates(
+    run: Trajectory, beams: list[ElasticBody], cables: list[ElasticBody]
+) -> tuple[float, float]:
+    """Return the ratios of shear and rotary inertia of the changes between successive states.
+
+    A wave of frequency w is delayed in proportion to w times its own ratio, and has w^2 times the
+    weight in the energies of rates, which is the part of its square in a velocity or a moment.
+    """
+    every = max(1, -(-(len(run.t) - 1) // MAX_STATES))
+    before, after = (select_states(run, slice(k, len(run.t) - 1 + k, every)) for k in (0, 1))
+    energies = {b.name: energies_of_changes(before, after, b) for b in beams}
+    bending = sum(energies[b.name].bending for b in beams if not b.kind.is_string)
+    shear = _ratio(sum(energies[b.name].shear for b in cables), bending)
+    return shear, _rotary_ratio(after, cables, np.asarray(after.v) - np.asarray(before.v))
 
 
 def _thin_out(run: Trajectory) -> Trajectory:

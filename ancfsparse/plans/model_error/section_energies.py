@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.results import Trajectory
+from ancfsparse.results.fields.section_forces import SectionForce
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.loads.loads import PointMoment
@@ -42,7 +44,19 @@ class SectionEnergies(NamedTuple):
 
 def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
     """Evaluate the energies of a body over time."""
-    force, strain = run.section_force(body), np.abs(run.strain(body))
+    return _energies_of(run.section_force(body), np.abs(run.strain(body)), body)
+
+
+def energies_of_changes(
+    before: Trajectory, after: Trajectory, body: ElasticBody
+) -> SectionEnergies:
+    """Evaluate the energies of the changes of section forces from one run to another."""
+    force, other = after.section_force(body), before.section_force(body)
+    change = replace(force, N=force.N - other.N, Q=force.Q - other.Q, M=force.M - other.M)
+    return _energies_of(change, np.abs(after.strain(body)), body)
+
+
+def _energies_of(force: SectionForce, strain: Vector, body: ElasticBody) -> SectionEnergies:
     given, half = body.stiffnesses(), 0.5 * body.lengths
 
     def square(values: Vector) -> Vector:
@@ -111,9 +125,12 @@ def transported_angle(tangents: Vector, body: Beam) -> Vector:
     return np.asarray(np.arctan2(carried @ last[2], carried @ last[1]))
 
 
-def rotary_energy(run: Trajectory, body: ElasticBody) -> Vector:
-    """Return the kinetic energy of the rotation of the sections of a cable, (k,) [J]."""
-    along, rate = (_end_differences(run, body, x) for x in (run.q, run.v))
+def rotary_energy(run: Trajectory, body: ElasticBody, v: Vector | None = None) -> Vector:
+    """Return the kinetic energy of the rotation of the sections of a cable, (k,) [J].
+
+    With velocities `v`, if given, in place of the run's.
+    """
+    along, rate = (_end_differences(run, body, x) for x in (run.q, run.v if v is None else v))
     square = np.einsum("ked,ked->ke", along, along)
     stretching = np.einsum("ked,ked->ke", along, rate) ** 2 / square
     rates = (np.einsum("ked,ked->ke", rate, rate) - stretching) / square

@@ -62,9 +62,12 @@ class Quantity(ABC):
         Whether it belongs to the equilibrium, not to a motion.
     is_expensive : bool
         Whether its evaluation in one state takes about as long as a step, so that trial runs
-        evaluate it in fewer states.
+        evaluate it in fewer states, unless its largest value is sought, which these may miss.
     is_relative_to_start : bool
         Whether relative errors refer to its largest change since the start.
+    is_like_rates : bool
+        Whether its parts at higher frequencies are larger than those of positions, about in
+        proportion to the frequency, as for velocities and bending moments.
     """
 
     at: str = field(default="saved", kw_only=True)
@@ -72,6 +75,7 @@ class Quantity(ABC):
     is_expensive: ClassVar[bool] = False
     is_static: ClassVar[bool] = False
     is_relative_to_start: ClassVar[bool] = False
+    is_like_rates: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Check the times."""
@@ -196,6 +200,7 @@ class Position(AtPoint):
 class Velocity(AtPoint):
     """Quantity returned by `velocity`."""
 
+    is_like_rates: ClassVar[bool] = True
     label: ClassVar[str] = "velocity of"
     unit: ClassVar[str] = "m/s"
 
@@ -237,6 +242,7 @@ class SlopeAngle(AtPoint):
 class Reaction(AtPoint):
     """Quantity returned by `reaction`."""
 
+    is_like_rates: ClassVar[bool] = True
     label: ClassVar[str] = "reaction at"
     unit: ClassVar[str] = "N"
     is_expensive: ClassVar[bool] = True
@@ -263,6 +269,7 @@ class Reaction(AtPoint):
 class SectionForceAt(AtPoint):
     """Quantity returned by `section_force`."""
 
+    is_like_rates: ClassVar[bool] = True
     part: str = "M"
 
     def __post_init__(self) -> None:
@@ -302,6 +309,7 @@ class SectionForceAt(AtPoint):
 class Strain(AtPoint):
     """Quantity returned by `strain`."""
 
+    is_like_rates: ClassVar[bool] = True
     label: ClassVar[str] = "strain at"
     unit: ClassVar[str] = ""
 

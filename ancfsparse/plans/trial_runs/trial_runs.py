@@ -382,7 +382,7 @@ def as_trajectory(equilibrium: Equilibrium) -> Trajectory:
 def _history(quantity: Quantity, run: Trajectory) -> Vector:
     """Return a quantity at the saved times, or at some of them if it is expensive."""
     every, intervals = 1, len(run.t) - 1
-    if quantity.is_expensive:
+    if quantity.is_expensive and quantity.at != "largest":
         while intervals // every > MAX_EXPENSIVE_INTERVALS and intervals % (2 * every) == 0:
             every *= 2
     return quantity.history(run if every == 1 else select_states(run, slice(None, None, every)))
