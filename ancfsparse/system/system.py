@@ -14,6 +14,7 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import LoadError
 from ancfsparse.scene import Scene
 from ancfsparse.system.assembly.sparsity_pattern import build_pattern
+from ancfsparse.system.contributions.interface import sum_of
 from ancfsparse.system.contributions.selection import contributions_of
 from ancfsparse.system.coordinates.discretization import Discretization
 from ancfsparse.system.coordinates.state import CoordinateLayout, State, describe_coordinates
@@ -113,6 +114,24 @@ class System(Discretization):
         self.assembly.begin(q)
         self.set_history(history)
         return self.assembly.memory
+
+    def coupling_stiffness(self, q: Vector) -> Any:
+        """Return the stiffness between elements that the pattern has no entries for, or None.
+
+        Sparse and symmetric, (n_free, n_free) [N/m, N, N m].
+        """
+        n = self.n_free
+        out = sum_of(each.coupling_stiffness(q) for each in self.contributions)
+        return None if out is None else out[:n, :n]
+
+    def unsymmetric_stiffness(self, q: Vector) -> Any:
+        """Return the stiffness that is left out since it is unsymmetric, or None.
+
+        Sparse, (n_free, n_free) [N/m, N, N m].
+        """
+        n = self.n_free
+        out = sum_of(each.unsymmetric_stiffness(q) for each in self.contributions)
+        return None if out is None else out[:n, :n]
 
     @contextmanager
     def sticking_friction(self) -> Iterator[None]:

@@ -66,7 +66,7 @@ class Quantity(ABC):
     is_relative_to_start : bool
         Whether relative errors refer to its largest change since the start.
     is_like_rates : bool
-        Whether its parts at higher frequencies are larger than those of positions, about in
+        Whether its parts at higher frequencies are larger than in a position, about in
         proportion to the frequency, as for velocities and bending moments.
     """
 

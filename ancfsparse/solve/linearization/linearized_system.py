@@ -22,6 +22,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
 from ancfsparse.solve.initial_conditions.restart import check_start, restore_contributions
 from ancfsparse.solve.linearization.matrices import (
     check_coupling,
+    coupled_seed,
     free_submatrix,
     mass_matrix,
     symmetric_from_lower,
@@ -81,6 +82,9 @@ class LinearizedSystem:
         n, pattern = system.n_free, system.pattern
         self.mass = symmetric_from_lower(mass_matrix(system))
         self.stiffness = symmetric_from_lower(free_submatrix(system, self._matrix(0.0, 1.0)))
+        self._coupling = system.coupling_stiffness(state.q)
+        if self._coupling is not None:
+            self.stiffness = self.stiffness + self._coupling
         self.gradients = system.constraints.jacobian(state.q)[:, :n]
         self.diagonal = system.mass_diagonal
         self.seed = self._plain = SparseSeed(pattern.indptr, pattern.indices, n)
@@ -197,6 +201,9 @@ class LinearizedSystem:
                 stiff
             )
         self.seed = self._plain
+        if self._coupling is not None:
+            indptr, indices = system.pattern.indptr, system.pattern.indices
+            self.seed, values = coupled_seed(indptr, indices, values, self._coupling / scale, n)
         self.seed.factor(values)
         self._scale = scale
         negative = self.seed.negative_pivots

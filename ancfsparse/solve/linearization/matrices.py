@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.array_types import Vector
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.errors import InputError
 from ancfsparse.integrators.explicit.explicit_methods import Explicit
 from ancfsparse.seeds import SparseSeed
@@ -191,6 +191,31 @@ def symmetric_from_lower(lower: sp.csc_array) -> sp.csr_array:
     import scipy.sparse as sp
 
     return (lower + sp.tril(lower, -1).T).tocsr()
+
+
+def coupled_seed(
+    indptr: Indices, indices: Indices, values: Vector, coupling: Any, n_positive: int | None = None
+) -> tuple[SparseSeed, Vector]:
+    """Return a seed of a matrix with the stiffness between elements, and the values it factors.
+
+    Parameters
+    ----------
+    indptr, indices, values
+        Lower triangle of the matrix by columns.
+    coupling : sparse
+        See `System.coupling_stiffness`; of the first unknowns.
+    n_positive : int, optional
+        See `SparseSeed`; by default all.
+    """
+    import scipy.sparse as sp
+
+    n = len(indptr) - 1
+    added = sp.tril(coupling).tocsc()
+    added.resize((n, n))
+    lower = (sp.csc_array((values, indices, indptr), shape=(n, n)) + added).tocsc()
+    lower.sort_indices()
+    seed = SparseSeed(lower.indptr, lower.indices, n if n_positive is None else n_positive)
+    return seed, lower.data
 
 
 def omitted_coupling(system: System, q: Vector, amplitudes: Vector) -> str:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
-from ancfsparse.seeds import DeflatedSeed
-from ancfsparse.solve.linearization.matrices import omitted_coupling
+from ancfsparse.seeds import DeflatedSeed, SparseSeed
+from ancfsparse.solve.linearization.matrices import coupled_seed, omitted_coupling
 from ancfsparse.solve.linearization.nonconservative_tangent import (
     NonconservativeTangent,
     solve_with_correction,
@@ -21,6 +21,7 @@ from ancfsparse.solve.preparation.choose_factorization import make_static_seed
 from ancfsparse.solve.statics.norms import ROUNDING_UNITS, Norms
 from ancfsparse.solve.statics.penalties import Penalties
 from ancfsparse.system import System
+from ancfsparse.system.contributions.interface import sum_of
 
 LINEAR_LOAD_FACTOR = 1e-6  # load factor over which prescribed motions are taken as linear
 
@@ -111,6 +112,7 @@ class EquilibriumEquations(Norms):
         self.conservative = system.conservative
         self._make_pattern()
         self.seed, self._modes = make_static_seed(system, self._indptr, self._indices, kind)
+        self._plain = self.seed  # without the stiffness between elements
         self._ready: tuple[StaticState, Vector] | None = None
         self.strings = _string_elements(system)
         self._nonconservative = None if self.conservative else NonconservativeTangent(system)
@@ -294,23 +296,24 @@ class EquilibriumEquations(Norms):
             entries[self._indptr[:-1]] += shift * self.mass
         self.stats.factorizations += 1
         self._on_factor()
-        self._unfactored = None
+        coupling, parts = self.system.coupling_stiffness(state.q), []
         if self._nonconservative is not None:
             amplitudes = self._amplitudes_at(load)
-            self._unfactored = self._nonconservative.stiffness(state.q, amplitudes)
-        n = self.system.n_free
-        for term in self.system.contributions:
-            part = term.unsymmetric_stiffness(state.q)
-            if part is not None and part.nnz:
-                part = part[:n, :n]
-                self._unfactored = part if self._unfactored is None else self._unfactored + part
-        if isinstance(self.seed, DeflatedSeed):
+            parts.append(self._nonconservative.stiffness(state.q, amplitudes))
+        parts.append(self.system.unsymmetric_stiffness(state.q))
+        is_complete = isinstance(self._plain, SparseSeed)
+        self._unfactored = sum_of([*parts, None if is_complete else coupling])
+        if isinstance(self._plain, DeflatedSeed):
             assert self._modes is not None
-            self.seed.factor(entries, self._modes.at(state.q))
+            self._plain.factor(entries, self._modes.at(state.q))
             # Only a solution shows whether the matrix is definite.
             self._ready = state, self._solution(state)
-        elif self.seed.factor(entries) == 0:
-            return 0
+        else:
+            self.seed = self._plain
+            if coupling is not None:
+                self.seed, entries = coupled_seed(self._indptr, self._indices, entries, coupling)
+            if self.seed.factor(entries) == 0:
+                return 0
         self.stats.indefinite += self.seed.negative_pivots != 0
         return self.seed.negative_pivots
 

@@ -219,7 +219,7 @@ cdef class Assembly:
         set_step(&self.flat, dt)
 
     def begin(self, const double[::1] q):
-        """Set the internal variables to those of a state at rest, without history."""
+        """Set the internal variables for a state at rest, without history."""
         cdef double[::1] rest = np.zeros(self.flat.n_all)
         cdef ancf_state x
         set_state(&x, &q[0], &rest[0], NULL, NULL, NULL)

@@ -121,7 +121,7 @@ class CompiledAssembly(Protocol):
         """Set the time since the last accepted state [s], 0 outside of a step."""
 
     def begin(self, q: Vector) -> None:
-        """Set the internal variables to those of a state at rest, without history."""
+        """Set the internal variables for a state at rest, without history."""
 
     def accept(self, q: Vector) -> None:
         """Update the internal variables to accepted coordinates."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sized
+from functools import reduce
+from operator import add
 from typing import Any, Protocol
 
 import numpy as np
@@ -116,6 +118,13 @@ class Contribution(ABC):
         """
         return None
 
+    def coupling_stiffness(self, q: Vector) -> Any:
+        """Return the stiffness between elements that its matrix has no entries for, or None.
+
+        Sparse and symmetric, (n_all, n_all).
+        """
+        return None
+
     def set_sticking(self, is_sticking: bool) -> None:  # noqa: B027
         """Let its matrix contain the stiffness of friction that sticks, or only in steps."""
 
@@ -166,6 +175,12 @@ class Contribution(ABC):
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Divide its work among threads; return True if it is divided."""
         return False
+
+
+def sum_of(matrices: Iterable[Any]) -> Any:
+    """Return the sum of all matrices that are not None, or None."""
+    present = [each for each in matrices if each is not None]
+    return reduce(add, present) if present else None
 
 
 def offsets_of(tables: Iterable[Sized]) -> Integers:

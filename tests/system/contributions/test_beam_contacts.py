@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.system import System
-from tests.matrices import full
+from tests.matrices import full, stiffness
 
 STIFFNESS, RADIUS = 1e6, 0.005
 SECTION, MATERIAL = ancf.Circle(2.0 * RADIUS), ancf.Material(1e8, 1e3)
@@ -257,15 +257,20 @@ def test_forces_at_states_that_are_not_finite_are_none_that_a_step_accepts():
     assert np.isfinite(residual(system, q)).all()
 
 
-def test_the_matrix_lacks_the_coupling_of_bodies_that_touch():
+def test_only_bodies_that_touch_are_coupled():
     system, part, apart = lowered(0.7, -0.1 * RADIUS)
     _, _, touching = lowered(0.7, 0.1 * RADIUS)
-    assert part.omitted_coupling(apart, np.zeros(0)) == ""
-    assert "couples elements" in part.omitted_coupling(touching, np.zeros(0))
+    assert system.coupling_stiffness(apart) is None
+    between = system.coupling_stiffness(touching).toarray()
+    np.testing.assert_array_equal(between, between.T)
+    up, h = np.zeros(len(touching)), 1e-9
+    up[system.vectors("r")[1][:, 2]] = 1.0
+    change = residual(system, touching + h * up) - residual(system, touching - h * up)
+    exact = change[: system.n_free] / (2.0 * h)
+    approximate = (stiffness(system, touching) + between) @ up[: system.n_free]
+    np.testing.assert_allclose(approximate, exact, atol=1e-3 * np.abs(exact).max())
     assert part.resisted_motions(apart) is None
     normals = part.resisted_motions(touching)
-    up = np.zeros(len(touching))
-    up[system.vectors("r")[1][:, 2]] = 1.0
     assert np.all(normals @ up > 0.9)  # at points of the lower cable, and of the upper one
 
 

@@ -206,6 +206,23 @@ class BeamContactContribution(Contribution):
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the directions of approach of all points in contact."""
+        sides = self._approaches(q)
+        return None if sides is None else sides[0] + sides[1]
+
+    def coupling_stiffness(self, q: Vector) -> Any:
+        """Return the stiffness of the pressures between both elements of each point."""
+        import scipy.sparse as sp
+
+        sides = self._approaches(q)
+        if sides is None:
+            return None
+        force, depths = self.compiled.touches(np.ascontiguousarray(q))[2:]
+        stiffness = sp.diags_array(np.linalg.norm(force, axis=1) / depths)
+        block = sides[0].T @ stiffness @ sides[1]
+        return block + block.T
+
+    def _approaches(self, q: Vector) -> list[Any] | None:
+        """Return derivatives of the approach of all points by either side, (k, n_all)."""
         import scipy.sparse as sp
 
         elements, positions, force, _ = self.compiled.touches(np.ascontiguousarray(q))
@@ -213,24 +230,25 @@ class BeamContactContribution(Contribution):
             return None
         normals = force / np.linalg.norm(force, axis=1)[:, None]
         lengths = np.concatenate([body.lengths for body in self.contact.bodies])
-        values = []
+        sides = []
         for side, sign in ((0, 1.0), (1, -1.0)):
             weights = position_weights(positions[:, side], lengths[elements[:, side]])
             straight = self._straight[elements[:, side]].astype(bool)
             weights[straight] = 0.0
             weights[straight, 0] = 1.0 - positions[straight, side]
             weights[straight, 2] = positions[straight, side]
-            values.append(sign * weights[:, :, None] * normals[:, None, :])
-        columns = self._indices[elements].reshape(len(elements), -1)
-        rows = np.repeat(np.arange(len(elements)), columns.shape[1])
-        entries = np.stack(values, axis=1).ravel(), (rows, columns.ravel())
-        return sp.csr_array(entries, shape=(len(elements), len(q)))
+            values = sign * weights[:, :, None] * normals[:, None, :]
+            columns = self._indices[elements[:, side]].reshape(len(elements), -1)
+            rows = np.repeat(np.arange(len(elements)), columns.shape[1])
+            entries = values.ravel(), (rows, columns.ravel())
+            sides.append(sp.csr_array(entries, shape=(len(elements), len(q))))
+        return sides
 
     def omitted_coupling(self, q: Vector, amplitudes: Vector) -> str:
-        """Return a sentence if any points touch: the matrix has no blocks of two elements."""
-        if not len(self.compiled.touches(np.ascontiguousarray(q))[0]):
+        """Return a sentence if any points stick, whose stiffness the matrix does not contain."""
+        if not self.contact.sticks or not len(self.compiled.touches(np.ascontiguousarray(q))[0]):
             return ""
-        return f"{self.contact.what} couples elements that the matrix does not couple"
+        return f"{self.contact.what} sticks, and the matrix does not contain this friction"
 
 
 def _masses_per_length(body: Any) -> Vector:

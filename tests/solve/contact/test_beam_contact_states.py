@@ -1,0 +1,73 @@
+"""Modes and equilibria of cables that touch each other, against closed formulas."""
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+
+RADIUS, STIFFNESS = 0.005, 1e4  # m, N/m2
+SECTION = ancf.Circle(2.0 * RADIUS)
+MASS_PER_LENGTH = 5e3 * SECTION.area  # kg/m
+
+
+def side_by_side():
+    """Two cables, nearly rigid, along each other with a penetration of 10 um."""
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    cables = [
+        scene.add_beam("thin", (0, 0, z), (1, 0, z), 8, SECTION, ancf.Material(1e13, 5e3))
+        for z in (0.0, 2.0 * RADIUS - 1e-5)
+    ]
+    scene.contact(*cables, stiffness=STIFFNESS)
+    return scene, cables
+
+
+def test_two_free_cables_vibrate_against_each_other():
+    """Both share the spring k per length, as translation and as rotation: sqrt(2 k / mu)."""
+    scene, _ = side_by_side()
+    frequencies = ancf.modes(scene, 10).frequencies
+    assert np.all(frequencies[:8] < 1e-3)
+    expected = np.sqrt(2.0 * STIFFNESS / MASS_PER_LENGTH) / (2.0 * np.pi)
+    np.testing.assert_allclose(frequencies[8:], expected, rtol=1e-6)
+
+
+def test_a_cable_vibrates_on_one_that_is_held():
+    """With multipliers: sqrt(k / mu), less the bending of the lower one, of 176 Hz."""
+    scene, (lower, upper) = side_by_side()
+    for end in (lower.start, lower.end):
+        scene.pin(end, as_constraint=True)
+    frequencies = ancf.modes(scene, 8).frequencies
+    expected = np.sqrt(STIFFNESS / MASS_PER_LENGTH) / (2.0 * np.pi)
+    assert np.count_nonzero(np.abs(frequencies / expected - 1.0) < 1e-2) == 2
+
+
+def crossed(friction=0.0):
+    """Two cables, each pinned at its ends, the upper one across the lower."""
+    scene, wire = ancf.Scene((0.0, 0.0, -9.81)), ancf.Material(1e8, 5e3)
+    lower = scene.add_beam("thin", (-0.5, 0, 0), (0.5, 0, 0), 10, SECTION, wire)
+    upper = scene.add_beam("thin", (0, -0.5, 0.0099), (0, 0.5, 0.0099), 10, SECTION, wire)
+    for cable in (lower, upper):
+        scene.pin(cable.start)
+        scene.pin(cable.end)
+    scene.distributed_force(upper, (0.0, 0.0, -2.0))
+    contact = scene.contact(lower, upper, stiffness=1e7, friction=friction)
+    return scene, (lower, upper), contact
+
+
+def test_cables_that_carry_each_other_have_an_equilibrium():
+    """Without the stiffness between them no load step converged."""
+    scene, (lower, upper), contact = crossed()
+    rest = ancf.solve_static(scene)
+    assert rest.stable
+    assert rest.stats.factorizations <= 10
+    between = rest.position(upper.at(0.5))[2] - rest.position(lower.at(0.5))[2]
+    forces = rest.contact_force(contact)
+    assert between == pytest.approx(2.0 * RADIUS - forces.penetration, abs=1e-7)  # at quadrature points
+    held = sum(rest.reaction(end)[2] for end in (upper.start, upper.end))
+    load = (9.81 * MASS_PER_LENGTH + 2.0) * 1.0
+    assert held - forces.force[2] == pytest.approx(load, rel=1e-3)
+
+
+def test_modes_of_cables_that_stick_are_refused():
+    scene, *_ = crossed(friction=0.3)
+    with pytest.raises(ancf.InputError, match="sticks, and the matrix does not contain"):
+        ancf.modes(ancf.solve_static(scene), 2)
