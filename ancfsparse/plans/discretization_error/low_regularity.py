@@ -24,8 +24,7 @@ from ancfsparse.plans.discretization_error.mesh_error import (
     error_of_given_meshes,
 )
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
-from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of
-from ancfsparse.plans.discretization_error.simultaneous_refinement import is_close
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of, is_close
 from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.models.model import Model, coarse_count
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model

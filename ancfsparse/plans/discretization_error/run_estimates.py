@@ -26,6 +26,9 @@ NEAR_FRACTION = 0.1  # of a run, before and after a time; differences near it sh
 # values of two runs may agree by chance: kinetic energies of 8 and 12 elements did, 1.6 times off.
 MAX_UNOBSERVED_RATIO = 0.4
 MAX_UNOBSERVED_PEAK_RATIO = 0.1
+# Over the size of a quantity, in the asymptotic range.  Peaks of motions that differed by .125 and
+# .14 of them agreed by chance, 1.5 and 1.9 tolerances off.
+MAX_DIFFERENCE = 0.1
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,15 @@ def max_unobserved_ratio(goal: Goal) -> float:
     """Return the largest ratio of error to tolerance for which two runs suffice."""
     is_peak = goal.quantity.at == "largest"
     return MAX_UNOBSERVED_PEAK_RATIO if is_peak else MAX_UNOBSERVED_RATIO
+
+
+def is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
+    """Return True if two motions are in the asymptotic range."""
+    columns = zip(differences, trials.goals, other.histories, strict=True)
+    return all(
+        difference <= MAX_DIFFERENCE * goal.quantity.size(history)
+        for difference, goal, history in columns
+    )
 
 
 def elements_of(trial: TrialRun) -> int:

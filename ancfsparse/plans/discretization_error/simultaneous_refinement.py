@@ -23,6 +23,7 @@ from ancfsparse.plans.discretization_error.richardson import ASYMPTOTIC_RANGE, M
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
     elements_of,
+    is_close,
     mesh_estimates,
     mesh_orders,
     step_estimates,
@@ -53,7 +54,6 @@ MAX_STEP_RATIO = 16.0  # steps extrapolated with the order of the method, over t
 ORDER_BUDGET = 0.5  # of the base budget, to observe the order of the steps
 SWING_FRACTION = 0.5  # of the tolerance, above which swings count
 MAX_PHASE_ERROR = 1.0  # rad
-MAX_DIFFERENCE = 0.1  # over the size of a quantity, in the asymptotic range
 MAX_REFINEMENTS = 5  # before that
 MAX_REDUCTION = 0.5  # ratio of successive differences before that
 UNDAMPED_ATTEMPTS = 2  # runs without numerical damping that may fail
@@ -224,15 +224,6 @@ def _without_damping(trials: TrialRuns) -> TrialRuns:
     if not isinstance(integrator, GeneralizedAlpha) or integrator.rho_inf >= 1.0:
         return trials
     return trials.with_integrator(GeneralizedAlpha(1.0))
-
-
-def is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
-    """Return True if two motions are in the asymptotic range."""
-    columns = zip(differences, trials.goals, other.histories, strict=True)
-    return all(
-        difference <= MAX_DIFFERENCE * goal.quantity.size(history)
-        for difference, goal, history in columns
-    )
 
 
 def resolves_vibrations(trials: TrialRuns, run: TrialRun) -> bool:

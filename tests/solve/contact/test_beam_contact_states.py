@@ -32,7 +32,7 @@ def test_two_free_cables_vibrate_against_each_other():
 
 def test_a_cable_vibrates_on_one_that_is_held():
     """With multipliers: sqrt(k / mu), less the bending of the lower one, of 176 Hz."""
-    scene, (lower, upper) = side_by_side()
+    scene, (lower, _) = side_by_side()
     for end in (lower.start, lower.end):
         scene.pin(end, as_constraint=True)
     frequencies = ancf.modes(scene, 8).frequencies
@@ -61,7 +61,8 @@ def test_cables_that_carry_each_other_have_an_equilibrium():
     assert rest.stats.factorizations <= 10
     between = rest.position(upper.at(0.5))[2] - rest.position(lower.at(0.5))[2]
     forces = rest.contact_force(contact)
-    assert between == pytest.approx(2.0 * RADIUS - forces.penetration, abs=1e-7)  # at quadrature points
+    # The largest penetration is at a quadrature point near the middle.
+    assert between == pytest.approx(2.0 * RADIUS - forces.penetration, abs=1e-7)
     held = sum(rest.reaction(end)[2] for end in (upper.start, upper.end))
     load = (9.81 * MASS_PER_LENGTH + 2.0) * 1.0
     assert held - forces.force[2] == pytest.approx(load, rel=1e-3)

@@ -108,4 +108,3 @@ class TestEquilibria:
         for s in (0.0, 0.37, 1.0):
             y = equilibrium.position(cable.at(s))[1]
             assert RADIUS - y == pytest.approx(depth, rel=1e-6)
-
