@@ -9,7 +9,7 @@ from ancfsparse.integrators import Explicit, Implicit
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.iteration import describe
 from ancfsparse.plans.execution.validity_range import ValidityRange
-from ancfsparse.plans.models.model import Model, build_model
+from ancfsparse.plans.models.model import Model, build_model, mesh_counts
 from ancfsparse.plans.models.planar_reduction import PlanarScene
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
@@ -159,7 +159,7 @@ class PlanData:
     @property
     def choice(self) -> str:
         """Elements, mesh, step and integrator in one line."""
-        return describe_choice(self.scene, self.model, self.steps, self.t_end, self.integrator)
+        return describe_choice(self.source, self.model, self.steps, self.t_end, self.integrator)
 
     @property
     def error(self) -> float:
@@ -211,13 +211,14 @@ def describe_choice(
 ) -> str:
     """Return elements, mesh, step and integrator in one line."""
     names_of: dict[str, list[str]] = {}
+    counts = mesh_counts(scene, model)
     for name in dict.fromkeys([*model.elements, *model.counts]):
         words = []
-        if name in model.counts:
+        if name in counts:
             graded = "graded " if name in model.gradings else ""
             each = " on every edge" if isinstance(scene.body(name), Mesh) else ""
-            plural = "s" if model.counts[name] > 1 else ""
-            words.append(f"{model.counts[name]} {graded}element{plural}{each}")
+            plural = "s" if counts[name] > 1 else ""
+            words.append(f"{counts[name]} {graded}element{plural}{each}")
         words += [str(model.elements[name])] if name in model.elements else []
         names_of.setdefault(" ".join(words), []).append(name)
     parts = [

@@ -120,6 +120,20 @@ def _record(scene: Scene, body: ElasticBody, model: Model, inner: list[float]) -
     return replace(record, **_changes(body, model, inner))
 
 
+def mesh_counts(scene: Scene, model: Model) -> dict[str, int]:
+    """Return the number of elements of each beam, or on every edge, that a model meshes.
+
+    Inner nodes change the requested numbers.
+    """
+    beams = {beam.name: beam for beam in open_bodies(scene) if beam.name in model.counts}
+    inner = inner_node_positions(scene, beams, model.nodes)
+    counts = dict(model.counts)
+    for name, beam in beams.items():
+        if isinstance(beam, Beam):
+            counts[name] = _changes(beam, model, inner[name]).get("n_elements", counts[name])
+    return counts
+
+
 def _rebuild(scene: Scene, others: Mapping[str, Record]) -> Scene:
     """Return a scene with other records of some bodies; points on them keep their positions."""
     new = type(scene)(scene.gravity)

@@ -43,6 +43,17 @@ def test_simulate_plans_and_runs():
     assert np.array_equal(run.plan.model.counts[rod.name], plan.model.counts[rod.name])
 
 
+@pytest.mark.parametrize("place", [0.17, 0.35])
+def test_a_plan_states_the_number_of_elements_that_it_runs(place):
+    """Nodes at forces change it: 71 elements were stated, and 63 run."""
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Circle(0.01), ancf.Material(1e9, 1e3), "clamp"
+    )
+    scene.point_force(rod.at(place), (0.0, -0.1))
+    plan = ancf.plan(scene, None, ancf.static_deflection(rod.at(0.47)), "0.001 %")
+    assert f"beam 0 {plan.build().beams[0].n_elements} elements" in plan.choice
+
+
 def test_a_plan_is_readable_and_states_what_is_kept():
     scene, rod = pendulum("thin", 10)
     plan = ancf.plan(scene, T_END, ancf.position(rod.end), 1e-3)
