@@ -241,6 +241,8 @@ class PlanError(AncfError, RuntimeError):
         Shortest steps of trial runs, if no step was short enough for a complete one [s].
     causes : tuple of str
         Observations in the trial runs, sentences without full stops.
+    steps : int, optional
+        Steps of the longest trial run, if further runs would take too long.
     """
 
     quantity: str
@@ -251,6 +253,7 @@ class PlanError(AncfError, RuntimeError):
     t: float | None = None
     causes: tuple[str, ...] = ()
     dt: float | None = None
+    steps: int | None = None
 
     def with_causes(self, causes: Sequence[str]) -> PlanError:
         """Return this error with further causes."""
@@ -272,6 +275,12 @@ class PlanError(AncfError, RuntimeError):
                 f"{self.dt:.3g} s the last one failed at t = {self.t:.6g} s. {causes}Check loads "
                 "and joints at that time, request a shorter time, or give the material "
                 "axial_damping and bending_damping, or plan with integrator=EnergyMomentum()."
+            )
+        if self.steps is not None:
+            return (
+                f"no plan: {self.runs} trial runs of up to {self.steps} steps do not show the "
+                f"error of the {self.quantity}, and more would take too long. {causes}Request a "
+                "larger error or a shorter time, or run it with accuracy= or dt=."
             )
         refined = "steps are halved" if self.t is None else "meshes and steps are refined"
         where = "" if self.t is None else f", most at t = {self.t:.3g} s"

@@ -67,6 +67,7 @@ def time_error(
     for halvings in range(MAX_HALVINGS + 1):
         if trials.base << halvings <= failed:
             continue
+        trials.check_budget()
         run = trials.run(model, trials.base << halvings)
         if run is None:
             runs.clear()

@@ -77,7 +77,8 @@ def search(
     try:
         return refine_separately(trials, model, finer, fixed_steps)
     except PlanError as failure:
-        if trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
+        has_no_steps = trials.t_end is None or isinstance(trials.integrator, SolutionMethod)
+        if has_no_steps or failure.steps is not None:
             raise
         return refine_to_bounds(trials, model, finer, fixed_steps, order, failure)
 

@@ -122,3 +122,14 @@ def test_equilibria_that_fail_on_the_selected_mesh_are_marched(monkeypatch):
 
     monkeypatch.setattr(planning, "confirm_selection", failing)
     assert ancf.plan(scene, 20.0, *goal).integrator == ancf.GeneralizedAlpha(0.9)
+
+
+def test_trial_runs_end_when_they_take_too_long(monkeypatch):
+    """A pendulum over 1e20 s had more of them for minutes; here after the first."""
+    monkeypatch.setattr(trial_runs, "SEARCH_BUDGET", 0.0)
+    monkeypatch.setattr(trial_runs, "MAX_RUNS", 0.5)
+    made = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
+    scene, rod = build_beam("thin", (0, 0), (1, 0), "auto", *made, "pin")
+    with pytest.raises(ancf.PlanError, match="runs of up to .* would take too long") as caught:
+        ancf.plan(scene, 2.0, ancf.position(rod.end), "0.1 %", dt=1e-3)
+    assert str(caught.value).endswith("accuracy= or dt=.")
