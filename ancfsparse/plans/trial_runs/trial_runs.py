@@ -40,7 +40,7 @@ MIN_STEPS = 100  # of the first trial run
 BASE_BUDGET = 1.5e7  # residuals of one coordinate, about a tenth of a second of trial runs
 # Half a minute.  Without it, planning the motion of a slack beam on a support took two minutes, and
 # found no plan.
-SEARCH_BUDGET = 100.0 * BASE_BUDGET  # of all trial runs, or `MAX_RUNS` times that of the first
+SEARCH_BUDGET = 100.0 * BASE_BUDGET  # of all trial runs, or `MAX_RUNS` times the first
 MAX_RUNS = 1000.0
 TRIAL_FRACTION = 0.15  # of the work of the planned run, for a trial run beyond the base budget
 MAX_INTERVALS = 2000  # between saved states, as in planned runs, which a trial run may become
@@ -206,7 +206,7 @@ class TrialRuns:
         return self.done[key]
 
     def check_budget(self) -> None:
-        """Refuse further runs if those so far have taken too much work.
+        """Refuse further runs if the present ones have taken too much work.
 
         Raises
         ------

@@ -114,9 +114,8 @@ def highest_frequency(
     lam = np.zeros(system.n_multipliers) if lam is None else lam
     if isinstance(seed, SparseSeed) and any(system.constraints.mass):
         seed.factor(definite_mass(system, q).data)
-    omega = highest_frequency_of(
-        system, seed, system.assembly.matrix(0.0, 1.0, q, lam, amplitudes), q
-    )
+    stiffness = system.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
+    omega = highest_frequency_of(system, seed, stiffness, q, system.coupling_stiffness(q))
     if system.damped:
         damping = system.assembly.matrix(0.0, 0.0, q, lam, amplitudes, damping_factor=1.0)
         omega = max(omega, highest_frequency_of(system, seed, damping, q) ** 2)
@@ -124,14 +123,22 @@ def highest_frequency(
 
 
 def highest_frequency_of(
-    system: System, seed: SparseSeed | BlockInverse, values: Vector, q: Vector | None = None
+    system: System,
+    seed: SparseSeed | BlockInverse,
+    values: Vector,
+    q: Vector | None = None,
+    coupling: sp.csr_array | None = None,
 ) -> float:
     """Return the highest angular frequency for a stiffness on the pattern [rad/s].
 
-    The seed is the inverse of the masses at q, by default at the start.
+    The seed is the inverse of the masses at q, by default at the start; the stiffness between
+    elements is added if given.
     """
     mass = symmetric_from_lower(definite_mass(system, system.q0 if q is None else q))
-    square = _highest_eigenvalue(symmetric_from_lower(free_submatrix(system, values)), mass, seed)
+    stiffness = symmetric_from_lower(free_submatrix(system, values))
+    if coupling is not None:
+        stiffness = stiffness + coupling
+    square = _highest_eigenvalue(stiffness, mass, seed)
     return math.sqrt(max(square, np.finfo(float).tiny))
 
 

@@ -130,6 +130,6 @@ def test_trial_runs_end_when_they_take_too_long(monkeypatch):
     monkeypatch.setattr(trial_runs, "MAX_RUNS", 0.5)
     made = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
     scene, rod = build_beam("thin", (0, 0), (1, 0), "auto", *made, "pin")
-    with pytest.raises(ancf.PlanError, match="runs of up to .* would take too long") as caught:
+    with pytest.raises(ancf.PlanError, match=r"runs of up to .* would take too long") as caught:
         ancf.plan(scene, 2.0, ancf.position(rod.end), "0.1 %", dt=1e-3)
     assert str(caught.value).endswith("accuracy= or dt=.")

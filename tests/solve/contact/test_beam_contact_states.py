@@ -10,14 +10,14 @@ SECTION = ancf.Circle(2.0 * RADIUS)
 MASS_PER_LENGTH = 5e3 * SECTION.area  # kg/m
 
 
-def side_by_side():
+def side_by_side(modulus=1e13, stiffness=STIFFNESS):
     """Two cables, nearly rigid, along each other with a penetration of 10 um."""
     scene = ancf.Scene((0.0, 0.0, 0.0))
     cables = [
-        scene.add_beam("thin", (0, 0, z), (1, 0, z), 8, SECTION, ancf.Material(1e13, 5e3))
+        scene.add_beam("thin", (0, 0, z), (1, 0, z), 8, SECTION, ancf.Material(modulus, 5e3))
         for z in (0.0, 2.0 * RADIUS - 1e-5)
     ]
-    scene.contact(*cables, stiffness=STIFFNESS)
+    scene.contact(*cables, stiffness=stiffness)
     return scene, cables
 
 
@@ -72,3 +72,10 @@ def test_modes_of_cables_that_stick_are_refused():
     scene, *_ = crossed(friction=0.3)
     with pytest.raises(ancf.InputError, match="sticks, and the matrix does not contain"):
         ancf.modes(ancf.solve_static(scene), 2)
+
+
+def test_explicit_steps_resolve_the_vibration_against_each_other():
+    """Soft cables: sqrt(2 k / mu) is the highest frequency, and sqrt(k / mu) if one is alone."""
+    scene, _ = side_by_side(modulus=1e3, stiffness=1e8)
+    step = ancf.stable_step(scene, ancf.CentralDifference())
+    assert step == pytest.approx(2.0 / np.sqrt(2e8 / MASS_PER_LENGTH), rel=0.1)
