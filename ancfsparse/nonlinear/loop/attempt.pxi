@@ -54,23 +54,25 @@ cdef inline double rate_of(const Loop *self, double size) noexcept nogil:
     return fmin(self.rate * size / self.measured, 0.99) if self.measured > 0.0 else 0.99
 
 
-cdef void finish(Loop *self, double size, bint needed) noexcept nogil:
+cdef void finish(Loop *self, double size, bint needed, bint newton) noexcept nogil:
     """Update with the last pair, and correct once more with the residual already computed.
 
     This costs no further residual, but a solve, unless the update takes it; so it is left out where it
     is not needed.  Davidon's inverse may be far off in a new direction, so its correction could not
-    be trusted without a residual; nor is one trusted that is longer than the last.
+    be trusted without a residual; nor is one trusted that is longer than the last.  Newton's
+    corrections neither teach an inverse nor depend on one.
     """
     cdef ptrdiff_t n = self.n
-    if self.carry:
+    cdef bint polishes = self.polishes or newton
+    if self.carry and not newton:
         scaled(self.parts, self.s, -1.0, self.z, n)
         combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
     elif not needed:
         return
-    elif self.polishes:
-        multiply(self, self.r_new)
-    if self.polishes and length(self, self.z) <= size:
+    elif polishes:
+        multiply(self, self.r_new, newton)
+    if polishes and length(self, self.z) <= size:
         self.equations.correct(self.equations.context, -1.0, self.z)
         self.counts.last_corrections += 1
 
@@ -105,7 +107,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         renew_seed(self, newton, 0.0)
     else:
         start_from_seed(self)
-    multiply(self, self.r)
+    multiply(self, self.r, newton)
     if self.rung == COASTING:
         more = min(CLOSING, most // CLOSING)
     for it in range(most + more):
@@ -156,7 +158,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             allowed = bound
             if self.sure:  # a first correction may be far too long; now the displacement is known
                 allowed = fmax(self.floor, fmin(bound, self.work * eq.moved))
-            if self.polishes and not self.carry and not self.sure and theta < 0.5:
+            if (newton or (self.polishes and not self.carry)) and not self.sure and theta < 0.5:
                 left *= fmax(theta / (1.0 - theta), TRUST)  # after the last correction, see finish
             # With an inverse that is nearly singular by chance, any correction is small.
             done = ((left <= allowed or (size <= self.noise and norm_new <= SHAKY * allowed))
@@ -164,7 +166,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                                   fmax(self.constraint_tolerance, bound)))
         if done:
             if (self.by_correction or not newton) and size > self.noise:
-                finish(self, size, self.sure or norm_new > SPARED * allowed)
+                finish(self, size, self.sure or norm_new > SPARED * allowed, newton)
             return CONVERGED
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
@@ -177,7 +179,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             renew_seed(self, newton, 0.0)
             if it + 1 >= most and theta >= HALVED:
                 break
-            multiply(self, self.r)
+            multiply(self, self.r, newton)
             continue
         if economical and (it > 0 or theta > 0.7):
             if self.by_correction:
@@ -190,7 +192,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 if not closer:
                     self.counts.reseeds_inside += 1
                     renew_seed(self, newton, attempt_cost(self, used[0]))
-                multiply(self, self.r)
+                multiply(self, self.r, newton)
                 last_theta = theta
                 continue
         last_theta = theta
@@ -200,5 +202,5 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             combined(self.parts, self.y, 1.0, self.r, -1.0, self.r_new, n)
             learn(self, self.r)
         else:
-            multiply(self, self.r)
+            multiply(self, self.r, newton)
     return TOO_MANY

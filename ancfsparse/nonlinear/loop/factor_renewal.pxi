@@ -78,10 +78,10 @@ cdef void renew_seed(Loop *self, bint newton, double unfinished) noexcept nogil:
         self.counts.single_seeds += 1
     self.fresh = 0.0
     hold(self)
-    self.counts.solves += self.inverse.reseed(self.inverse.context)
-    self.seeded, self.reseed_due = True, False
-    if not self.newton:
+    if not newton:
+        self.counts.solves += self.inverse.reseed(self.inverse.context)
         self.rate = SLOW
+    self.seeded, self.reseed_due = True, False
     self.cost_since, self.steps_since = self.cost_seed, 0
 
 

@@ -96,10 +96,13 @@ cdef void evaluate(Loop *self, double *r) noexcept nogil:
     self.seconds.force += clock(self) - start
 
 
-cdef void multiply(Loop *self, const double *r) noexcept nogil:
-    """z = H r."""
+cdef void multiply(Loop *self, const double *r, bint newton) noexcept nogil:
+    """z = H r, with the seed itself in place of the inverse H for Newton's corrections."""
     cdef double start = clock(self), before = extra_so_far(self)
-    self.inverse.apply(self.inverse.context, r, self.z)
+    if newton:
+        self.seed.solve(self.seed.context, r, self.z)
+    else:
+        self.inverse.apply(self.inverse.context, r, self.z)
     self.extra = extra_so_far(self) - before
     self.counts.solves += 1
     self.seconds.solve += clock(self) - start

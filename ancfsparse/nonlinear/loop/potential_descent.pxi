@@ -46,7 +46,7 @@ cdef int descend(Loop *self, int *used) noexcept nogil:
         renew_seed(self, False, 0.0)
         if self.seed.refine != NULL:
             self.seed.refine(self.seed.context, CLOSE)
-        multiply(self, self.r)
+        multiply(self, self.r, False)
         slope = dot_parts(self.parts, self.z, self.r, self.n)
         if not slope > 0.0:
             return DIVERGED

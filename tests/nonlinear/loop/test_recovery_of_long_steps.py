@@ -10,6 +10,7 @@ from ancfsparse.seeds.complete import sparse_seed
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from benchmarks.stability.scenes import SCENES
+from tests.nonlinear.formulas import UPDATES
 from tests.nonlinear.loop.handmade import Equations, between_wells
 
 
@@ -32,6 +33,38 @@ def test_an_attempt_with_a_new_seed_renews_it_where_waiting_costs_more():
     assert [event[1] for event in loop.events] == [Attempt.NEW_SEED]
     assert loop.counts["recoveries_reseed"] == 1
     assert loop.counts["reseeds_inside"] > 1
+
+
+MIX = np.array([[1.0, 0.3, 0.1], [-0.2, 1.0, 0.3], [0.1, -0.3, 1.0]])
+
+
+def flattening():
+    """Springs that flatten so far out that only damped Newton, with eight corrections, returns."""
+    return Equations(
+        lambda x: MIX.T @ np.arctan(MIX @ x - 1.0),
+        lambda x: MIX.T @ np.diag(1.0 / (1.0 + (MIX @ x - 1.0) ** 2)) @ MIX,
+        [2.5, 2.0, -2.0],
+    )
+
+
+@pytest.mark.parametrize("memory", ["dense", "limited"])
+@pytest.mark.parametrize("rule", UPDATES)
+def test_newton_s_attempts_are_newton_s_for_every_method(rule, memory):
+    # Eight are just enough, as convergence is judged for Newton: with the last correction counted.
+    limits = {"max_iterations": 8, "by_correction": True, "correction_tolerance": 1e-8}
+    equations, own = flattening(), flattening()
+    loop = equations.loop(polishes=True, **limits)
+    assert loop.solve() == Outcome.CONVERGED
+    inverse = own.dense(rule) if memory == "dense" else own.limited(rule, 10)
+    other = own.loop(inverse, polishes=rule != "davidon", carry=memory == "dense", **limits)
+    assert other.solve() == Outcome.CONVERGED
+    assert [event[1] for event in loop.events] == [Attempt.DAMPED_NEWTON]
+    assert [event[1] for event in other.events] == [Attempt.NEW_SEED, Attempt.DAMPED_NEWTON]
+    np.testing.assert_array_equal(own.x, equations.x)
+    last, of_other = (
+        calls[-calls[::-1].index("restart") :] for calls in (equations.trace, own.trace)
+    )
+    assert of_other == last
 
 
 def test_a_step_lost_on_a_rounded_seed_is_the_last_on_one(monkeypatch):
