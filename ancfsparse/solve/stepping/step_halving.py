@@ -86,6 +86,8 @@ class StepHalving:
             Outcome of the failed step.
         """
         cause, rate, level, remaining = outcome, self._iteration.contraction, 0, 1
+        # Compliant constraints are for whole steps, so nothing comes between a part and Newton.
+        yields, self._iteration.yields = self._iteration.yields, False
         n, m = self._system.n_all, self._system.n_multipliers
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
         while remaining and outcome in RECOVERABLE_OUTCOMES and level < self._limit:
@@ -105,7 +107,7 @@ class StepHalving:
                 outcome = Outcome(code)
                 self.short_steps += outcome == Outcome.CONVERGED
             remaining += outcome != Outcome.CONVERGED
-        self._iteration.halves = True
+        self._iteration.halves, self._iteration.yields = True, yields
         self._change(self._dt)
         self.is_inside_step = level > 0 and remaining > 0
         if outcome == Outcome.CONVERGED:

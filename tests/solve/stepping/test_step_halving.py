@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.problems import pendulum
+from ancfsparse.problems import double_pendulum_bob, pendulum
 
 FEW = ancf.Newton(max_iterations=2)  # not enough for a step of 8 ms, enough for one of 1 ms
 
@@ -60,3 +60,16 @@ def test_too_few_halvings_end_the_run_too():
     np.testing.assert_array_equal(caught.value.trajectory.t, [0.0])
     with pytest.raises(ancf.InputError, match="max_halvings"):
         run(8e-3, -1)
+
+
+def test_parts_of_a_step_are_solved_by_newton_too():
+    # With constraints on a rigid body, a failed step is tried with compliant ones before Newton,
+    # but its parts are not.
+    scene = double_pendulum_bob(4).scene
+    solver = ancf.QuasiNewton("broyden", max_iterations=3)
+    found = ancf.simulate(
+        scene, 0.5, 0.05, integrator=ancf.GeneralizedAlpha(0.8), solver=solver, tolerance=1e-4,
+        max_halvings=3,
+    )  # fmt: skip
+    assert found.stats.steps == 10
+    assert found.stats.short_steps > 0
