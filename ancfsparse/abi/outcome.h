@@ -25,7 +25,8 @@ enum ancf_rung {
     ANCF_DAMPED_NEWTON = 2,
     ANCF_NEWTON = 3,
     ANCF_COASTING = 4, /* Newton from the predictor without the last acceleration */
-    ANCF_DESCENT = 5 /* minimization of the potential of the step from its predictor */
+    ANCF_DESCENT = 5, /* minimization of the potential of the step from its predictor */
+    ANCF_LONG_NEWTON = 6 /* damped, with more corrections */
 };
 
 #endif

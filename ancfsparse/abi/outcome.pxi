@@ -19,3 +19,4 @@ cdef extern from "outcome.h":
         NEWTON "ANCF_NEWTON"
         COASTING "ANCF_COASTING"
         DESCENT "ANCF_DESCENT"
+        LONG_NEWTON "ANCF_LONG_NEWTON"

@@ -43,6 +43,7 @@ class Attempt(IntEnum):
     NEWTON = 3, "Newton"
     COASTING = 4, "Newton from rest"
     DESCENT = 5, "descent"
+    LONG_NEWTON = 6, "damped Newton with more iterations"
 
     def __new__(cls, code: int, description: str = "") -> Attempt:
         """Make a member of its code and its name."""

@@ -63,6 +63,7 @@ cdef struct Loop:
     ptrdiff_t indefinite_before  # factors with a pivot of the wrong sign before this step
     Rung rung  # the last fallback used in this step
     Rung compared  # the last one whose solution was compared with the one found
+    bint ran_out  # whether damped Newton had too few corrections in this step
     int doubtful
     int saddle  # whether the solution is a saddle point, by the last matrix
     bint leapt  # whether the first attempt at this step did not start from the default predictor

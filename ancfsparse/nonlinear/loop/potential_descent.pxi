@@ -12,7 +12,6 @@ cdef double LEVEL = 0.5  # largest slope past the minimum, as a fraction of the 
 cdef double SHORTEST = 0.1  # smallest factor by which a step that is too long is shortened
 cdef enum:
     MOST_SHORTER = 20  # trials
-    PATIENT = 4  # times as many corrections as in other attempts
 
 
 cdef double walk(Loop *self, double slope) noexcept nogil:

@@ -48,9 +48,13 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     elif rung == COASTING:
         eq.coast(eq.context)
         outcome = attempt(self, True, False, False, used)
+    elif rung == LONG_NEWTON:
+        eq.restart(eq.context)
+        outcome = attempt(self, True, True, False, used)
     else:
         eq.restart(eq.context)
         outcome = attempt(self, rung != NEW_SEED, rung == DAMPED_NEWTON, rung == NEW_SEED, used)
+        self.ran_out = rung == DAMPED_NEWTON and outcome == TOO_MANY
         if outcome != CONVERGED and rung != NEW_SEED and not (self.newton and self.leapt == eq.leaps):
             # Damping can prevent convergence where full corrections converge, and vice versa.
             eq.restart(eq.context)
@@ -74,7 +78,10 @@ cdef bint is_saddle(const Loop *self) noexcept nogil:
 
 
 cdef int solve(void *context) noexcept nogil:
-    """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent."""
+    """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent.
+
+    A step that none of them solves is worth a longer attempt if damped Newton ran out of corrections.
+    """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     cdef int outcome
@@ -101,6 +108,8 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, COASTING, outcome, &used)
     if outcome != CONVERGED and not inexact and not self.halves and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
+    if outcome != CONVERGED and not self.halves and self.ran_out:
+        outcome = climb(self, LONG_NEWTON, outcome, &used)
     if outcome != CONVERGED:
         return outcome
     self.saddle = is_saddle(self)

@@ -20,10 +20,10 @@ class Event(NamedTuple):
         Time at its end [s]; each run of an error-controlled simulation starts at zero.
     rung : str
         The next attempt: ``"new seed"``, ``"damped Newton"``, ``"Newton from rest"``, which starts
-        without the acceleration of the last step, ``"descent"``, or ``"Newton"`` in place of a
-        solution that gained energy; ``"8 steps of 0.001 s"`` if the step was subdivided, and
-        ``"step of 0.001 s"`` or ``"shorter steps"`` if an error-controlled run continued or
-        restarted with these.
+        without the acceleration of the last step, ``"descent"``, ``"damped Newton with more
+        iterations"``, or ``"Newton"`` in place of a solution that gained energy; ``"8 steps of
+        0.001 s"`` if the step was subdivided, and ``"step of 0.001 s"`` or ``"shorter steps"`` if
+        an error-controlled run continued or restarted with these.
     cause : str
         Cause of the failure: ``"too many"`` iterations, ``"diverged"``, ``"not finite"``, or
         ``"indefinite"``: any of these with an indefinite factor; or ``"gained energy"`` of a

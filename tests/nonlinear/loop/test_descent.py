@@ -37,8 +37,8 @@ def test_a_step_too_long_by_far_is_shortened():
 
 def test_without_a_definite_seed_or_without_saddles_there_is_none():
     loop = between_wells().loop(max_iterations=6)  # no material part: the seed leads upwards
-    assert loop.solve() == Outcome.DIVERGED
-    assert loop.events[-1][1] == Attempt.DESCENT
+    loop.solve()
+    assert [event[1] for event in loop.events[-2:]] == [Attempt.DESCENT, Attempt.LONG_NEWTON]
     mild = Equations(lambda x: np.arctan(x), lambda x: np.diag(1.0 / (1.0 + x**2)), [9.0])
     loop = mild.loop(max_iterations=1)
     assert loop.solve() != Outcome.CONVERGED

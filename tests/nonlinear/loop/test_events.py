@@ -91,7 +91,7 @@ def test_a_failed_step_names_the_contraction():
         ancf.simulate(scene, 1.0, 0.05, solver=ancf.ModifiedNewton(max_iterations=2),
                       tolerance="paper", max_energy_gain=np.inf)  # fmt: skip
     last = caught.value.trajectory.stats.events[-1]
-    assert last.rung == "Newton from rest"
+    assert last.rung == "damped Newton with more iterations"
     assert last.step == caught.value.step
 
 

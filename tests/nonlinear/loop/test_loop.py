@@ -124,10 +124,13 @@ def test_not_a_number_ends_in_a_reason():
 
 def test_too_few_iterations_end_in_a_reason():
     equations = mild()
-    loop = equations.loop(max_iterations=2)
+    loop = equations.loop(max_iterations=1)
     assert loop.solve() == Outcome.TOO_MANY
-    # Newton, then damped Newton from the predictor again: two corrections each.
-    assert loop.counts["iterations"] == 4
+    # Newton, then damped Newton from the predictor again: one correction each, and at last four.
+    assert loop.counts["iterations"] == 6
+    loop.halves = True  # the step will be divided
+    assert loop.solve() == Outcome.TOO_MANY
+    assert loop.counts["iterations"] == 6 + 2
     assert loop.counts["recoveries_newton"] == 0
 
 

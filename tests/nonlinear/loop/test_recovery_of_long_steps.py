@@ -156,9 +156,30 @@ def test_a_rough_step_has_two_solutions():
     assert apart.max() > 0.3
 
 
+@pytest.mark.parametrize(
+    ("most", "corrections", "outcome"),
+    [(3, 3 + 3 + 9, Outcome.CONVERGED), (2, 2 + 2 + 8, Outcome.TOO_MANY)],
+)
+def test_damped_newton_goes_on_where_all_else_fails(most, corrections, outcome):
+    # Damped Newton takes nine corrections, and at last up to four times as many as before.
+    loop = flattening().loop(max_iterations=most)
+    assert loop.solve() == outcome
+    assert [event[1] for event in loop.events] == [Attempt.DAMPED_NEWTON, Attempt.LONG_NEWTON]
+    assert loop.counts["iterations"] == corrections
+
+
+def test_damped_newton_does_not_go_on_where_it_left_the_numbers():
+    equations = Equations(lambda x: np.where(x == 0.0, 1.0, np.nan), lambda x: np.eye(1), [0.0])
+    loop = equations.loop()
+    assert loop.solve() == Outcome.NOT_FINITE
+    assert [event[1] for event in loop.events] == [Attempt.DAMPED_NEWTON]
+
+
 def test_the_last_rung_starts_elsewhere():
     # Where damped Newton is caught the slope is zero; the root is on the other side.
-    assert between_wells().loop(max_iterations=6).solve() != Outcome.CONVERGED
+    loop = between_wells().loop(max_iterations=6)
+    loop.halves = True  # no longer attempt
+    assert loop.solve() != Outcome.CONVERGED
     equations = between_wells(coast=[-2.0])
     loop = equations.loop(max_iterations=6)
     assert loop.solve() == Outcome.CONVERGED
@@ -180,7 +201,9 @@ def test_newton_s_last_start_goes_on_a_little_while_it_converges(coast, correcti
     equations = Equations(
         lambda x: x**3 + x - 10.0, lambda x: np.diag(3.0 * x**2 + 1.0), [-2e7], coast=[coast]
     )
-    assert equations.loop(max_iterations=25).solve() == outcome
+    loop = equations.loop(max_iterations=25)
+    loop.halves = True  # no longer attempt
+    assert loop.solve() == outcome
     assert of_last_start(equations) == corrections
 
 
@@ -193,7 +216,9 @@ def test_newton_s_last_start_ends_in_time_where_it_hardly_converges():
         starts[0],
         coast=starts[1],
     )
-    assert equations.loop(max_iterations=6).solve() == Outcome.TOO_MANY
+    loop = equations.loop(max_iterations=6)
+    loop.halves = True  # no longer attempt
+    assert loop.solve() == Outcome.TOO_MANY
     assert of_last_start(equations) == 6
 
 
