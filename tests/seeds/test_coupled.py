@@ -10,10 +10,10 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.nonlinear import Newton
+from ancfsparse.nonlinear.methods import UPDATES
 from ancfsparse.seeds import CoupledSeed, SparseSeed
 from ancfsparse.seeds.complete import sparse_seed
 from ancfsparse.solve.preparation.choose_factorization import make_complete_seed
-from ancfsparse.system import System
 from tests.matrices import full
 from tests.seeds.matrices import lower_csc, random_spd
 from tests.system.contributions.test_beam_contacts import lowered
@@ -69,7 +69,7 @@ def test_a_pattern_grows_by_entries_of_either_triangle(rng):
 def test_the_matrix_couples_elements_that_touch(element):
     """But for the derivative of normals, 0.5 % of it with a penetration of 0.5 % of the reach."""
     system, _, q = lowered(0.7, 5e-5, element=element)
-    seed, rest = make_complete_seed(system, "auto", 1), np.zeros(system.n_all)
+    seed, rest = make_complete_seed(system, 1), np.zeros(system.n_all)
     assert isinstance(seed, CoupledSeed)
     scale = 1e-4
     residual(system, q, rest)  # lists the pairs
@@ -84,7 +84,7 @@ def test_the_matrix_couples_elements_that_touch(element):
 
 def test_a_common_motion_of_elements_that_touch_meets_no_stiffness():
     system, _, q = lowered(0.7, 1e-3)
-    seed, rest = make_complete_seed(system, "auto", 1), np.zeros(system.n_all)
+    seed, rest = make_complete_seed(system, 1), np.zeros(system.n_all)
     residual(system, q, rest)
     matrix = coupled_matrix(system, seed, q, rest, 1e-4, 0.0)
     up = system.uniform(2)
@@ -94,7 +94,7 @@ def test_a_common_motion_of_elements_that_touch_meets_no_stiffness():
 
 def test_the_matrix_couples_elements_by_friction(rng):
     system, _, q, v = rubbing(rng)
-    seed = make_complete_seed(system, "auto", 1)
+    seed = make_complete_seed(system, 1)
     residual(system, q, v)
     with_it = coupled_matrix(system, seed, q, v, 0.0, 1.0)
     exact = full(system, system.assembly.mass) + differences(system, q, v, "v", 1e-6)
@@ -103,7 +103,7 @@ def test_the_matrix_couples_elements_by_friction(rng):
 
 def test_callers_from_python_factor_the_matrix_without_pairs():
     system, _, q = lowered(0.7, 1e-3)
-    seed, rest = make_complete_seed(system, "auto", 1), np.zeros(system.n_all)
+    seed, rest = make_complete_seed(system, 1), np.zeros(system.n_all)
     residual(system, q, rest)
     coupled_matrix(system, seed, q, rest, 1e-4, 0.0)
     values = system.assembly.matrix(1.0, 1e-4, q, np.zeros(0), np.zeros(0))
@@ -142,10 +142,13 @@ def test_beams_that_never_touch_keep_their_pattern():
     assert run.stats.pattern_changes == 0
 
 
-def test_a_dense_inverse_has_no_coupling():
-    system = System(resting())
-    seed = make_complete_seed(system, ancf.QuasiNewton(), 1)
-    assert type(seed) is SparseSeed
+@pytest.mark.parametrize("update", UPDATES)
+def test_steps_that_a_dense_inverse_fails_are_solved_by_the_coupled_matrix(update):
+    """Without the coupling Davidon and DFP end in step 11, since Newton's attempts fail too."""
+    solver = ancf.QuasiNewton(update)
+    run = ancf.simulate(resting(), 0.1, 1e-3, integrator=ancf.GeneralizedAlpha(0.5), solver=solver)
+    assert run.stats.pattern_changes > 0
+    assert run.stats.iterations < 15.0 * run.stats.steps
 
 
 def listed_pairs(system, part, q):
@@ -156,7 +159,7 @@ def listed_pairs(system, part, q):
 
 def test_pairs_of_a_trial_far_from_the_last_state_are_not_coupled():
     system, part, q = lowered(0.7, 1e-3)
-    make_complete_seed(system, "auto", 1)
+    make_complete_seed(system, 1)
     apart = q.copy()
     for indices in system.vectors("r")[1:]:
         apart[indices[:, 2]] += 0.1
@@ -169,7 +172,7 @@ def test_pairs_of_a_trial_far_from_the_last_state_are_not_coupled():
 
 def test_pairs_that_no_longer_touch_are_dropped_once_they_are_the_majority():
     system, part, q = lowered(0.0, 1e-4)  # side by side: many pairs
-    make_complete_seed(system, "auto", 1)
+    make_complete_seed(system, 1)
     system.assembly.accept(q)
     n = len(listed_pairs(system, part, q))
     assert n > 8

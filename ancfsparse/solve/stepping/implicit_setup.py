@@ -146,7 +146,7 @@ def prepare_implicit(
         return ImplicitSetup(time_loop, iteration, seed, criterion, why, a, None)
 
     def take_complete() -> Seed:
-        complete = make_complete_seed(system, solver, threads)
+        complete = make_complete_seed(system, threads)
         complete.on_renewal = update_costs
         used = ModifiedNewton(seed_frame=method.frame) if is_low_memory else method
         noise = criterion.smallest_change(dt)
