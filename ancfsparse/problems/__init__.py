@@ -3,8 +3,9 @@
 They are shared by tests, benchmarks, the command line and the README.
 """
 
+from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.contacts import belt_drive, capstan, knot
+from ancfsparse.problems.contacts import capstan, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -14,14 +15,17 @@ from ancfsparse.problems.flexible import (
     spaghetti,
     spin_up,
 )
-from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
 from ancfsparse.problems.machines import bend, crane, robot_arm, spring_antenna
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.problems.mechanisms import (
+    andrews,
     bricard,
     dzhanibekov,
+    four_bar,
     heavy_top,
+    n_four_bar,
     planar_rod,
+    slider_crank,
     spatial_pendulum,
 )
 from ancfsparse.problems.meshes import MOTIONS, Lattice, Net, chain, lattice, net, octet
@@ -43,6 +47,7 @@ __all__ = [
     "Problem",
     "andrews",
     "belt_drive",
+    "belt_drive_pechstein",
     "bend",
     "bricard",
     "cable_car",

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
-from ancfsparse.problems.flexible import SpinUp
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Beam, Circle, Material, Rectangle, Scene
-from ancfsparse.scene.bodies.rigid_body import RigidBody
-from ancfsparse.scene.force_elements.contacts import Contact
+from ancfsparse.scene import Circle, Material, Rectangle, Scene
 from ancfsparse.scene.force_elements.obstacles import Drum
 from ancfsparse.scene.geometry.curves import Arc
 from ancfsparse.scene.records.signals import Ramp, Table
@@ -24,11 +20,6 @@ DRUM_RADIUS = 0.1  # [m]
 WIRE_RADIUS = 1e-3  # [m]
 TAIL_LENGTH = 0.05  # of the straight ends [m]
 LOAD_TIME = 0.05  # until the force has its full value [s]
-BELT_RADIUS = 0.1  # of the axis of a belt around a pulley [m]
-CENTRE_DISTANCE = 0.4  # of the pulleys [m]
-BELT_STIFFNESS = 2e4  # E A [N]
-BELT_MASS = 0.1  # [kg/m]
-BELT_STRAIN = 0.01  # at the start [1]
 ROD_RADIUS = 0.01  # [m]
 LOOP_RADIUS = 0.5  # of the knot at the start [m]
 ROD_TAIL = 0.5  # straight part at either end [m]
@@ -41,7 +32,6 @@ GAP_RATIO = 1.08  # of the distance of the axes there, over the one at which sur
 SETTLING_TIME = 2.4  # [s]
 TIGHTENING_TIME = 13.6  # [s]
 N_TIMES = 60  # of the table of the motion of the ends
-SLIDING_FRACTION = 0.9  # of mu times the pressure, above which a point of a belt slides
 
 
 def capstan(
@@ -99,124 +89,6 @@ def capstan(
     return Mechanism(
         scene, {"held": lambda run: np.linalg.norm(run.reaction(fixed_end.start), axis=1)}
     )
-
-
-def belt_drive(
-    load: float = 10.0,
-    omega: float = 100.0,
-    mu: float = 0.3,
-    n_elements: int = 120,
-) -> Mechanism:
-    """Return a belt drive: a driven pulley, a belt, and an equal pulley under load.
-
-    The axis of the belt runs around the pulleys at 0.1 m, whose centres are 0.4 m apart; it has
-    E A = 2e4 N and 0.1 kg/m, and is stretched by 1 % at the start.  The driver reaches the angular
-    velocity `omega` [rad/s] after 0.1 s, and a moment of `load` [N m] resists the driven pulley
-    from 0.15 s on.
-
-    Quantities: ``tight`` and ``slack`` tension of the spans [N]; ``omega_driven``
-    [rad/s]; ``loss`` of speed [-]; ``slip_driver`` and ``slip_driven``, arcs where the belt slides
-    [degrees].
-    """
-    scene = Scene((0.0, 0.0))
-    centres = np.array([0.0, 0.0]), np.array([CENTRE_DISTANCE, 0.0])
-    driver, driven = (
-        scene.add_body(mass=1.0, inertia=2e-3, position=centre, name=name)
-        for centre, name in zip(centres, ("driver", "driven"), strict=True)
-    )
-    pins = [scene.pin(pulley.origin) for pulley in (driver, driven)]
-    scene.drive_joint(pins[0], SpinUp(-omega, 0.1))
-    scene.point_moment(driven.origin, Ramp(load, 0.15, 0.1, smooth=True))
-    belt, contacts = _belt(scene, centres, (driver, driven), n_elements, mu)
-
-    def tension(side: float) -> Callable[[Trajectory], Vector]:
-        """Mean over the middle half of a span, where other parts of the belt pass."""
-
-        def mean(run: Trajectory) -> Vector:
-            forces, positions = [], []
-            for part in belt:
-                middles = 0.5 * (part.arcs[1:] + part.arcs[:-1])
-                forces.append(run.section_force(part, middles).N)
-                positions.append(np.stack([run.position(part.at(s)) for s in middles], axis=1))
-            x, y = np.moveaxis(np.concatenate(positions, axis=1), 2, 0)
-            is_there = (np.abs(x / CENTRE_DISTANCE - 0.5) < 0.25) & (side * y > 0.0)
-            return np.asarray(
-                np.sum(np.concatenate(forces, axis=1) * is_there, axis=1) / is_there.sum(axis=1)
-            )
-
-        return mean
-
-    def compute_speed(run: Trajectory, pulley: RigidBody) -> Vector:
-        rim = run.velocity(pulley.at((1.0, 0.0))) - run.velocity(pulley.origin)
-        return np.asarray(np.linalg.norm(rim, axis=1))
-
-    def slip_arc(pulley: RigidBody) -> Callable[[Trajectory], Vector]:
-        def arc(run: Trajectory) -> Vector:
-            length = np.zeros(len(run.t))
-            for contact in contacts:
-                if contact.on is pulley:
-                    force = run.contact_force(contact)
-                    limit = SLIDING_FRACTION * mu * force.pressure
-                    slides = np.linalg.norm(force.friction, axis=2) > np.maximum(limit, 1e-9)
-                    length += slides @ contact.weights
-            return np.degrees(length * (1.0 + BELT_STRAIN) / BELT_RADIUS)
-
-        return arc
-
-    watched = {
-        "tight": tension(-1.0),
-        "slack": tension(1.0),
-        "omega_driven": lambda run: compute_speed(run, driven),
-        "loss": lambda run: (
-            1.0 - compute_speed(run, driven) / np.maximum(compute_speed(run, driver), 1e-9)
-        ),
-        "slip_driver": slip_arc(driver),
-        "slip_driven": slip_arc(driven),
-    }
-    return Mechanism(scene, watched)
-
-
-def _belt(
-    scene: Scene,
-    centres: tuple[Vector, Vector],
-    pulleys: tuple[RigidBody, RigidBody],
-    n_elements: int,
-    mu: float,
-) -> tuple[list[Beam], list[Contact]]:
-    """Return the upper span, the right arc, the lower span and the left arc, and their contacts."""
-    section = Circle(2.0 * WIRE_RADIUS)
-    material = Material(BELT_STIFFNESS / section.area, BELT_MASS / section.area)
-    up, n_arc, n_span = np.array([0.0, BELT_RADIUS]), n_elements // 3, n_elements // 6
-    parts = []
-    for here, there, side in ((centres[0], centres[1], up), (centres[1], centres[0], -up)):
-        curve = Arc(tuple(there.tolist()), tuple((there + side).tolist()), -math.pi)
-        for shape, n, length in (
-            ({"start": here + side, "end": there + side}, n_span, CENTRE_DISTANCE),
-            ({"curve": curve, "rest": "straight"}, n_arc, math.pi * BELT_RADIUS),
-        ):
-            length /= 1.0 + BELT_STRAIN
-            parts.append(
-                scene.add_beam(
-                    "thin",
-                    **shape,
-                    strain="biot",
-                    n_elements=n,
-                    section=section,
-                    material=material,
-                    length=length,
-                )
-            )
-    for before, after in zip(parts, [*parts[1:], parts[0]], strict=True):
-        scene.connect(before.end, after.start)
-    # Tensions fall by E A T / (R^2 k), here .9 N of 200 N: the belt sinks into the pulleys.
-    stiffness = 1e4 * BELT_STRAIN * BELT_STIFFNESS / BELT_RADIUS**2
-    contacts = []
-    for centre, pulley in zip(centres, pulleys, strict=True):
-        drum = Drum(tuple(centre.tolist()), BELT_RADIUS - WIRE_RADIUS)
-        contacts += [
-            scene.contact(part, drum, on=pulley, stiffness=stiffness, friction=mu) for part in parts
-        ]
-    return parts, contacts
 
 
 def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mechanism:

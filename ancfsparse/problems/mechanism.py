@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from inspect import signature
 from typing import Any
 
@@ -79,6 +79,8 @@ class Case:
         Source of the reference value.
     integrator : Implicit
         Default time integrator.
+    units : dict from str to str
+        Units of parameters of `make` that differ from `KEY_UNITS`.
     """
 
     make: Callable[..., Mechanism]
@@ -89,12 +91,14 @@ class Case:
     tolerance: float
     source: str = OWN_REFERENCE
     integrator: Implicit = DEFAULT_INTEGRATOR
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def keys(self) -> dict[str, tuple[Any, str]]:
         """Default and unit of each parameter of `make`."""
         parameters = signature(self.make).parameters.values()
-        return {each.name: (each.default, KEY_UNITS.get(each.name, "")) for each in parameters}
+        units = {**KEY_UNITS, **self.units}
+        return {each.name: (each.default, units.get(each.name, "")) for each in parameters}
 
 
 def bar(scene: Scene, name: str, start: Vector, end: Vector) -> RigidBody:

@@ -3,6 +3,7 @@
 from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
+from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein
 from ancfsparse.problems.contacts import capstan, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
@@ -13,14 +14,17 @@ from ancfsparse.problems.flexible import (
     spaghetti,
     spin_up,
 )
-from ancfsparse.problems.linkages import andrews, four_bar, n_four_bar, slider_crank
 from ancfsparse.problems.machines import bend, crane, robot_arm, spring_antenna
 from ancfsparse.problems.mechanism import OWN_REFERENCE, Case
 from ancfsparse.problems.mechanisms import (
+    andrews,
     bricard,
     dzhanibekov,
+    four_bar,
     heavy_top,
+    n_four_bar,
     planar_rod,
+    slider_crank,
     spatial_pendulum,
 )
 from ancfsparse.problems.obstacles import (
@@ -94,6 +98,16 @@ CASES = (
     ),
     Case(
         capstan, 1e-3, "held", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",
+        GeneralizedAlpha(0.5),
+    ),
+    Case(
+        belt_drive, 1e-4, "tight", 0.3, (251.2362,), 1.2,
+        "creep of a belt by Euler and Eytelwein, with centrifugal force", GeneralizedAlpha(0.5),
+        {"load": "N m"},
+    ),
+    Case(
+        belt_drive_pechstein, 1e-3, "omega_driven", 2.45, (11.308,), 0.01,
+        "creep of a belt by Euler and Eytelwein: 663.2 N, 186.9 N and 11.308 rad/s",
         GeneralizedAlpha(0.5),
     ),
     Case(

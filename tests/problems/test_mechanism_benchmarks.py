@@ -9,7 +9,7 @@ import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
-SLOW = {"crane": pytest.mark.slow, "knot": pytest.mark.slow}
+SLOW = dict.fromkeys(("crane", "knot", "belt_drive", "belt_drive_pechstein"), pytest.mark.slow)
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=SLOW.get(x, ())) for x in MECHANISMS])
@@ -57,6 +57,7 @@ def test_the_list_names_all(capsys):
         assert about[2].startswith(f"{case.quantity} at {case.time:g} s: ")
         assert case.source in about[2]
     assert "spin_up [n_elements=16]" in out
+    assert "belt_drive [load=10 N m, omega=100 rad/s, mu=0.3, n_elements=160]" in out
     assert "heavy_top [omega=(0, 150, -4.61538) rad/s]" in out
 
 
