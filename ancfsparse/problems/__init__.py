@@ -3,7 +3,7 @@
 They are shared by tests, benchmarks, the command line and the README.
 """
 
-from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein
+from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein, serpentine, timing_belt
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
 from ancfsparse.problems.contacts import capstan, knot
 from ancfsparse.problems.flexible import (
@@ -79,6 +79,7 @@ __all__ = [
     "planar_rod",
     "robot_arm",
     "roll_up",
+    "serpentine",
     "slider_crank",
     "sliding_bead",
     "sliding_block",
@@ -86,4 +87,5 @@ __all__ = [
     "spatial_pendulum",
     "spin_up",
     "spring_antenna",
+    "timing_belt",
 ]

@@ -24,8 +24,6 @@ from ancfsparse.scene.force_elements.obstacles import Drum
 from ancfsparse.scene.geometry.curves import Arc
 from ancfsparse.scene.records.signals import Ramp
 
-BELT_RADIUS = 0.1  # of the axis of a belt around a pulley [m]
-CENTRE_DISTANCE = 0.4  # of the pulleys [m]
 SLIDING_FRACTION = 0.9  # of mu times the pressure, above which a point of a belt slides
 
 
@@ -58,27 +56,36 @@ class BeltData:
     friction: float
     damping: float = 0.0
 
-    @property
-    def section(self) -> Section:
-        """A section whose area only divides stiffness into modulus and area."""
+    def cut(self) -> tuple[Section, Material]:
+        """Return section and material; the area only divides stiffness into modulus and area."""
         area = self.thickness**2
-        inertia = self.bending_stiffness / self.axial_stiffness * area
-        return Section(area, inertia, inertia, inertia)
-
-    @property
-    def material(self) -> Material:
-        """The material for this section."""
-        area = self.section.area
-        return Material(self.axial_stiffness / area, self.mass / area, axial_damping=self.damping)
+        modulus = self.axial_stiffness / area
+        inertia = self.bending_stiffness / modulus
+        material = Material(modulus, self.mass / area, axial_damping=self.damping)
+        return Section(area, inertia, inertia, inertia), material
 
 
 # The bending stiffness moves the places where the belt lifts off by sqrt(E I / T): 0.6 mm.
 BELT = BeltData(2e4, 5e-5, 0.1, 0.01, 2e-3, 2e9, 0.3)
+TOOTHED_BELT = BeltData(1e6, 5e-5, 0.1, 4e-4, 2e-3, 2e9, 1.5)
 # The published strain |r'| - 0.95 is 0.95 times the one of a belt without stress at |r'| = 0.95.
 PUBLISHED_BELT = BeltData(
     0.95 * 8000.0, 0.02 * 1e7 * 0.08 * 0.01**3 / 12.0, 1036.0 * 0.08 * 0.01 / 0.95,
     1.0 / 0.95 - 1.0, 0.01, 40.0 * 1e8 * 0.08, 0.5, damping=1.0 / 8000.0,
 )  # fmt: skip
+SERPENTINE_BELT = BeltData(5e4, 5e-5, 0.1, 3e-3, 2e-3, 5e8, 0.6)
+# Centre [m], radius [m] and sense of the pulleys of a serpentine belt, in its order.
+LAYOUT = {
+    "crank": ((0.0, 0.0), 0.08, -1.0),
+    "tensioner": ((-0.11, 0.15), 0.035, 1.0),
+    "alternator": ((-0.15, 0.32), 0.03, -1.0),
+    "pump": ((0.17, 0.28), 0.06, -1.0),
+    "idler": ((0.13, 0.13), 0.03, 1.0),
+}
+PULLEY_MASS = 0.5  # of each [kg]
+PIVOT = np.array([-0.16, 0.06])  # of the arm of the tensioner [m]
+ARM_STIFFNESS = 30.0  # of its spring [N m/rad]
+ARM_MOMENT = 7.0  # of its spring at the start, towards the belt [N m]
 
 
 @dataclass(frozen=True)
@@ -118,6 +125,8 @@ class Belt:
     ----------
     data : BeltData
         Its data.
+    pulleys : sequence of Pulley
+        Its pulleys in the order in which it runs.
     spans : list of tuple
         Ends of the straight span to each pulley at the start [m].
     parts : list of Beam
@@ -127,6 +136,7 @@ class Belt:
     """
 
     data: BeltData
+    pulleys: Sequence[Pulley]
     spans: list[tuple[Vector, Vector]]
     parts: list[Beam]
     contacts: list[Contact]
@@ -187,7 +197,8 @@ def belt_drive(
     [degrees].
     """
     scene = Scene((0.0, 0.0))
-    driver, driven = _pulleys(scene, (BELT_RADIUS, BELT_RADIUS), CENTRE_DISTANCE, 2e-3)
+    driver = _disc(scene, "driver", (0.0, 0.0), 0.1, 2e-3)
+    driven = _disc(scene, "driven", (0.4, 0.0), 0.1, 2e-3)
     scene.drive_joint(scene.pin(driver.body.origin), SpinUp(-omega, 0.1))
     scene.pin(driven.body.origin)
     scene.point_moment(driven.body.origin, Ramp(load, 0.15, 0.1, smooth=True))
@@ -208,7 +219,8 @@ def belt_drive_pechstein(n_elements: int = 120, stiffness: float = 3.2e8) -> Mec
     Quantities: as of `belt_drive`, and ``tension`` in the middles of all elements [N].
     """
     scene = Scene((0.0, 0.0))
-    driver, driven = _pulleys(scene, (0.1, 0.1), 0.1 * math.pi, 0.25)
+    driver = _disc(scene, "driver", (0.0, 0.0), 0.1, 0.25)
+    driven = _disc(scene, "driven", (0.1 * math.pi, 0.0), 0.1, 0.25)
     scene.drive_joint(scene.pin(driver.body.origin), SpinUp(-12.0, 0.6))
     scene.joint_spring(scene.pin(driven.body.origin), damping=2.0)
     scene.point_moment(driven.body.origin, Ramp(25.0, 1.5, 1.0, smooth=True))
@@ -217,34 +229,100 @@ def belt_drive_pechstein(n_elements: int = 120, stiffness: float = 3.2e8) -> Mec
     return Mechanism(scene, {**_two_pulleys(belt, driver, driven), "tension": belt.forces})
 
 
-def _pulleys(
-    scene: Scene, radii: tuple[float, float], distance: float, inertia: float
-) -> tuple[Pulley, Pulley]:
-    """Add a driver and a driven pulley, uniform discs, at a distance [m]; inertia in kg m2."""
-    driver, driven = (
-        Pulley(
-            scene.add_body(
-                mass=2.0 * inertia / radius**2, inertia=inertia, position=(x, 0.0), name=name
-            ),
-            radius,
-        )
-        for x, name, radius in zip((0.0, distance), ("driver", "driven"), radii, strict=True)
+def timing_belt(load: float = 20.0, omega: float = 100.0, n_elements: int = 160) -> Mechanism:
+    """Return a belt that does not slip, as a model of a timing belt: a drive from 50 to 100 mm.
+
+    The radii are of the axis of the belt, whose E A = 1e6 N and friction of mu = 1.5 let it stick
+    everywhere; it has 400 N at the start.  The driver reaches `omega` [rad/s] after 0.1 s, and a
+    moment of `load` [N m] resists the driven pulley from 0.15 s on.  By the torque balance
+    ``tight - slack`` is `load` / 0.1 m, and the speed ratio is the one of radii, 2, but for the
+    creep ``(tight - slack) / E A``.
+
+    Quantities: as of `belt_drive`, and the ``ratio`` of angular velocities [-].
+    """
+    scene = Scene((0.0, 0.0))
+    driver = _disc(scene, "driver", (0.0, 0.0), 0.05, 2e-3)
+    driven = _disc(scene, "driven", (0.3, 0.0), 0.1, 2e-3)
+    scene.drive_joint(scene.pin(driver.body.origin), SpinUp(-omega, 0.1))
+    scene.pin(driven.body.origin)
+    scene.point_moment(driven.body.origin, Ramp(load, 0.15, 0.1, smooth=True))
+    belt = _wrap(scene, (driven, driver), TOOTHED_BELT, n_elements)
+
+    def ratio(run: Trajectory) -> Vector:
+        return driver.angular_velocity(run) / np.maximum(driven.angular_velocity(run), 1e-9)
+
+    return Mechanism(scene, {**_two_pulleys(belt, driver, driven), "ratio": ratio})
+
+
+def serpentine(
+    alternator: float = 2.0, pump: float = 3.0, omega: float = 60.0, n_elements: int = 160
+) -> Mechanism:
+    """Return the serpentine belt of an engine, with a tensioner arm, around five pulleys.
+
+    The belt, of E A = 5e4 N, runs from the crank over the tensioner, the alternator, the pump and
+    an idler, its back on tensioner and idler.  The crank reaches `omega` [rad/s] after 0.1 s;
+    moments of `alternator` and `pump` [N m] resist these pulleys from 0.2 s on.  The arm has
+    30 N m/rad and 0.5 N m s, and 7 N m at the start.  By the torque balance the tension rises by
+    moment over radius at each load; the arm is in equilibrium with the two spans at its pulley.
+
+    Quantities: ``spans``, tensions in the order of the belt from crank to tensioner to idler to
+    crank [N]; ``arm``, rotation of the arm since the start [rad]; ``omegas`` of all pulleys
+    [rad/s], beginning with the crank.
+    """
+    scene = Scene((0.0, 0.0))
+    pulleys = {
+        name: _disc(scene, name, centre, radius, 0.5 * PULLEY_MASS * radius**2, turn)
+        for name, (centre, radius, turn) in LAYOUT.items()
+    }
+    arm = scene.add_body(mass=0.1, inertia=5e-4, position=PIVOT, name="arm")
+    pivot = scene.pin(arm.origin)
+    rest = -ARM_MOMENT / ARM_STIFFNESS
+    scene.joint_spring(pivot, stiffness=ARM_STIFFNESS, damping=0.5, rest=rest)
+    hub = np.array(LAYOUT["tensioner"][0]) - PIVOT
+    scene.connect(arm.at(hub), pulleys["tensioner"].body.origin)
+    for name in ("alternator", "pump", "idler"):
+        scene.pin(pulleys[name].body.origin)
+    scene.drive_joint(scene.pin(pulleys["crank"].body.origin), SpinUp(-omega, 0.1))
+    for name, moment in (("alternator", alternator), ("pump", pump)):
+        scene.point_moment(pulleys[name].body.origin, Ramp(moment, 0.2, 0.1, smooth=True))
+    belt = _wrap(scene, list(pulleys.values()), SERPENTINE_BELT, n_elements)
+    spans = [belt.tension(k) for k in (1, 2, 3, 4, 0)]
+
+    def rotation(run: Trajectory) -> Vector:
+        x, y = (run.position(arm.at(hub)) - PIVOT).T
+        return np.asarray(np.arctan2(hub[0] * y - hub[1] * x, hub[0] * x + hub[1] * y))
+
+    watched = {
+        "spans": lambda run: np.stack([tension(run) for tension in spans], axis=1),
+        "arm": rotation,
+        "omegas": lambda run: np.stack([p.angular_velocity(run) for p in belt.pulleys], axis=1),
+    }
+    return Mechanism(scene, watched)
+
+
+def _disc(
+    scene: Scene, name: str, centre: tuple[float, float], radius: float, inertia: float,
+    turn: float = -1.0,
+) -> Pulley:  # fmt: skip
+    """Add a uniform disc with a moment of inertia [kg m2] as a pulley."""
+    mass = 2.0 * inertia / radius**2
+    return Pulley(
+        scene.add_body(mass=mass, inertia=inertia, position=centre, name=name), radius, turn
     )
-    return driver, driven
 
 
 def _two_pulleys(
     belt: Belt, driver: Pulley, driven: Pulley
 ) -> dict[str, Callable[[Trajectory], Vector]]:
-    ratio = driven.radius / driver.radius
+    def loss(run: Trajectory) -> Vector:
+        rims = [p.radius * p.angular_velocity(run) for p in (driver, driven)]
+        return 1.0 - rims[1] / np.maximum(rims[0], 1e-9)
+
     return {
         "tight": belt.tension(1),
         "slack": belt.tension(0),
         "omega_driven": driven.angular_velocity,
-        "loss": lambda run: (
-            1.0
-            - ratio * driven.angular_velocity(run) / np.maximum(driver.angular_velocity(run), 1e-9)
-        ),
+        "loss": loss,
         "slip_driver": belt.slip_arc(driver),
         "slip_driven": belt.slip_arc(driven),
     }
@@ -270,14 +348,15 @@ def _wrap(scene: Scene, pulleys: Sequence[Pulley], data: BeltData, n_elements: i
             ({"curve": curve, "rest": "straight"}, pulley.radius * angle),
         ]
     total = sum(length for _, length in shapes)
+    section, material = data.cut()
     parts = [
         scene.add_beam(
             "thin",
             **shape,
             strain="biot",
             n_elements=max(1, round(n_elements * length / total)),
-            section=data.section,
-            material=data.material,
+            section=section,
+            material=material,
             length=length / (1.0 + data.strain),
         )
         for shape, length in shapes
@@ -285,19 +364,12 @@ def _wrap(scene: Scene, pulleys: Sequence[Pulley], data: BeltData, n_elements: i
     for before, after in zip(parts, [*parts[1:], parts[0]], strict=True):
         scene.connect(before.end, after.start)
     half = 0.5 * data.thickness
-    contacts = [
-        scene.contact(
-            part,
-            Drum(tuple(pulley.centre.tolist()), pulley.radius - half),
-            on=pulley.body,
-            stiffness=data.stiffness,
-            radius=half,
-            friction=data.friction,
-        )
-        for pulley in pulleys
-        for part in parts
-    ]
-    return Belt(data, spans, parts, contacts)
+    law = {"stiffness": data.stiffness, "radius": half, "friction": data.friction}
+    contacts = []
+    for pulley in pulleys:
+        drum = Drum(tuple(pulley.centre.tolist()), pulley.radius - half)
+        contacts += [scene.contact(part, drum, on=pulley.body, **law) for part in parts]
+    return Belt(data, pulleys, spans, parts, contacts)
 
 
 def _tangents(pulleys: Sequence[Pulley]) -> list[tuple[Vector, Vector]]:

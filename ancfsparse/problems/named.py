@@ -3,7 +3,7 @@
 from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
-from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein
+from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein, serpentine, timing_belt
 from ancfsparse.problems.contacts import capstan, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
@@ -109,6 +109,15 @@ CASES = (
         belt_drive_pechstein, 1e-3, "omega_driven", 2.45, (11.308,), 0.01,
         "creep of a belt by Euler and Eytelwein: 663.2 N, 186.9 N and 11.308 rad/s",
         GeneralizedAlpha(0.5),
+    ),
+    Case(
+        timing_belt, 2e-4, "ratio", 0.3, (2.0,), 2e-3, "ratio of radii", GeneralizedAlpha(0.5),
+        {"load": "N m"},
+    ),
+    Case(
+        serpentine, 1e-4, "spans", 0.3, (133.61, 133.61, 200.28, 250.28, 250.28), 2.5,
+        "moments of pulleys and arm, and the length of the belt without stress",
+        GeneralizedAlpha(0.5), {"alternator": "N m", "pump": "N m"},
     ),
     Case(
         cable_drop, 5e-4, "height", 0.5, (0.3970704,), 5e-6,

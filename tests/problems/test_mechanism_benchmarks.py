@@ -9,7 +9,8 @@ import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
-SLOW = dict.fromkeys(("crane", "knot", "belt_drive", "belt_drive_pechstein"), pytest.mark.slow)
+BELTS = "belt_drive", "belt_drive_pechstein", "serpentine", "timing_belt"
+SLOW = dict.fromkeys(("crane", "knot", *BELTS), pytest.mark.slow)
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=SLOW.get(x, ())) for x in MECHANISMS])
