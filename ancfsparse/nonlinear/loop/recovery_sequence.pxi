@@ -80,7 +80,8 @@ cdef bint is_saddle(const Loop *self) noexcept nogil:
 cdef int solve(void *context) noexcept nogil:
     """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent.
 
-    A step that none of them solves is worth a longer attempt if damped Newton ran out of corrections.
+    A step that none of them solves is worth a longer attempt if damped Newton ran out of corrections,
+    unless shorter steps or a complete seed will be tried.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
@@ -108,7 +109,7 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, COASTING, outcome, &used)
     if outcome != CONVERGED and not inexact and not self.halves and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
-    if outcome != CONVERGED and not self.halves and self.ran_out:
+    if outcome != CONVERGED and not inexact and not self.halves and self.ran_out:
         outcome = climb(self, LONG_NEWTON, outcome, &used)
     if outcome != CONVERGED:
         return outcome
