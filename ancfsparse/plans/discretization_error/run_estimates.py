@@ -13,6 +13,7 @@ from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.trial_runs import (
     TrialRun,
     TrialRuns,
+    absolute_tolerances,
     differences_over_time,
     goal_differences,
 )
@@ -26,8 +27,9 @@ NEAR_FRACTION = 0.1  # of a run, before and after a time; differences near it sh
 # values of two runs may agree by chance: kinetic energies of 8 and 12 elements did, 1.6 times off.
 MAX_UNOBSERVED_RATIO = 0.4
 MAX_UNOBSERVED_PEAK_RATIO = 0.1
-# Over the size of a quantity, in the asymptotic range.  Peaks of motions that differed by .125 and
-# .14 of them agreed by chance, 1.5 and 1.9 tolerances off.
+# Largest difference of two motions in the asymptotic range, over the size of the quantity.  Peaks
+# agreed by chance in motions that differed by .125 and .14 of it: the errors were 1.5 and 1.9
+# tolerances.
 MAX_DIFFERENCE = 0.1
 
 
@@ -65,6 +67,16 @@ def is_close(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -
         difference <= MAX_DIFFERENCE * goal.quantity.size(history)
         for difference, goal, history in columns
     )
+
+
+def may_be_compared(trials: TrialRuns, other: TrialRun, differences: Sequence[float]) -> bool:
+    """Return True if two motions are in the asymptotic range, or differ less than the tolerances.
+
+    Then their peaks, and their values at the end, do not agree by chance.
+    """
+    tolerances = absolute_tolerances(trials.goals, other)
+    pairs = zip(differences, tolerances, strict=True)
+    return is_close(trials, other, differences) or all(one <= limit for one, limit in pairs)
 
 
 def elements_of(trial: TrialRun) -> int:

@@ -10,8 +10,8 @@ from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
-    is_close,
     max_unobserved_ratio,
+    may_be_compared,
     step_estimates,
 )
 from ancfsparse.plans.models.model import Model
@@ -118,7 +118,7 @@ def _is_enough(
     tolerances = absolute_tolerances(trials.goals, runs[-1])
     cheap = trials.total_work < BASE_BUDGET
     last = history_differences(trials.goals, runs[-2], runs[-1])
-    if not is_close(trials, runs[-1], last):
+    if not may_be_compared(trials, runs[-1], last):
         return False
     before = history_differences(trials.goals, runs[-3], runs[-2]) if len(runs) > 2 else None
     for i, (each, tolerance) in enumerate(zip(estimates, tolerances, strict=True)):

@@ -99,9 +99,9 @@ def neglected_effects(
     rounded by sqrt(EI / N), which displaces them also by itself. Compared with richer models they
     are right within a factor of 2 where the effect is below 10 %
     (tests/plans/model_error/test_neglected_energies.py).
-    Quantities with `is_like_rates` have larger parts of high frequencies.  For them, energies of
-    rates have ratios of shear and rotary inertia, too, whose excess over the first ones is the
-    relative change of the quantity.
+    Quantities with `is_like_rates` contain more of the high frequencies.  Ratios of shear and
+    rotary inertia are therefore also formed from the changes between successive states; their
+    excess over the ratios above is added as a relative change of the variation of the quantity.
     Frequencies have their own estimates, `frequency_effects`.
     """
     if isinstance(quantity, Frequency):
@@ -159,8 +159,11 @@ def neglected_effects(
         effects["rotary inertia"] = response * rotary
         if quantity.is_like_rates:
             shear, inertia = _ratios_of_rates(all_states, beams, cables)
-            effects["shear"] += size * max(shear - ratios["shear"], 0.0)
-            effects["rotary inertia"] += size * max(inertia - rotary, 0.0)
+            change = _change(quantity, history, quantity.rounding(all_states))
+            if shear > ratios["shear"]:
+                effects["shear"] += change * (shear - ratios["shear"])
+            if inertia > rotary:
+                effects["rotary inertia"] += change * (inertia - rotary)
     return effects
 
 
@@ -195,6 +198,12 @@ def _bending_effect(quantity: Quantity, by_energy: float, cut: float) -> float:
     return max(by_energy, cut) if isinstance(quantity, DISPLACED) else by_energy
 
 
+def _change(quantity: Quantity, history: Vector, rounding: float) -> float:
+    """Return the largest change of a quantity since the start, zero if it is rounding error."""
+    change = float(np.linalg.norm(quantity.difference(history, history[:1]), axis=1).max())
+    return change if change > rounding else 0.0
+
+
 def _rotary_ratio(run: Trajectory, cables: list[ElasticBody], v: Vector) -> float:
     """Return the ratio of kinetic energies, of rotating sections and of all mass, of velocities."""
     rotation = sum(rotary_energy(run, body, v) for body in cables)
@@ -206,8 +215,8 @@ def _ratios_of_rates(
 ) -> tuple[float, float]:
     """Return the ratios of shear and rotary inertia of the changes between successive states.
 
-    A wave of frequency w is delayed in proportion to w times its own ratio, and has w^2 times the
-    weight in the energies of rates, which is the part of its square in a velocity or a moment.
+    A wave of angular frequency w is delayed by w times its own ratio.  In the energies of rates it
+    has w^2 times the weight, as in the square of a velocity or a moment.
     """
     every = max(1, -(-(len(run.t) - 1) // MAX_STATES))
     before, after = (select_states(run, slice(k, len(run.t) - 1 + k, every)) for k in (0, 1))

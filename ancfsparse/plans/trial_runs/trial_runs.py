@@ -38,10 +38,9 @@ from ancfsparse.system import System
 MIN_STEPS = 100  # of the first trial run
 # Work is counted, not timed, so that plans do not depend on the load of the machine.
 BASE_BUDGET = 1.5e7  # residuals of one coordinate, about a tenth of a second of trial runs
-# Half a minute.  Without it, planning the motion of a slack beam on a support took two minutes, and
-# found no plan.
-SEARCH_BUDGET = 100.0 * BASE_BUDGET  # of all trial runs, or `MAX_RUNS` times the first
-MAX_RUNS = 1000.0
+# Without it, planning the motion of a slack beam on a support took two minutes, and found no plan.
+SEARCH_BUDGET = 100.0 * BASE_BUDGET  # of all trial runs while steps are halved
+MAX_WORK_RATIO = 1000.0  # of all trial runs over the first, if that is more
 TRIAL_FRACTION = 0.15  # of the work of the planned run, for a trial run beyond the base budget
 MAX_INTERVALS = 2000  # between saved states, as in planned runs, which a trial run may become
 MAX_EXPENSIVE_INTERVALS = 128  # for a quantity that is expensive to evaluate
@@ -214,7 +213,7 @@ class TrialRuns:
             If so.
         """
         work = [each.work for each in self.run_costs]
-        if work and sum(work) > max(SEARCH_BUDGET, MAX_RUNS * work[0]):
+        if work and sum(work) > max(SEARCH_BUDGET, MAX_WORK_RATIO * work[0]):
             quantity, steps = self.goals[0].quantity, max(each.steps for each in self.run_costs)
             raise PlanError(quantity.name, 0.0, 0.0, quantity.unit, len(work), steps=steps)
 

@@ -73,12 +73,16 @@ class LinearizedSystem:
     Raises
     ------
     InputError
-        If a force depends on the motion of other points and is not `coupled`.
+        If a force depends on the motion of other points and is not `coupled`, or beams stick to
+        each other.
     """
 
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
         self.system, self.state, self._amplitudes = system, state, amplitudes
         check_coupling(system, state.q, amplitudes)
+        omitted = [each.omitted_friction(state.q) for each in system.contributions]
+        if any(omitted):
+            raise InputError(next(filter(None, omitted)))
         n, pattern = system.n_free, system.pattern
         self.mass = symmetric_from_lower(mass_matrix(system))
         self.stiffness = symmetric_from_lower(free_submatrix(system, self._matrix(0.0, 1.0)))

@@ -216,10 +216,13 @@ def coupled_seed(
     """
     import scipy.sparse as sp
 
-    n = len(indptr) - 1
-    added = sp.tril(coupling).tocsc()
-    added.resize((n, n))
-    lower = (sp.csc_array((values, indices, indptr), shape=(n, n)) + added).tocsc()
+    n, added = len(indptr) - 1, sp.coo_array(sp.tril(coupling))
+    # Joined, not added: a sum of sparse matrices would lose zeros on the diagonal.
+    columns = np.repeat(np.arange(n), np.diff(indptr))
+    rows = np.concatenate([indices, added.coords[0]])
+    entries = np.concatenate([values, added.data])
+    columns = np.concatenate([columns, added.coords[1]])
+    lower = sp.coo_array((entries, (rows, columns)), shape=(n, n)).tocsc()
     lower.sort_indices()
     seed = SparseSeed(lower.indptr, lower.indices, n if n_positive is None else n_positive)
     return seed, lower.data

@@ -99,7 +99,7 @@ def test_rotary_inertia(height):
 def test_waves_after_a_pulse(height, ask):
     """Moments and velocities have waves of all lengths, the shortest of which shear most.
 
-    Ratios of energies alone give a fifteenth of the difference; with rates, up to ten times.
+    Ratios of energies alone give a fifteenth of the difference; with rates, 1 to 12 times.
     """
     made = ancf.Rectangle(height, height), ancf.Material(2e9, 1000.0, 0.3)
 

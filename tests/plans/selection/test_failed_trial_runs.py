@@ -125,9 +125,9 @@ def test_equilibria_that_fail_on_the_selected_mesh_are_marched(monkeypatch):
 
 
 def test_trial_runs_end_when_they_take_too_long(monkeypatch):
-    """A pendulum over 1e20 s had more of them for minutes; here after the first."""
+    """Those of a pendulum over 1e20 s went on for minutes; here the budget ends them."""
     monkeypatch.setattr(trial_runs, "SEARCH_BUDGET", 0.0)
-    monkeypatch.setattr(trial_runs, "MAX_RUNS", 0.5)
+    monkeypatch.setattr(trial_runs, "MAX_WORK_RATIO", 0.5)
     made = ancf.Circle(0.01), ancf.Material(1e8, 1000.0)
     scene, rod = build_beam("thin", (0, 0), (1, 0), "auto", *made, "pin")
     with pytest.raises(ancf.PlanError, match=r"runs of up to .* would take too long") as caught:

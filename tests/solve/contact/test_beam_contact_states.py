@@ -22,10 +22,18 @@ def side_by_side(modulus=1e13, stiffness=STIFFNESS):
 
 
 def test_two_free_cables_vibrate_against_each_other():
-    """Both share the spring k per length, as translation and as rotation: sqrt(2 k / mu)."""
+    """Both share the spring k per length, as translation and as rotation: sqrt(2 k / mu).
+
+    Across it the force F per length at the distance d pushes them off each other, and motions grow
+    with the rate sqrt(2 F / mu d).
+    """
     scene, _ = side_by_side()
-    frequencies = ancf.modes(scene, 10).frequencies
+    modes = ancf.modes(scene, 10)
+    frequencies = modes.frequencies
     assert np.all(frequencies[:8] < 1e-3)
+    force, distance = STIFFNESS * 1e-5, 2.0 * RADIUS - 1e-5
+    growth = np.sqrt(2.0 * force / (MASS_PER_LENGTH * distance))
+    np.testing.assert_allclose(np.sort(modes.growth)[-2:], growth, rtol=1e-6)
     expected = np.sqrt(2.0 * STIFFNESS / MASS_PER_LENGTH) / (2.0 * np.pi)
     np.testing.assert_allclose(frequencies[8:], expected, rtol=1e-6)
 

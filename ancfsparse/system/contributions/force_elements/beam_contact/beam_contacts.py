@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.hermite import position_weights
+from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene.force_elements.beam_contacts import (
     NEIGHBOUR_ARC_RATIO,
     BeamContact,
@@ -206,49 +206,84 @@ class BeamContactContribution(Contribution):
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the directions of approach of all points in contact."""
-        sides = self._approaches(q)
-        return None if sides is None else sides[0] + sides[1]
-
-    def coupling_stiffness(self, q: Vector) -> Any:
-        """Return the stiffness of the pressures between both elements of each point."""
-        import scipy.sparse as sp
-
-        sides = self._approaches(q)
-        if sides is None:
-            return None
-        force, depths = self.compiled.touches(np.ascontiguousarray(q))[2:]
-        stiffness = sp.diags_array(np.linalg.norm(force, axis=1) / depths)
-        block = sides[0].T @ stiffness @ sides[1]
-        return block + block.T
-
-    def _approaches(self, q: Vector) -> list[Any] | None:
-        """Return derivatives of the approach of all points by either side, (k, n_all)."""
-        import scipy.sparse as sp
-
         elements, positions, force, _ = self.compiled.touches(np.ascontiguousarray(q))
         if not len(elements):
             return None
-        normals = force / np.linalg.norm(force, axis=1)[:, None]
+        points, feet = self._sums(elements, positions, position_weights, len(q))
+        return _block_diagonal(_unit(force)[:, None, :]) @ (points - feet)
+
+    def coupling_stiffness(self, q: Vector) -> Any:
+        """Return the stiffness of the pressures that the matrix has no entries for, or lacks.
+
+        The first part is between both elements of each point.  The second one, of all elements, is
+        by the rotation of the normals: ``-F / d (1 - n n^T - t t^T)`` for a force F at a distance
+        d, without the axis t of the foot, which slides along it.
+        """
+        elements, positions, force, depths = self.compiled.touches(np.ascontiguousarray(q))
+        if not len(elements):
+            return None
+        points, feet = self._sums(elements, positions, position_weights, len(q))
+        size, normals = np.linalg.norm(force, axis=1), _unit(force)
+        along = _block_diagonal(normals[:, None, :])
+        stiffness = _block_diagonal((size / depths)[:, None, None])
+        between = (along @ points).T @ stiffness @ (along @ feet)
+        gap = points - feet
+        distances = np.linalg.norm((gap @ q).reshape(force.shape), axis=1)
+        slopes = self._sums(elements, positions, slope_weights, len(q))[1] @ q
+        tangents = _unit(slopes.reshape(force.shape))
+        across = np.eye(self._system.dim) - sum(
+            each[:, :, None] * each[:, None, :] for each in (normals, tangents)
+        )
+        rotation = _block_diagonal((-size / distances)[:, None, None] * across)
+        return gap.T @ rotation @ gap - between - between.T
+
+    def _sums(
+        self,
+        elements: Integers,
+        positions: Vector,
+        weights_at: Callable[..., Vector],
+        n: int,
+    ) -> list[Any]:
+        """Return matrices (k dim, n) of points and of their feet, by weights of nodal values."""
+        import scipy.sparse as sp
+
         lengths = np.concatenate([body.lengths for body in self.contact.bodies])
-        sides = []
-        for side, sign in ((0, 1.0), (1, -1.0)):
-            weights = position_weights(positions[:, side], lengths[elements[:, side]])
+        sides, dim = [], self._system.dim
+        for side in (0, 1):
+            at = positions[:, side], lengths[elements[:, side]]
             straight = self._straight[elements[:, side]].astype(bool)
+            weights = weights_at(*at)
             weights[straight] = 0.0
-            weights[straight, 0] = 1.0 - positions[straight, side]
-            weights[straight, 2] = positions[straight, side]
-            values = sign * weights[:, :, None] * normals[:, None, :]
-            columns = self._indices[elements[:, side]].reshape(len(elements), -1)
-            rows = np.repeat(np.arange(len(elements)), columns.shape[1])
-            entries = values.ravel(), (rows, columns.ravel())
-            sides.append(sp.csr_array(entries, shape=(len(elements), len(q))))
+            weights[straight, ::2] = weights_at(*at, straight=True)[straight]
+            columns = self._indices[elements[:, side]]
+            rows = np.arange(len(elements) * dim).reshape(-1, 1, dim)
+            values = np.repeat(weights[:, :, None], dim, axis=2)
+            entries = (
+                values.ravel(),
+                (np.broadcast_to(rows, columns.shape).ravel(), columns.ravel()),
+            )
+            sides.append(sp.csr_array(entries, shape=(len(elements) * dim, n)))
         return sides
 
-    def omitted_coupling(self, q: Vector, amplitudes: Vector) -> str:
-        """Return a sentence if any points stick, whose stiffness the matrix does not contain."""
+    def omitted_friction(self, q: Vector) -> str:
+        """Return a sentence if any points can stick, whose stiffness no matrix at rest contains."""
         if not self.contact.sticks or not len(self.compiled.touches(np.ascontiguousarray(q))[0]):
             return ""
         return f"{self.contact.what} sticks, and the matrix does not contain this friction"
+
+
+def _unit(vectors: Vector) -> Vector:
+    """Return the unit vectors of rows."""
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+def _block_diagonal(blocks: Vector) -> Any:
+    """Return the sparse matrix of blocks (k, m, n) on its diagonal."""
+    import scipy.sparse as sp
+
+    k, m, n = blocks.shape
+    indptr = np.arange(k + 1)
+    return sp.bsr_array((blocks, indptr[:-1], indptr), shape=(k * m, k * n)).tocsr()
 
 
 def _masses_per_length(body: Any) -> Vector:
