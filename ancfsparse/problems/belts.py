@@ -42,7 +42,7 @@ class BeltData:
     thickness : float
         Twice the distance of the axis from a surface that it touches [m].
     stiffness, friction : float
-        Of its contacts [N/m2, -].
+        Stiffness [N/m2] and coefficient of friction [-] of its contacts.
     damping : float
         Retardation time of stretching [s].
     """
@@ -56,8 +56,8 @@ class BeltData:
     friction: float
     damping: float = 0.0
 
-    def cut(self) -> tuple[Section, Material]:
-        """Return section and material; the area only divides stiffness into modulus and area."""
+    def section_and_material(self) -> tuple[Section, Material]:
+        """Return section and material; only products of modulus, area and inertia matter."""
         area = self.thickness**2
         modulus = self.axial_stiffness / area
         inertia = self.bending_stiffness / modulus
@@ -74,7 +74,7 @@ PUBLISHED_BELT = BeltData(
     1.0 / 0.95 - 1.0, 0.01, 40.0 * 1e8 * 0.08, 0.5, damping=1.0 / 8000.0,
 )  # fmt: skip
 SERPENTINE_BELT = BeltData(5e4, 5e-5, 0.1, 3e-3, 2e-3, 5e8, 0.6)
-# Centre [m], radius [m] and sense of the pulleys of a serpentine belt, in its order.
+# Centre [m], radius [m] and sense of the pulleys, in the order in which a serpentine belt passes.
 LAYOUT = {
     "crank": ((0.0, 0.0), 0.08, -1.0),
     "tensioner": ((-0.11, 0.15), 0.035, 1.0),
@@ -146,7 +146,7 @@ class Belt:
         return np.concatenate([_forces(run, part) for part in self.parts], axis=1)
 
     def tension(self, span: int) -> Callable[[Trajectory], Vector]:
-        """Return the mean over the middle half of a span, where other parts of the belt pass."""
+        """Return a function for the mean tension over the middle half of a span [N]."""
         start, end = self.spans[span]
         length = float(np.linalg.norm(end - start))
         along = (end - start) / length
@@ -162,7 +162,7 @@ class Belt:
         return mean
 
     def slip_arc(self, pulley: Pulley) -> Callable[[Trajectory], Vector]:
-        """Return the arc of a pulley on which the belt slides [degrees]."""
+        """Return a function for the arc of a pulley on which the belt slides [degrees]."""
         contacts = [each for each in self.contacts if each.on is pulley.body]
 
         def arc(run: Trajectory) -> Vector:
@@ -211,10 +211,10 @@ def belt_drive_pechstein(n_elements: int = 120, stiffness: float = 3.2e8) -> Mec
 
     Data of Multibody System Dynamics 30, 343 (2013), in the variant of Exudyn's example
     beltDriveReevingSystem with a fiftieth of the bending stiffness and 40 times the stiffness of
-    contact: E A = 8000 N for the strain ``|r'| - 0.95``, so 400 N at the start, 0.829 kg/m,
-    mu = 0.5, pulleys of 0.25 kg m2.  The driver reaches 12 rad/s after 0.6 s, here with continuous
-    acceleration and without gravity; 2 N m s of damping resists the driven pulley, and 25 N m from
-    1.5 s on.  The contact has the `stiffness` [N/m2].
+    contact: E A = 8000 N for the strain ``|r'| - 0.95``, which gives 400 N at the start, 0.829 kg/m
+    of the stretched belt, mu = 0.5, pulleys of 0.25 kg m2.  The driver reaches 12 rad/s after
+    0.6 s, here with continuous acceleration and without gravity; a damping of 2 N m s/rad resists
+    the driven pulley, and 25 N m from 1.5 s on.  The contact has the `stiffness` [N/m2].
 
     Quantities: as of `belt_drive`, and ``tension`` in the middles of all elements [N].
     """
@@ -235,8 +235,8 @@ def timing_belt(load: float = 20.0, omega: float = 100.0, n_elements: int = 160)
     The radii are of the axis of the belt, whose E A = 1e6 N and friction of mu = 1.5 let it stick
     everywhere; it has 400 N at the start.  The driver reaches `omega` [rad/s] after 0.1 s, and a
     moment of `load` [N m] resists the driven pulley from 0.15 s on.  By the torque balance
-    ``tight - slack`` is `load` / 0.1 m, and the speed ratio is the one of radii, 2, but for the
-    creep ``(tight - slack) / E A``.
+    ``tight - slack`` is `load` / 0.1 m, and the speed ratio is the ratio of radii, 2, apart from
+    the creep ``(tight - slack) / E A``.
 
     Quantities: as of `belt_drive`, and the ``ratio`` of angular velocities [-].
     """
@@ -262,8 +262,9 @@ def serpentine(
     The belt, of E A = 5e4 N, runs from the crank over the tensioner, the alternator, the pump and
     an idler, its back on tensioner and idler.  The crank reaches `omega` [rad/s] after 0.1 s;
     moments of `alternator` and `pump` [N m] resist these pulleys from 0.2 s on.  The arm has
-    30 N m/rad and 0.5 N m s, and 7 N m at the start.  By the torque balance the tension rises by
-    moment over radius at each load; the arm is in equilibrium with the two spans at its pulley.
+    30 N m/rad, a damping of 0.5 N m s/rad, and 7 N m at the start.  By the torque balance the
+    tension rises by moment over radius at each load; the arm is in equilibrium with the two spans
+    at its pulley.
 
     Quantities: ``spans``, tensions in the order of the belt from crank to tensioner to idler to
     crank [N]; ``arm``, rotation of the arm since the start [rad]; ``omegas`` of all pulleys
@@ -348,7 +349,7 @@ def _wrap(scene: Scene, pulleys: Sequence[Pulley], data: BeltData, n_elements: i
             ({"curve": curve, "rest": "straight"}, pulley.radius * angle),
         ]
     total = sum(length for _, length in shapes)
-    section, material = data.cut()
+    section, material = data.section_and_material()
     parts = [
         scene.add_beam(
             "thin",

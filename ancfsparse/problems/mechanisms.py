@@ -1,4 +1,4 @@
-"""Benchmarks of rigid bodies and joints, linkages among them, with reference values of programs."""
+"""Benchmarks of rigid bodies, joints and linkages, with reference values of other programs."""
 
 from __future__ import annotations
 

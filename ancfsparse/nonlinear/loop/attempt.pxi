@@ -19,9 +19,8 @@ cdef double SHAKY = 10.0  # times the bound: residual allowed where corrections 
 cdef double HALVED = 0.5
 cdef enum:
     CLOSING = 5
-    # Times as many corrections where they are shortened: in descent, and in the last attempt by damped
-    # Newton.  Of 700 random runs with contact 30 failed without such an attempt and 21 with it; 22 with
-    # twice and 19 with four times as many in all attempts by damped Newton.  Points that slip or stick
+    # Factor on the number of corrections in descent and in the last attempt by damped Newton.  Of 700
+    # random runs with contact 30 failed without that attempt and 21 with it: points that slip or stick
     # by turns make the residual fall slowly.
     PATIENT = 4
 
@@ -85,7 +84,8 @@ cdef void finish(Loop *self, double size, bint needed, bint newton) noexcept nog
 cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *used) noexcept nogil:
     """Iterate from the predictor; return CONVERGED or the reason of the failure.
 
-    Newton's last start gets a few more corrections if it has used them up while they converge.
+    From the guess without acceleration a few more corrections follow, if they converge when their
+    number is used up.
     If economical, a new seed is computed wherever continuing without it would cost more.
     """
     cdef const ancf_equations *eq = self.equations

@@ -125,8 +125,8 @@ def make_seed(
 def make_complete_seed(system: System, threads: int) -> SparseSeed:
     """Create a complete seed, with the blocks of touching elements.
 
-    In 28 random runs with beams that touch they save a dense inverse of Broyden or BFGS 60 % of its
-    corrections, most of them Newton's after it had failed.
+    In 28 random runs with touching beams these save 60 % of the corrections with a dense inverse of
+    Broyden or BFGS; most had been by Newton's method, after the inverse had failed.
     """
     pattern = system.pattern
     couplings = [pairs for each in system.contributions for pairs in each.coupled_pairs()]

@@ -86,7 +86,7 @@ class StepHalving:
             Outcome of the failed step.
         """
         cause, rate, level, remaining = outcome, self._iteration.contraction, 0, 1
-        # Compliant constraints are for whole steps, so nothing comes between a part and Newton.
+        # Compliant constraints are tried for whole steps only: a part goes on to Newton's method.
         yields, self._iteration.yields = self._iteration.yields, False
         n, m = self._system.n_all, self._system.n_multipliers
         unused = [np.empty((1, width)) for width in (n, n, n, m)]
