@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats
-from ancfsparse.seeds import DeflatedSeed, SparseSeed
+from ancfsparse.seeds import DeflatedSeed
 from ancfsparse.solve.linearization.matrices import coupled_seed, omitted_coupling
 from ancfsparse.solve.linearization.nonconservative_tangent import (
     NonconservativeTangent,
@@ -296,20 +296,18 @@ class EquilibriumEquations(Norms):
             entries[self._indptr[:-1]] += shift * self.mass
         self.stats.factorizations += 1
         self._on_factor()
-        coupling, parts = self.system.coupling_stiffness(state.q), []
+        coupling = self.system.coupling_stiffness(state.q)
+        parts = [self.system.unsymmetric_stiffness(state.q)]
         if self._nonconservative is not None:
-            amplitudes = self._amplitudes_at(load)
-            parts.append(self._nonconservative.stiffness(state.q, amplitudes))
-        parts.append(self.system.unsymmetric_stiffness(state.q))
-        is_complete = isinstance(self._plain, SparseSeed)
-        self._unfactored = sum_of([*parts, None if is_complete else coupling])
+            parts.append(self._nonconservative.stiffness(state.q, self._amplitudes_at(load)))
         if isinstance(self._plain, DeflatedSeed):
             assert self._modes is not None
+            self._unfactored = sum_of([*parts, coupling])
             self._plain.factor(entries, self._modes.at(state.q))
             # Only a solution shows whether the matrix is definite.
             self._ready = state, self._solution(state)
         else:
-            self.seed = self._plain
+            self._unfactored, self.seed = sum_of(parts), self._plain
             if coupling is not None:
                 self.seed, entries = coupled_seed(self._indptr, self._indices, entries, coupling)
             if self.seed.factor(entries) == 0:
