@@ -35,6 +35,7 @@ MAX_ORDER_RATIO = 1.5  # of the order, beyond which a decrease is by chance
 # Of the order, beyond which it is not that of shorter steps: of 950 random runs two were estimated
 # at .42 and .14 of the accuracy and had errors of 2.0 and 5.1; with it the largest is 1.74.
 MAX_CONFIRMED_RATIO = 1.25
+ROUNDED = 1.0 + 1e-9  # ratio of equal ratios, with rounding errors
 FIRST_SCALE = 1.5  # error over the predicted one before the first estimate
 MIN_SCALE = 0.2  # error over the predicted one afterwards
 MAX_SCALE = 1e3  # the same
@@ -201,7 +202,10 @@ class ExplicitErrors:
         if before is not last and before.integrator == run.integrator:
             steps = (before.ratio, last.ratio, ratio)
             observed = observed_order(steps[0], self._last_difference, *steps[1:], difference)
-            confirmed = power <= observed <= MAX_CONFIRMED_RATIO * order
+            # An order shown by similar steps says little about much shorter ones: a run of 67
+            # steps had 6 times the error that its difference from those of 24 and 30 suggested.
+            is_near = ratio / last.ratio <= ROUNDED * last.ratio / before.ratio
+            confirmed = is_near and power <= observed <= MAX_CONFIRMED_RATIO * order
             if observed > MAX_CONFIRMED_RATIO * order:
                 power = order * ASSUMED_ORDERS[order][1]
             power = min(power, observed)
