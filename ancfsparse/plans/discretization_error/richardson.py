@@ -8,7 +8,7 @@ resolutions.
 An error with two terms of opposite signs, such as A h^3 - B h^4, has an extremum in between, about
 which two solutions agree by chance.  The last difference is then far smaller than the previous one,
 and shows an order that no method has.  It is taken to be at least the previous one, reduced by the
-largest order of the asymptotic range.
+order of the method.
 """
 
 from __future__ import annotations
@@ -111,7 +111,8 @@ def estimate(
         return Estimate(resolutions[-1], error, order, False, ratio, is_observed=False)
     first, last_three = differences[-2], resolutions[-3:]
     observed = observed_order(last_three, first, last)
-    smallest = first / _reduction(last_three, ASYMPTOTIC_RANGE[1] * order)
+    is_too_fast = observed > ASYMPTOTIC_RANGE[1] * order
+    smallest = first / _reduction(last_three, order) if is_too_fast else 0.0
     return from_observed_order(resolutions[-1], max(last, smallest), order, observed, ratio)
 
 

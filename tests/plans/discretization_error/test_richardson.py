@@ -64,6 +64,14 @@ def test_an_extremum_of_the_error_does_not_hide_it(resolutions, order, other):
         assert abs(errors[-1]) <= 4.2 * error_model.error + 1e-15
 
 
+def test_solutions_that_agree_by_chance_are_estimated_by_the_previous_difference():
+    """A strain between unequal elements showed order 4.6, and had 1.64 times its error."""
+    error_model = estimate((8, 16, 32), (1.0, 0.041), 2)
+    assert error_model.observed == pytest.approx(4.6, abs=0.05)
+    assert error_model.error == pytest.approx(1.0 / 4.0 / 3.0)
+    assert error_model.order == 2
+
+
 def test_what_diverges_is_not_settled_and_its_error_is_not_small():
     error_model = estimate((8, 16, 32), (1.0, 2.0), 2)
     assert not error_model.is_asymptotic
