@@ -34,7 +34,7 @@ def simulate(
     factorization: str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
-    max_halvings: int = 0,
+    max_halvings: int | None = None,
     threads: int = 1,
     save_every: int | None = None,
     save_nodes: Sequence[Point] | None = None,
@@ -100,8 +100,9 @@ def simulate(
         the work of a load that jumps within a step is tolerated.  ``inf`` disables the check.
     max_halvings : int, optional
         Maximum number of halvings of a step that cannot be solved, or only with a spurious increase
-        of energy; each is listed in ``stats.events``.  By default such a step ends the run.  Only
-        for implicit integrators with a fixed step.
+        of energy; each is listed in ``stats.events``.  By default 6 in scenes with contact, whose
+        bodies begin to touch within steps; in others such a step ends the run.  Only for implicit
+        integrators with a fixed step.
     threads : int, optional
         Threads for systems of 16 000 unconstrained coordinates or more; smaller ones use one, and
         so do runs in a forked process, where OpenMP would wait forever for the threads of its

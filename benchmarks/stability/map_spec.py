@@ -99,7 +99,7 @@ class MapSpec:
             path = simulate(
                 case.scene, self.n_steps(dt) * dt, dt,
                 integrator=self.integrators[map_point.integrator],
-                solver=self.solvers[map_point.solver],
+                solver=self.solvers[map_point.solver], max_halvings=0,
             )  # fmt: skip
             outcome = RECOVERED if path.stats.recoveries else FINISHED
         except EnergyIncreaseError as stop:

@@ -202,7 +202,7 @@ class ExplicitErrors:
         if before is not last and before.integrator == run.integrator:
             steps = (before.ratio, last.ratio, ratio)
             observed = observed_order(steps[0], self._last_difference, *steps[1:], difference)
-            # An order shown by similar steps says little about much shorter ones: a run of 67
+            # The order that similar steps show may not be that of much shorter ones: a run of 67
             # steps had 6 times the error that its difference from those of 24 and 30 suggested.
             is_near = ratio / last.ratio <= ROUNDED * last.ratio / before.ratio
             confirmed = is_near and power <= observed <= MAX_CONFIRMED_RATIO * order

@@ -36,7 +36,7 @@ class ErrorControlledRun:
             request.tolerance,
             request.named,
             request.solver,
-            request.max_halvings,
+            request.max_halvings or 0,
         )
 
     def integrate(self, recorder: StateRecorder) -> Outcome:

@@ -37,7 +37,7 @@ class ExplicitRun(FixedStepRun):
             integrator,
             request.solver,
             request.tolerance,
-            request.max_halvings,
+            request.max_halvings or 0,
             request.factorization,
         )
         dt, n_steps, gain = request.clock.dt, request.n_steps, request.max_energy_gain

@@ -212,5 +212,7 @@ class ImplicitRun(FixedStepRun):
             request.max_energy_gain,
             path,
             hint
-            or stepping.hint_for_fixed_steps(request.scene, self._integrator, request.max_halvings),
+            or stepping.hint_for_fixed_steps(
+                request.scene, self._integrator, request.max_halvings or 0
+            ),
         )

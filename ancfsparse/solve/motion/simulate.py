@@ -17,7 +17,12 @@ from ancfsparse.solve import initial_conditions
 from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import restore_contributions
-from ancfsparse.solve.motion.arguments import Request, check_request, select_integrator
+from ancfsparse.solve.motion.arguments import (
+    Request,
+    check_request,
+    select_halvings,
+    select_integrator,
+)
 from ancfsparse.solve.motion.runs import build_run
 from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.solve.stepping.state_recorder import RunStorage
@@ -39,7 +44,7 @@ def simulate(
     factorization: str = "auto",
     tolerance: str | float = "default",
     max_energy_gain: float = 0.01,
-    max_halvings: int = 0,
+    max_halvings: int | None = None,
     threads: int = 1,
     save_every: int = 1,
     save_nodes: Sequence[Point] | None = None,
@@ -85,7 +90,7 @@ def run_request(request: Request, system: System) -> Trajectory:
     AncfError
         As in `simulate`.
     """
-    request = select_integrator(request, system)
+    request = select_halvings(select_integrator(request, system), system)
     needed = request.memory()
     check_memory(needed)
     settings = request.settings
