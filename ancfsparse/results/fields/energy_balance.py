@@ -34,7 +34,8 @@ class Energy:
         state [J]: their power, integrated by the trapezoidal rule over the saved states, which must
         therefore resolve the loads.  With `EnergyMomentum` and all steps saved, the work of
         prescribed motions is that of its mean forces, without quadrature error.  It includes the
-        work that a drum with a given ``angular_velocity`` does by friction.
+        work that a drum with a given ``angular_velocity`` does by friction.  Steps that were
+        divided count as whole ones.
     dissipated : ndarray, shape (k,)
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     friction : ndarray, shape (k,)

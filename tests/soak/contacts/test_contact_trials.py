@@ -9,8 +9,10 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.system.contributions.force_elements.contact import contacts
 from tests.soak.contacts import trials
+from tests.soak.contacts.parts import recorded_parts, with_parts
 from tests.soak.contacts.scenes import LAYOUTS, Touching, draw
 from tests.soak.contacts.sides import passes_base, passes_between
+from tests.soak.scenes import draw_integrator, draw_solver
 
 CONSERVING = ancf.EnergyMomentum()
 
@@ -96,6 +98,24 @@ def test_friction_above_that_of_coulomb_is_seen(monkeypatch):
 
     monkeypatch.setattr(ancf.Trajectory, "contact_force", with_more)
     assert any("friction exceeds mu p" in find for find in trials.judge(drawn, path))
+
+
+def test_the_work_of_a_force_is_counted_in_all_parts_of_a_step():
+    rng = np.random.default_rng([9401, 216])
+    drawn, integrator, solver = draw(rng), draw_integrator(rng), draw_solver(rng)
+    with recorded_parts() as parts:
+        path, _ = trials.simulate(drawn, integrator, solver)
+    assert path.stats.short_steps == len(parts) > 0
+    whole = with_parts(path, parts)
+    assert len(whole.t) > len(path.t)
+    assert np.isin(path.t, whole.t).all()
+    assert (np.diff(whole.t) > 0.9 * drawn.dt / 2**drawn.max_halvings).all()
+    # The method conserves energy; no contact has friction.
+    size = whole.energy.kinetic.max()
+    change = whole.energy.total - whole.energy.total[0]
+    assert np.abs(change - trials.given_work(drawn, whole)).max() < 1e-9 * size
+    assert np.abs(path.energy.total - path.energy.total[0]
+                  - trials.given_work(drawn, path)).max() > 1e-3 * size  # fmt: skip
 
 
 def test_energy_that_no_force_gave_is_seen():

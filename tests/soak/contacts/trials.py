@@ -8,6 +8,7 @@ import ancfsparse as ancf
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import Contact
+from tests.soak.contacts.parts import recorded_parts, with_parts
 from tests.soak.contacts.scenes import draw
 from tests.soak.contacts.sides import away, passes_base, passes_between
 from tests.soak.report import Report
@@ -37,7 +38,8 @@ def attempt(drawn, integrator, solver):
     """Run a scene and judge how that ends."""
     tried = f"{integrator!r}, {solver!r}, {drawn.words}"
     try:
-        path, sank = simulate(drawn, integrator, solver)
+        with recorded_parts() as parts:
+            path, sank = simulate(drawn, integrator, solver)
     except ancf.StepError as stop:
         finds, word = judge_sentence(stop), type(stop).__name__
         if stop.trajectory is not None and len(stop.trajectory.t) > 1:
@@ -49,8 +51,9 @@ def attempt(drawn, integrator, solver):
         return Report(f"failed ({word})", finds, tried)
     except ancf.AncfError as refused:
         return Report(f"refused ({type(refused).__name__})", judge_sentence(refused), tried)
-    gain, deepest = gain_of(drawn, path), deepest_of(drawn, path)
-    finds = judge(drawn, path)
+    whole = with_parts(path, parts)
+    gain, deepest = gain_of(drawn, whole), deepest_of(drawn, path)
+    finds = judge(drawn, path, whole)
     ratios = {"energy gained over that exchanged": gain, "penetration over radius": deepest}
     return Report(outcome_of(drawn, path, sank), finds, tried, ratios)
 
@@ -117,12 +120,12 @@ def judge_sentence(error):
     return [] if is_sentence else [f"its error is no sentence: {text[:80]!r}"]
 
 
-def judge(drawn, path):
-    """Return the errors of a run that finished."""
+def judge(drawn, path, whole=None):
+    """Return the errors of a run that finished, with its states inside divided steps if given."""
     if not np.isfinite(path.q[:]).all():
         return ["its states are not finite"]
     finds = judge_contacts(drawn, path)
-    if (gain := gain_of(drawn, path)) > MAX_GAIN:
+    if (gain := gain_of(drawn, whole or path)) > MAX_GAIN:
         finds.append(f"it had {gain:.2g} of the energy exchanged more than was given")
     return finds
 
