@@ -89,6 +89,9 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
         # Step 30 was solved otherwise than by Newton, at 1.2 % of the energy exchanged more, and no
         # rule on energies tells its solutions apart.  All of Newton's runs are stopped too.
         (901, 629),
+        # Of the solutions of step 37 only damped Newton with more iterations finds the one that
+        # gains little; it was tried where there was none, and not where all gained.
+        (9403, 1472),
     ],
 )
 def test_motions_that_once_were_found_are_not(seed, index):

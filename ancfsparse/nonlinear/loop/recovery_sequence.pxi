@@ -34,6 +34,7 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
     """Try to solve the step by the method of a rung, from its predictor."""
     cdef const ancf_equations *eq = self.equations
     cdef int outcome
+    cdef bint damped = rung == DAMPED_NEWTON
     if cause != CONVERGED:
         record(self, rung, cause)
     self.rung = rung
@@ -53,13 +54,16 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
         outcome = attempt(self, True, True, False, used)
     else:
         eq.restart(eq.context)
-        outcome = attempt(self, rung != NEW_SEED, rung == DAMPED_NEWTON, rung == NEW_SEED, used)
-        self.ran_out = rung == DAMPED_NEWTON and outcome == TOO_MANY
+        outcome = attempt(self, rung != NEW_SEED, damped, rung == NEW_SEED, used)
+        if damped:
+            self.ran_out = outcome == TOO_MANY
         if outcome != CONVERGED and rung != NEW_SEED and not (self.newton and self.leapt == eq.leaps):
             # Damping can prevent convergence where full corrections converge, and vice versa.
             eq.restart(eq.context)
             used[0] = 0
-            outcome = attempt(self, True, rung == NEWTON, False, used)
+            outcome = attempt(self, True, not damped, False, used)
+            if not damped:
+                self.ran_out = outcome == TOO_MANY
     if outcome == CONVERGED:
         tally(self, 1)
     if rung != NEW_SEED:
@@ -77,11 +81,18 @@ cdef bint is_saddle(const Loop *self) noexcept nogil:
     return has_saddles(self) and self.indefinite
 
 
+cdef bint is_worth_longer(const Loop *self) noexcept nogil:
+    """Return True if damped Newton ran out of corrections and no other means will be tried.
+
+    Those are shorter steps, and a complete seed.
+    """
+    return self.ran_out and not self.halves and self.seed.refine == NULL
+
+
 cdef int solve(void *context) noexcept nogil:
     """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent.
 
-    A step that none of them solves is worth a longer attempt if damped Newton ran out of corrections,
-    unless shorter steps or a complete seed will be tried.
+    A step that none of them solves is worth a longer attempt if damped Newton ran out of corrections.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
@@ -90,7 +101,7 @@ cdef int solve(void *context) noexcept nogil:
     self.step += 1
     self.indefinite_before = self.counts.indefinite
     self.rung, self.doubtful, self.leapt = METHOD, False, self.equations.leaps
-    self.compared = METHOD
+    self.compared, self.ran_out = METHOD, False
     outcome = attempt(self, self.newton, False, self.economical, &used)
     if outcome != CONVERGED and not self.newton:
         self.cost_since += attempt_cost(self, used)
@@ -109,7 +120,7 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, COASTING, outcome, &used)
     if outcome != CONVERGED and not inexact and not self.halves and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
-    if outcome != CONVERGED and not inexact and not self.halves and self.ran_out:
+    if outcome != CONVERGED and is_worth_longer(self):
         outcome = climb(self, LONG_NEWTON, outcome, &used)
     if outcome != CONVERGED:
         return outcome
@@ -162,7 +173,8 @@ cdef int again(void *context, int reason) noexcept nogil:
     """Search for another solution: by Newton's method, from another predictor, and by descent.
 
     A step of rough motion can have several.  Newton's corrections can converge to a saddle point
-    from every start, while a minimum gains no energy.
+    from every start, while a minimum gains no energy.  All attempts of `solve` are made, so that one
+    method does not miss what another finds.
     """
     cdef Loop *self = <Loop *>context
     cdef int used = 0
@@ -180,7 +192,11 @@ cdef int again(void *context, int reason) noexcept nogil:
         if reason == CONVERGED:
             return CONVERGED
     if self.rung < DESCENT and not self.halves and has_saddles(self):
-        return climb(self, DESCENT, reason, &used)
+        reason = climb(self, DESCENT, reason, &used)
+        if reason == CONVERGED:
+            return CONVERGED
+    if self.rung < LONG_NEWTON and is_worth_longer(self):
+        return climb(self, LONG_NEWTON, reason, &used)
     return reason
 
 
@@ -192,6 +208,7 @@ cdef int repeat(void *context) noexcept nogil:
     cdef Loop *self = <Loop *>context
     cdef Rung rung = self.rung, compared = self.compared
     cdef int doubtful = self.doubtful, saddle = self.saddle, outcome
+    cdef bint ran_out = self.ran_out
     tally(self, -1)
     record(self, NEW_SEED, GAINED_ENERGY)
     retreat(self)
@@ -201,5 +218,6 @@ cdef int repeat(void *context) noexcept nogil:
     outcome = solve(self)
     self.counts.recoveries_reseed += outcome == CONVERGED and self.rung == METHOD
     self.rung, self.compared, self.doubtful, self.saddle = rung, compared, doubtful, saddle
+    self.ran_out = ran_out
     self.reseed_due = True
     return outcome

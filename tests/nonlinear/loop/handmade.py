@@ -1,10 +1,21 @@
 """Equations written in Python that the compiled loop solves: `ancf_equations` through ctypes."""
 
+import ctypes as ct
+
 import numpy as np
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import SparseSeed
-from tests.headers import implement
+from tests.headers import c_structure, implement
+
+_pointer = ct.pythonapi.PyCapsule_GetPointer
+_pointer.restype = ct.c_void_p
+_pointer.argtypes = [ct.py_object, ct.c_char_p]
+
+
+def nonlinear_of(loop):
+    """Return the C interface of a loop."""
+    return c_structure("ancf_nonlinear").from_address(_pointer(loop.capsule, b"ancf_nonlinear"))
 
 
 class Equations:

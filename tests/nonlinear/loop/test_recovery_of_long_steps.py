@@ -11,7 +11,7 @@ from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
 from benchmarks.stability.scenes import SCENES
 from tests.nonlinear.formulas import UPDATES
-from tests.nonlinear.loop.handmade import Equations, between_wells
+from tests.nonlinear.loop.handmade import Equations, between_wells, nonlinear_of
 
 
 def hardening(start):
@@ -166,6 +166,24 @@ def test_damped_newton_goes_on_where_all_else_fails(most, corrections, outcome):
     assert loop.solve() == outcome
     assert [event[1] for event in loop.events] == [Attempt.DAMPED_NEWTON, Attempt.LONG_NEWTON]
     assert loop.counts["iterations"] == corrections
+
+
+def test_damped_newton_goes_on_for_another_solution_too():
+    # The first solution, from nearby, gains energy; from the start only damped Newton returns.
+    equations = flattening()
+    far = equations.start.copy()
+    equations.start[:] = np.linalg.solve(MIX, np.ones(3)) + 1e-3
+    loop = equations.loop(equations.limited("broyden", 0), max_iterations=3)
+    solver = nonlinear_of(loop)
+    assert loop.solve() == Outcome.CONVERGED
+    assert loop.events == []
+    equations.start[:] = far
+    assert solver.again(solver.context, Outcome.GAINED_ENERGY) == Outcome.CONVERGED
+    assert [event[1] for event in loop.events] == [Attempt.NEWTON, Attempt.LONG_NEWTON]
+    np.testing.assert_allclose(MIX @ equations.x, 1.0, atol=1e-9)
+    loop.halves = True  # shorter steps come first
+    assert loop.solve() != Outcome.CONVERGED
+    assert solver.again(solver.context, Outcome.GAINED_ENERGY) != Outcome.CONVERGED
 
 
 def test_damped_newton_does_not_go_on_where_it_left_the_numbers():

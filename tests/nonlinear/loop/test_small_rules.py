@@ -1,17 +1,10 @@
 """Small rules of the loop, each on equations where it decides."""
 
-import ctypes as ct
-
 import numpy as np
 import pytest
 
 from ancfsparse.nonlinear import Outcome
-from tests.headers import c_structure
-from tests.nonlinear.loop.handmade import Equations, spring
-
-_pointer = ct.pythonapi.PyCapsule_GetPointer
-_pointer.restype = ct.c_void_p
-_pointer.argtypes = [ct.py_object, ct.c_char_p]
+from tests.nonlinear.loop.handmade import Equations, nonlinear_of, spring
 
 
 def test_a_damped_step_is_halved_more_than_once():
@@ -85,7 +78,7 @@ def test_a_step_that_is_solved_again_counts_for_the_rung_that_solved_it_last():
     stiffness = [1.0]
     equations = spring(stiffness)
     loop = equations.loop(equations.limited("broyden", 0))
-    solver = c_structure("ancf_nonlinear").from_address(_pointer(loop.capsule, b"ancf_nonlinear"))
+    solver = nonlinear_of(loop)
     assert loop.solve() == Outcome.CONVERGED
     stiffness[0] = 30.0
     assert loop.solve() == Outcome.CONVERGED
