@@ -64,6 +64,19 @@ def test_random_contacts_are_judged_without_a_find():
     assert sum(report.outcome == "finished" for report in reports) > 10
 
 
+@pytest.mark.parametrize(
+    ("seed", "index"),
+    [
+        # Friction that pushed along the sliding in unresolved steps counted as supplied energy.
+        *((7703, 59), (9102, 521)),
+        # The work of a force in the parts of a step was not counted.
+        (9401, 216),
+    ],
+)
+def test_contacts_that_once_were_found_are_not(seed, index):
+    assert trials.run(seed, index).finds == []
+
+
 def test_a_contact_that_is_far_too_soft_is_seen(monkeypatch):
     drawn = scene_of(lambda each: lies_on(each, "half-space") and each.words["gravity"])
     for contact in drawn.contacts:

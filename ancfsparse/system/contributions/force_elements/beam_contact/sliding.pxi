@@ -60,8 +60,29 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
     return friction_work(self, x0, x1, self.stepped)
 
 
+cdef double stored_energy(const Data *self) noexcept nogil:
+    """Energy of the bristles in the last accepted state."""
+    cdef const double *slot
+    cdef double square, sum = 0.0
+    cdef ptrdiff_t k, c
+    if self.grip == 0.0:
+        return 0.0
+    for k in range(self.n_slots):
+        slot = self.slots + k * (2 + self.dim)
+        if slot[0] != 0.0 and slot[1] > 0.0:
+            square = 0.0
+            for c in range(self.dim):
+                square += slot[2 + c] * slot[2 + c]
+            sum += 0.5 * square / slot[1]
+    return sum
+
+
 cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1,
                           bint is_mean) noexcept nogil:
+    """Work of friction in a step; by the trapezoidal rule no more than bristles have stored.
+
+    In a step that does not resolve the motion the scheme gains the rest.
+    """
     cdef double square = 0.0, sum = 0.0
     cdef ptrdiff_t k
     if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
@@ -71,7 +92,7 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
         set_points(self, x0.q, self.begin)
         for k in range(12 * self.n):
             sum += 0.5 * (self.rubbed[k] + self.push[k]) * (self.end[k] - self.begin[k])
-        return sum
+        return min(sum, stored_energy(self))
     if not list_between(self, x0.q, x1.q):
         return NAN
     total_work(self, &self.at_begin, SIMPSON[0], &square)

@@ -75,7 +75,7 @@ cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, cons
         if self.dt > 0.0 and not is_step:
             look_back(self, &x1, step)
         if self.friction > 0.0:
-            work = friction_work(self, &x0, &x1, dt, &supplied)
+            work = friction_work(self, &x0, &x1, &supplied)
             out[j - 1, 0], out[j - 1, 1] = supplied, supplied - work
         out[j - 1, 2] = damping_loss(self, &x0, &x1)
         accept(self, &x1)
