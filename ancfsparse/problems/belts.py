@@ -365,7 +365,7 @@ def _wrap(scene: Scene, pulleys: Sequence[Pulley], data: BeltData, n_elements: i
     for before, after in zip(parts, [*parts[1:], parts[0]], strict=True):
         scene.connect(before.end, after.start)
     half = 0.5 * data.thickness
-    law = {"stiffness": data.stiffness, "radius": half, "friction": data.friction}
+    law: Any = {"stiffness": data.stiffness, "radius": half, "friction": data.friction}
     contacts = []
     for pulley in pulleys:
         drum = Drum(tuple(pulley.centre.tolist()), pulley.radius - half)

@@ -97,7 +97,9 @@ def everything(fine=1):
     scene.spring(rod.node(fine), (0.0, -1.0, 0.0), stiffness=100.0, damping=0.5)
     scene.spring(rope.node(fine), net.node(0), stiffness=law, length=0.9)
     scene.force([rope.node(2 * fine), net.node(3)], drag, coupled=True)
-    scene.contact(net, ancf.HalfSpace((0.0, -5.0, 0.0), (0.0, 1.0, 0.1)), stiffness=1e5)
+    scene.contact(
+        net, ancf.HalfSpace((0.0, -5.0, 0.0), (0.0, 1.0, 0.1)), stiffness=1e5, push_out=True
+    )
     drum = ancf.Drum((2.5, -5.0, 0.0), 2.0, axis=(0.0, 1.0, 1.0), angular_velocity=1.0)
     scene.contact(rope, drum, stiffness=1e5, friction=0.2, slip_speed=1e-3)
     scene.contact(rod, ancf.Ball((1.0, -3.0, 0.0), 1.0), stiffness=1e5, radius=0.02)

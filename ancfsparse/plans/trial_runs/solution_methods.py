@@ -43,6 +43,7 @@ from ancfsparse.scene import Scene
 from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
 from ancfsparse.solve.motion.arguments import find_start_equilibrium
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
+from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.static_equilibrium import solve_static
 from ancfsparse.solve.vibration.modal_response import modal_response
 from ancfsparse.solve.vibration.modes import modes
@@ -353,6 +354,9 @@ def _state(scene: Scene, start: str | None) -> State:
     """Return the initial state of a motion."""
     if start is not None:
         return find_start_equilibrium(scene, start).state
+    moved, _ = find_initial_state(scene, None)
+    if moved is not None:
+        return moved
     system = System(scene)
     return system.state(system.t0, system.q0, system.v0)
 

@@ -294,7 +294,8 @@ class TrialRuns:
         if key in self.systems:
             return self.systems[key]
         system = System(self.build(model))
-        if self.start is None and not system.prescribed:
+        separates = any(term.separates for term in system.contributions)
+        if self.start is None and not system.prescribed and not separates:
             self.systems[key] = prepare_start(self._request(system.scene, self.base, None), system)
         return system
 

@@ -14,7 +14,7 @@ from ancfsparse.system.system import System
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Assembly(Configurations):
-    """A configuration that satisfies all joints and prescribed motions.
+    """A configuration that satisfies all joints and prescribed motions, with bodies moved apart.
 
     Parameters
     ----------
@@ -25,9 +25,10 @@ class Assembly(Configurations):
     t : float
         Time of the prescribed motions [s].
     violation : float
-        Largest violation of a joint or a prescribed motion in the reference shape [m].
+        Largest violation of a joint or a prescribed motion, or penetration with ``push_out=True``,
+        in the reference shape [m].
     worst : str
-        The joint with this violation; empty for a prescribed motion or no violation.
+        The joint or the contact with it; empty for a prescribed motion or no violation.
     multipliers : ndarray, shape (m,)
         Lagrange multipliers at rest without loads, zero.
     """
@@ -41,12 +42,17 @@ class Assembly(Configurations):
 
     def __repr__(self) -> str:
         """Summarise the displacements and their cause in one line."""
+        return f"Assembly: {self.description}"
+
+    @property
+    def description(self) -> str:
+        """The displacements and their cause."""
         if self.violation == 0.0:
-            return "Assembly: everything was in place"
+            return "everything was in place"
         body, node, moved = self._farthest
         why = f", most by the {self.worst}" * bool(self.worst)
         return (
-            f"Assembly: moved by up to {moved:.6g} m, at {body}, node {node}; out of place by up "
+            f"moved by up to {moved:.6g} m, at {body}, node {node}; out of place by up "
             f"to {self.violation:.6g} m before{why}"
         )
 

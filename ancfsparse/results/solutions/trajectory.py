@@ -72,7 +72,7 @@ class Trajectory(TrajectoryOutput):
             object.__setattr__(self, "history", np.empty((len(self.t), 0)))
 
     def __repr__(self) -> str:
-        """Summarise the run in two lines."""
+        """Summarise the run in two lines, or three if contacts moved the initial state."""
         stats = self.stats
         return (
             f"Trajectory: {len(self.t)} states from t = {self.t[0]:.6g} s to {self.t[-1]:.6g} s, "
@@ -87,6 +87,7 @@ class Trajectory(TrajectoryOutput):
                 else "interrupted, without operation counts"
             )
             + (f", {stats.method}" if stats.solver else "")
+            + (f"\n  initial state: {moved}" if (moved := self.settings.get("moved")) else "")
         )
 
     @property

@@ -7,7 +7,10 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.scene.force_elements.beam_contacts import make_beam_contact
     from ancfsparse.scene.force_elements.contact_checks import (
+        check_elements,
         check_on,
+        check_penetration,
+        check_reach,
         check_restitution,
         check_slip_speed,
         check_static_friction,
@@ -15,7 +18,10 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
+    "check_elements",
     "check_on",
+    "check_penetration",
+    "check_reach",
     "check_restitution",
     "check_slip_speed",
     "check_static_friction",
@@ -27,7 +33,7 @@ __getattr__ = on_demand(
     __name__,
     {
         "beam_contacts": "make_beam_contact",
-        "contact_checks": "check_on check_restitution check_slip_speed check_static_friction "
-        "radius_of",
+        "contact_checks": "check_elements check_on check_penetration check_reach "
+        "check_restitution check_slip_speed check_static_friction radius_of",
     },
 )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.array_types import Indices, Integers
-from ancfsparse.checks import check_moderate
+from ancfsparse.checks import check_flag, check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
@@ -30,6 +30,8 @@ class BeamContact(Attachment):
         As in `Scene.contact`; `other` is `body` if it touches itself.
     radii : tuple of float
         Distances of the surfaces of both from their axes [m].
+    separates : bool
+        `push_out`.
     """
 
     body: ElasticBody
@@ -38,6 +40,7 @@ class BeamContact(Attachment):
     radii: tuple[float, float]
     friction: float
     slip_speed: float
+    separates: bool
     contribution = "force_elements.contact.contacts"
 
     @property
@@ -75,6 +78,7 @@ def make_beam_contact(
     radii: tuple[float, float],
     friction: float,
     slip_speed: float | None,
+    separates: bool,
     before: Iterable[Attachment],
 ) -> BeamContact:
     """Return the contact of two bodies of a scene, or of one with itself; see `Scene.contact`."""
@@ -82,7 +86,8 @@ def make_beam_contact(
     friction = check_coefficient(f"friction of the contact of {body.name}", friction)
     if slip_speed is not None:
         slip_speed = check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
-    contact = BeamContact(body, other, stiffness, radii, friction, slip_speed or 0.0)
+    separates = check_flag("push_out", separates)
+    contact = BeamContact(body, other, stiffness, radii, friction, slip_speed or 0.0, separates)
     for each in before:
         if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:
             raise InputError(f"{contact.what} was added before: leave one of them out")

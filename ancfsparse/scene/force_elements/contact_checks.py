@@ -1,8 +1,11 @@
-"""Checks of the arguments of contacts, each by itself."""
+"""Checks of the arguments of contacts, and of bodies and obstacles where they begin."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ancfsparse.checks import check_moderate, check_positive
 from ancfsparse.errors import InputError
@@ -14,7 +17,13 @@ from ancfsparse.scene.sections.standard_sections import Circle, Tube
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.elastic_body import ElasticBody
     from ancfsparse.scene.bodies.rigid_body import RigidBody
+    from ancfsparse.scene.force_elements.contacts import Contact
     from ancfsparse.scene.force_elements.obstacles import Obstacle
+
+# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
+# have a hundredth, ones that were placed into each other by mistake mostly more.
+MAX_START_DEPTH_RATIO = 0.05
+MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
 def check_restitution(body: ElasticBody, restitution: float | None) -> float:
@@ -81,3 +90,43 @@ def check_slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
     if slip_speed is None:
         return 0.0
     return check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
+
+
+def check_reach(contact: Contact) -> None:
+    """Refuse a body that would touch an obstacle from outside the grid of its distances."""
+    reach = contact.obstacle.reach
+    if contact.radius > reach:
+        raise InputError(
+            f"{contact.what}: the radius of {contact.radius:.6g} m is larger than {reach:.6g} m, "
+            "the largest distance of its grid: give the obstacle a larger cell or spacing"
+        )
+
+
+def check_penetration(contact: Contact) -> None:
+    """Refuse a body that begins inside the obstacle.
+
+    With a given stiffness, which can be soft, its axis alone must be outside.
+    """
+    points, radius = contact.points, contact.radius
+    distances = contact.obstacle.distances(np.array([point.position for point in points]))
+    k = int(np.argmin(distances))
+    depth = radius - distances[k]
+    limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
+    if depth > limit * radius:
+        raise InputError(
+            f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
+            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them, or give contact "
+            "push_out=True"
+        )
+
+
+def check_elements(contact: Contact) -> None:
+    """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
+    limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * contact.radius
+    longest = float(contact.body.lengths.max())
+    if longest > limit:
+        times = math.ceil(longest / limit)
+        raise InputError(
+            f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
+            f"circumference, {limit:.6g} m: take at least {times} times as many elements"
+        )

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_moderate
+from ancfsparse.checks import check_flag, check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene import force_elements
@@ -29,13 +28,9 @@ GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
-# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
-# have a hundredth, ones that were placed into each other by mistake mostly more.
-MAX_START_DEPTH_RATIO = 0.05
 # Stiffness of bristles over the one of the contact.  A cable on a drum that slides takes as many
 # iterations as without friction, and with 1 in place of .1 up to five times as many.
 GRIP_RATIO = 0.1
-MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,20 +46,22 @@ class ContactSpec(Record):
     on: BodyRef | None = None
     restitution: float | None = None
     static_friction: float | None = None
+    push_out: bool = False
     method = "contact"
     units: ClassVar = {"stiffness": "N/m2", "radius": "m", "slip_speed": "m/s"}
 
     def describe(self, at: At, made: Contact | BeamContact) -> str:
         """Describe both sides and the numbers."""
+        out = ", pushed out" * self.push_out
         if not isinstance(made, Contact):
             numbers = [made.stiffness, *made.radii]
             if made.friction:
                 numbers += [made.friction, made.slip_speed]
-            return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}"
+            return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}{out}"
         numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
         numbers += [each for each in (self.restitution, self.static_friction) if each]
         on = "" if self.on is None else f" on {self.on.body}"
-        return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(numbers)}"
+        return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(numbers)}{out}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +70,12 @@ class Contact(Attachment):
 
     Attributes
     ----------
-    body, obstacle, stiffness, radius, friction, slip_speed, on, restitution, static_friction
-        As in `Scene.contact`; no restitution is 0, and by default both frictions are equal.
+    body, obstacle, stiffness, radius, friction, slip_speed, on, restitution
+        As in `Scene.contact`; no restitution is 0.
+    static_friction
+        Likewise; by default both frictions are equal.
+    separates
+        `push_out`.
     """
 
     body: ElasticBody
@@ -86,6 +87,7 @@ class Contact(Attachment):
     on: RigidBody | None
     restitution: float
     static_friction: float
+    separates: bool
     contribution = "force_elements.contact.contacts"
 
     @property
@@ -145,6 +147,7 @@ class Contacts(SceneBase):
         slip_speed: float | None = None,
         restitution: float | None = None,
         on: RigidBody | None = None,
+        push_out: bool = False,
     ) -> Contact: ...
 
     @overload
@@ -157,6 +160,7 @@ class Contacts(SceneBase):
         radius: float | None = None,
         friction: float = 0.0,
         slip_speed: float | None = None,
+        push_out: bool = False,
     ) -> BeamContact: ...
 
     def contact(
@@ -171,6 +175,7 @@ class Contacts(SceneBase):
         slip_speed: float | None = None,
         restitution: float | None = None,
         on: RigidBody | None = None,
+        push_out: bool = False,
     ) -> Contact | BeamContact:
         """Let a beam or a mesh touch an obstacle, another beam or mesh, or itself.
 
@@ -215,6 +220,10 @@ class Contacts(SceneBase):
         on : RigidBody, optional
             The rigid body that the obstacle is a part of; the obstacle is given in its position at
             the start.  It moves and turns with the body, and the forces act on both.
+        push_out : bool, optional
+            Whether bodies that begin inside each other are moved apart, by the least motion that
+            leaves a penetration of at most 1 % of the radius and satisfies all joints; see
+            `assemble`.  Runs and equilibria without a `start` begin there.
 
         Returns
         -------
@@ -259,7 +268,9 @@ class Contacts(SceneBase):
                     raise InputError(
                         f"{name}= of a contact is for obstacles: leave it out for {obstacle.name}"
                     )
-            return self._contact_of_beams(body, obstacle, stiffness, radius, friction, slip_speed)
+            return self._contact_of_beams(
+                body, obstacle, stiffness, radius, friction, slip_speed, push_out
+            )
         if not isinstance(obstacle, obstacles.Obstacle):
             raise InputError(
                 f"contact of {body.name} needs one of {', '.join(obstacles.OBSTACLE_TYPES)}, a "
@@ -281,10 +292,12 @@ class Contacts(SceneBase):
             None if on is None else self._own("a contact", force_elements.check_on(obstacle, on)),
             force_elements.check_restitution(body, restitution),
             force_elements.check_static_friction(body, friction, static_friction, slip_speed),
+            check_flag("push_out", push_out),
         )
-        _check_reach(contact)
-        _check_start(contact)
-        _check_elements(contact)
+        force_elements.check_reach(contact)
+        if not contact.separates:
+            force_elements.check_penetration(contact)
+        force_elements.check_elements(contact)
         for other in self.attachments:
             same = body, obstacle, on
             if isinstance(other, Contact) and (other.body, other.obstacle, other.on) == same:
@@ -299,6 +312,7 @@ class Contacts(SceneBase):
             None if on is None else BodyRef(on.name),
             restitution if restitution is None else contact.restitution,
             static_friction if static_friction is None else contact.static_friction,
+            contact.separates,
         )
         return self._attach(contact, record)
 
@@ -310,6 +324,7 @@ class Contacts(SceneBase):
         radius: float | None,
         friction: float,
         slip_speed: float | None,
+        push_out: bool,
     ) -> BeamContact:
         self._own("a contact", other)
         if other.automatic:
@@ -321,7 +336,7 @@ class Contacts(SceneBase):
             raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
         radii = force_elements.radius_of(body, radius), force_elements.radius_of(other, radius)
         contact = force_elements.make_beam_contact(
-            body, other, stiffness, radii, friction, slip_speed, self.attachments
+            body, other, stiffness, radii, friction, slip_speed, push_out, self.attachments
         )
         record = ContactSpec(
             BodyRef(body.name),
@@ -330,44 +345,6 @@ class Contacts(SceneBase):
             radius and radii[0],
             contact.friction,
             slip_speed if slip_speed is None else contact.slip_speed,
+            push_out=contact.separates,
         )
         return self._attach(contact, record)
-
-
-def _check_reach(contact: Contact) -> None:
-    """Refuse a body that would touch an obstacle from outside the grid of its distances."""
-    reach = contact.obstacle.reach
-    if contact.radius > reach:
-        raise InputError(
-            f"{contact.what}: the radius of {contact.radius:.6g} m is larger than {reach:.6g} m, "
-            "the largest distance of its grid: give the obstacle a larger cell or spacing"
-        )
-
-
-def _check_start(contact: Contact) -> None:
-    """Refuse a body that begins inside the obstacle.
-
-    With a given stiffness, which can be soft, its axis alone must be outside.
-    """
-    points, radius = contact.points, contact.radius
-    distances = contact.obstacle.distances(np.array([point.position for point in points]))
-    k = int(np.argmin(distances))
-    depth = radius - distances[k]
-    limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
-    if depth > limit * radius:
-        raise InputError(
-            f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
-            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them"
-        )
-
-
-def _check_elements(contact: Contact) -> None:
-    """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
-    limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * contact.radius
-    longest = float(contact.body.lengths.max())
-    if longest > limit:
-        times = math.ceil(longest / limit)
-        raise InputError(
-            f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
-            f"circumference, {limit:.6g} m: take at least {times} times as many elements"
-        )

@@ -24,9 +24,12 @@ class Attachment(ABC):
     ----------
     contribution : str
         Module of `ancfsparse.system.contributions` that adds it to the equations of motion.
+    separates : bool
+        True if bodies that begin inside each other are moved apart.
     """
 
     contribution: ClassVar[str]
+    separates = False
 
     @property
     @abstractmethod

@@ -21,6 +21,7 @@ from ancfsparse.solve.preparation.memory_estimate import (
     within_memory,
 )
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
+from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import equilibrium_error
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
@@ -95,6 +96,12 @@ def load_path(
     tolerance = check_static_tolerance(tolerance)
     if isinstance(branch, bool) or not isinstance(branch, int) or branch not in (-1, 0, 1):
         raise InputError(f"branch must be 1, -1 or 0, got {format_value(branch)}")
+    moved = find_initial_state(scene, None)[1]
+    if moved:
+        raise InputError(
+            f"load_path begins at the reference shape, but push_out=True {moved}: take "
+            "quasi_static, or place the bodies apart"
+        )
     begin = time.perf_counter()
     needed = estimate_memory(scene, points, matrices=N_MATRICES)
     stats = RunStats(solver="Newton along the arc length")

@@ -23,7 +23,7 @@ from ancfsparse.solve.error_models.signal_resolution import (
     corners_between_steps,
     warn_of_unresolved_signals,
 )
-from ancfsparse.solve.initial_conditions.restart import check_start, restore_contributions
+from ancfsparse.solve.initial_conditions.restart import restore_contributions
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import (
@@ -34,6 +34,7 @@ from ancfsparse.solve.preparation.memory_estimate import (
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium, perturb_unstable
+from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, relax, solve_newton
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
@@ -114,7 +115,7 @@ def quasi_static(
         If the saved states miss or alias a signal.
     """
     check_scene(scene)
-    begins = check_start(start)
+    begins, moved = find_initial_state(scene, start)
     grid, n = _saved_times(0.0 if begins is None else begins.t, t_end, dt)
     tolerance = check_static_tolerance(tolerance)
     check_choice("factorization", factorization, FACTORIZATIONS)
@@ -137,6 +138,7 @@ def quasi_static(
             times, results = [grid.begin], [path.first(begins is not None)]
             histories = [system.assembly.history]
             settings: dict[str, object] = {"t_start": None, "t_end": float(t_end), "dt": grid.dt}
+            settings |= {"moved": moved} if moved else {}
             for k in range(1, n + 1):
                 try:
                     for time_between in corners:

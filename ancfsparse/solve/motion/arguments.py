@@ -63,6 +63,8 @@ class Request:
         Number of steps.
     named : Implicit, Explicit or None
         The integrator, if the caller has named one.
+    moved : str
+        A sentence if contacts move the initial state.
     begun : float
         Begin of the set-up, by `time.perf_counter` [s].
     """
@@ -85,6 +87,7 @@ class Request:
     save_nodes: Sequence[Point] | None
     output: str | Path | None
     progress: bool
+    moved: str = ""
     begun: float = field(default_factory=time.perf_counter)
 
     @property
@@ -129,6 +132,7 @@ class Request:
             "max_halvings": self.max_halvings,
             "threads": self.threads,
             "save_every": self.save_every,
+            **({"moved": self.moved} if self.moved else {}),
         }
 
 
@@ -160,6 +164,9 @@ def check_request(
     """
     check_scene(scene)
     state = check_start(find_start_equilibrium(scene, start) if isinstance(start, str) else start)
+    moved = ""
+    if state is None and any(each.separates for each in scene.attachments):
+        state, moved = statics.separate_bodies(scene)
     t_start = 0.0 if state is None else state.t
     if accuracy is not None:
         accuracy = check_positive("accuracy", accuracy, "m")
@@ -200,6 +207,7 @@ def check_request(
         save_nodes,
         output,
         progress,
+        moved,
     )
 
 

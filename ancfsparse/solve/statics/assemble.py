@@ -1,7 +1,8 @@
-"""Assembly: move a scene to satisfy its joints and prescribed motions, as little as possible."""
+"""Assembly: satisfy joints, prescribed motions and contacts by the least motion of a scene."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,19 +10,21 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.errors import AssemblyError
+from ancfsparse.errors import AssemblyError, InputError
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.violated_lengths import violated_lengths
 from ancfsparse.solve.linearization.linearized_system import RELATIVE_FLEXIBILITY
+from ancfsparse.solve.linearization.matrices import coupled_seed
 from ancfsparse.solve.preparation.memory_estimate import (
     check_factor_fits,
     estimate_memory,
     within_memory,
 )
-from ancfsparse.system import System
+from ancfsparse.solve.statics.separation import Separation
+from ancfsparse.system import State, System
 
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
@@ -38,11 +41,12 @@ ROUNDING_UNITS = 256.0  # of a constraint, in units of eps
 
 
 def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
-    """Move a scene to satisfy its joints and prescribed motions, regardless of loads.
+    """Move a scene to satisfy joints, prescribed motions and contacts, regardless of loads.
 
     The motion is minimal in the norm of the masses, and bodies deform only where they must.
     ``simulate(scene, ..., start=assemble(scene))`` starts there, and ``solve_static(scene,
-    start=assemble(scene))`` finds the equilibrium near it.
+    start=assemble(scene))`` finds the equilibrium near it.  Bodies of a contact with
+    ``push_out=True`` that begin inside each other are moved apart.
 
     Parameters
     ----------
@@ -60,7 +64,7 @@ def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
     Raises
     ------
     InputError
-        If an argument is invalid, or the factor cannot fit in memory.
+        If an argument is invalid, bodies cannot be moved apart, or the factor cannot fit in memory.
     AssemblyError
         If the joints cannot be satisfied together from here; the most violated is named.
 
@@ -75,6 +79,24 @@ def assemble(scene: Scene, *, t: float = 0.0) -> Assembly:
     with within_memory(estimate_memory(scene, matrices=N_MATRICES)):
         system = System(scene)
         return _AssemblyEquations(system, t).run()
+
+
+def separate_bodies(scene: Scene) -> tuple[State | None, str]:
+    """Return the initial state to which contacts with ``push_out=True`` move a scene, if they do.
+
+    It has the initial velocities of the scene; a description of the motion is returned with it.
+
+    Raises
+    ------
+    InputError
+        If bodies cannot be moved apart.
+    AssemblyError
+        If the joints cannot be satisfied as well.
+    """
+    assembly = assemble(scene)
+    if not assembly.moved:
+        return None, ""
+    return replace(assembly.state, v=assembly.system.v0), assembly.description
 
 
 class _AssemblyEquations:
@@ -113,6 +135,7 @@ class _AssemblyEquations:
         diagonal = self.assembly.material(0.0, 1.0, system.q_ref)[system.pattern.indptr[:n]]
         size = float(np.max(np.abs(diagonal) / self.mass))
         self.shift = MASS_RATIO * size or 1.0
+        self.contacts = Separation(system)
 
     def violations(self, q: Vector) -> Vector:
         """Return the violations of the constraints, (m,) [m]."""
@@ -133,15 +156,21 @@ class _AssemblyEquations:
         q = system.q_ref.copy()
         gap, phi = self.prescribed_gap(q), self.violations(q)
         before = float(max(np.max(np.abs(gap)), np.max(self.reported(phi), initial=0.0)))
+        depth, _, contact, _ = self.contacts.deepest(q)
         sizes: list[float] = []
         while len(sizes) < MAX_CORRECTIONS:
-            if not gap.any() and np.all(np.abs(phi) <= self.allowed(q)):
+            joined = not gap.any() and bool(np.all(np.abs(phi) <= self.allowed(q)))
+            if joined and self.contacts.is_done(q):
                 worst = self.worst(self.violations(system.q_ref))
+                if sizes and depth > before:
+                    before, worst = depth, contact.removeprefix("the ")
                 return Assembly(system, q, self.t, before, worst, self.lam)
             dq = gap.copy()
             dq[:n] = self._correction(q, gap, phi)
             rotation = float(np.max(np.abs(dq[self.slopes]), initial=0.0))
-            length = MAX_ROTATION / max(MAX_ROTATION, rotation)
+            length = self.contacts.limit_length(q, dq, MAX_ROTATION / max(MAX_ROTATION, rotation))
+            if length == 0.0:
+                break
             q = q + length * dq
             gap = (1.0 - length) * gap if length < 1.0 else self.none
             phi = self.violations(q)
@@ -151,6 +180,13 @@ class _AssemblyEquations:
             decreases = len(sizes) <= MIN_CORRECTIONS or sizes[-1] <= 0.9 * min(recent)
             if not (np.isfinite(sizes[-1]) and decreases):
                 break
+        if joined:
+            remaining, _, contact, where = self.contacts.deepest(q)
+            raise InputError(
+                f"push_out=True leaves a penetration of {remaining:.3g} m of {contact} at {where}, "
+                f"of {depth:.3g} m at first: joints or other contacts hold the bodies there, or "
+                "axes cross: move one of them"
+            )
         raise AssemblyError(self.worst(phi) or "drive", float(np.max(self.reported(phi))), before)
 
     def prescribed_gap(self, q: Vector) -> Vector:
@@ -184,16 +220,26 @@ class _AssemblyEquations:
             flexible = phi_q[:, :n].power(2) @ (1.0 / np.abs(diagonal))
             flexible[flexible == 0.0] = np.max(flexible, initial=1.0 / np.max(diagonal))
             values[system.pattern.indptr[n : n + m]] -= RELATIVE_FLEXIBILITY * flexible
-        self.seed.factor(values)
-        force, change = np.zeros(n), np.zeros(m)
+        force, change, coupling, seed = np.zeros(n), np.zeros(m), None, self.seed
+        if self.contacts:
+            pressures, stiffness, coupling = self.contacts.linearize(
+                q, self.mass, values[system.pattern.indptr[:n]]
+            )
+            values += stiffness
+        if coupling is not None:
+            pattern = system.pattern.indptr, system.pattern.indices
+            seed, values = coupled_seed(*pattern, values, coupling, n)
+        seed.factor(values)
         if gap.any():  # forces and violations by prescribed displacements
             h = DIFFERENCE_RATIO / float(np.max(np.abs(gap)))
             difference = self.assembly.force(q + h * gap) - self.assembly.force(q - h * gap)
             force, change = difference[:n] / (2.0 * h), phi_q @ gap
         target = -phi - change
         r = np.concatenate([-force / self.shift, target])
-        x = np.array(self.seed.solve(r))
+        if self.contacts:
+            r[:n] -= pressures
+        x = np.array(seed.solve(r))
         if m:  # the remaining violation by the flexibility
             r[:n], r[n:] = 0.0, target - phi_q[:, :n] @ x[:n]
-            x += self.seed.solve(r)
+            x += seed.solve(r)
         return x[:n]

@@ -23,7 +23,7 @@ from ancfsparse.errors import (
 from ancfsparse.results import Equilibrium, RunStats
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import DeflatedSeed, SparseSeed
-from ancfsparse.solve.initial_conditions.restart import check_start, restore_contributions
+from ancfsparse.solve.initial_conditions.restart import restore_contributions
 from ancfsparse.solve.linearization.rigid_body_modes import free_motions
 from ancfsparse.solve.preparation.choose_factorization import FACTORIZATIONS
 from ancfsparse.solve.preparation.memory_estimate import (
@@ -36,6 +36,7 @@ from ancfsparse.solve.preparation.memory_estimate import (
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium
+from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
 from ancfsparse.system import State, System
 
@@ -121,7 +122,7 @@ def solve_static(
     if check_count("load_steps", load_steps) > MAX_LOAD_STEPS:
         raise InputError(f"load_steps must be at most {MAX_LOAD_STEPS}, got {load_steps}")
     tolerance = check_static_tolerance(tolerance)
-    begins = check_start(start)
+    begins, moved = find_initial_state(scene, start)
     if t is None:
         t = 0.0 if begins is None else begins.t
     t = check_finite("t", t, "s")
@@ -135,7 +136,7 @@ def solve_static(
         incomplete=factorization != "complete",
         incomplete_entry=DEFLATED_ENTRY_BYTES,
     )
-    stats = RunStats(solver="Newton with extrapolated stress")
+    stats = RunStats(solver="Newton with extrapolated stress" + (moved and f"; start {moved}"))
     with within_memory(needed), progress_bar("factor", progress) as bar:
         system = System(scene, begins)
         free = free_motions(system)

@@ -40,6 +40,8 @@ class Contribution(ABC):
         True if bodies press on each other or on obstacles only where they touch.
     depends_on_reactions : bool
         True if its forces depend on multipliers of other equations, as friction does.
+    separates : bool
+        True if bodies that begin inside each other are moved apart.
     """
 
     conservative = True
@@ -47,6 +49,7 @@ class Contribution(ABC):
     is_load = False
     is_contact = False
     depends_on_reactions = False
+    separates = False
 
     def cliques(self) -> list[Indices]:
         """Return tables of unknowns; those of a row are coupled in the matrix."""
@@ -99,6 +102,17 @@ class Contribution(ABC):
         """
         return 0.0, None
 
+    def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
+        """Return the largest penetration of its contact and the radius there [m], and both names.
+
+        These are the contact, as in messages, and the place.
+        """
+        return 0.0, 1.0, "", ""
+
+    def admits(self, q0: Vector, q1: Vector) -> bool:
+        """Return whether no axes pass through each other between two states."""
+        return True
+
     def begin_equilibria(self, q: Vector) -> None:  # noqa: B027
         """Let forces with a history begin at coordinates from which equilibria are sought."""
 
@@ -123,6 +137,10 @@ class Contribution(ABC):
 
         Sparse and symmetric, (n_all, n_all).
         """
+        return None
+
+    def material_coupling(self, q: Vector) -> Any:
+        """Return its part that is semidefinite together with the material part of its matrix."""
         return None
 
     def set_sticking(self, is_sticking: bool) -> None:  # noqa: B027

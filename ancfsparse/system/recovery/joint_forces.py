@@ -180,15 +180,15 @@ def _raw_coordinates(lowering: Lowering, system: System, q: Vector) -> Vector:
 def _forces_from_multipliers(record: JointRecorder, q: Vector, lam: Vector) -> Vector:
     """Return ``-phi_q^T lam`` of the equations of a joint, (k, n_raw)."""
     out = np.zeros_like(q)
-    for (terms, about, measures), push in zip(record.equations, lam.T, strict=True):
+    for (terms, about, measures), multiplier in zip(record.equations, lam.T, strict=True):
         for (c, i, j), origin in zip(terms, about, strict=True):
             if j == LINEAR:
-                out[:, i] -= c * push
+                out[:, i] -= c * multiplier
             else:
-                out[:, i] -= c * (q[:, j] - origin) * push
-                out[:, j] -= c * (q[:, i] - origin) * push
+                out[:, i] -= c * (q[:, j] - origin) * multiplier
+                out[:, j] -= c * (q[:, i] - origin) * multiplier
         for factor, measure in measures:
-            measure.push(out, q, -factor * push)
+            measure.push(out, q, -factor * multiplier)
     return out
 
 

@@ -18,7 +18,8 @@ from ancfsparse.scene.force_elements.beam_contacts import (
     free_ends,
     neighbours,
 )
-from ancfsparse.scene.force_elements.contacts import GRIP_RATIO, MAX_START_DEPTH_RATIO
+from ancfsparse.scene.force_elements.contact_checks import MAX_START_DEPTH_RATIO
+from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import (
     Compiled,
@@ -66,6 +67,7 @@ class BeamContactContribution(Contribution):
 
     def __init__(self, system: Discretization, contact: BeamContact, first_history: int) -> None:
         self._system, self.contact = system, contact
+        self.separates = contact.separates
         # Of the bristles of pairs among the history variables of the system.
         self._first_history = first_history
         self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
@@ -113,7 +115,7 @@ class BeamContactContribution(Contribution):
             np.concatenate(list(self._following())),
             self._n_slots,
         )
-        if np.array_equal(system.q0, system.q_ref):
+        if np.array_equal(system.q0, system.q_ref) and not self.separates:
             self._check_start(system.q0)
         return self.compiled
 
@@ -145,23 +147,34 @@ class BeamContactContribution(Contribution):
 
     def _check_start(self, q: Vector) -> None:
         """Refuse bodies that begin inside each other."""
+        depth, _, what, where = self.deepest_point(q)
+        if depth > MAX_START_DEPTH_RATIO * sum(self.contact.radii):
+            raise InputError(
+                f"{what} begins with a penetration of {depth:.3g} m at {where}: move them apart, "
+                "give contact push_out=True, or start from an equilibrium"
+            )
+
+    def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
+        """Return the largest penetration and the smaller radius [m], and both names."""
         try:
             elements, positions, _, depths = self.compiled.touches(q)
         except ValueError as crowded:
             raise InputError(
                 f"{self.contact.what}: {crowded}; take fewer elements or a smaller radius"
             ) from None
-        limit = MAX_START_DEPTH_RATIO * sum(self.contact.radii)
-        if len(depths) and depths.max() > limit:
-            k = int(np.argmax(depths))
-            one, other = (
-                self.contact.point(int(e), float(xi))
-                for e, xi in zip(elements[k], positions[k], strict=True)
-            )
-            raise InputError(
-                f"{self.contact.what} begins with a penetration of {depths[k]:.3g} m at "
-                f"{one!r} and {other!r}: move them apart, or start from an equilibrium"
-            )
+        radius = min(self.contact.radii)
+        if not len(depths):
+            return 0.0, radius, self.contact.what, ""
+        k = int(np.argmax(depths))
+        one, other = (
+            self.contact.point(int(e), float(xi))
+            for e, xi in zip(elements[k], positions[k], strict=True)
+        )
+        return float(depths[k]), radius, self.contact.what, f"{one!r} and {other!r}"
+
+    def admits(self, q0: Vector, q1: Vector) -> bool:
+        """Return whether no axes pass through each other between two states."""
+        return self.compiled.admits(q0, q1)
 
     def forces(
         self, q: Vector, v: Vector, history: Vector | None = None
@@ -219,14 +232,11 @@ class BeamContactContribution(Contribution):
         by the rotation of the normals: ``-F / d (1 - n n^T - t t^T)`` for a force F at a distance
         d, without the axis t of the foot, which slides along it.
         """
-        elements, positions, force, depths = self.compiled.touches(np.ascontiguousarray(q))
+        elements, positions, force, _ = self.compiled.touches(np.ascontiguousarray(q))
         if not len(elements):
             return None
         points, feet = self._sums(elements, positions, position_weights, len(q))
         size, normals = np.linalg.norm(force, axis=1), _unit(force)
-        along = _block_diagonal(normals[:, None, :])
-        stiffness = _block_diagonal((size / depths)[:, None, None])
-        between = (along @ points).T @ stiffness @ (along @ feet)
         gap = points - feet
         distances = np.linalg.norm((gap @ q).reshape(force.shape), axis=1)
         slopes = self._sums(elements, positions, slope_weights, len(q))[1] @ q
@@ -235,7 +245,18 @@ class BeamContactContribution(Contribution):
             each[:, :, None] * each[:, None, :] for each in (normals, tangents)
         )
         rotation = _block_diagonal((-size / distances)[:, None, None] * across)
-        return gap.T @ rotation @ gap - between - between.T
+        return gap.T @ rotation @ gap + self.material_coupling(q)
+
+    def material_coupling(self, q: Vector) -> Any:
+        """Return the stiffness between both elements of each point along its normal."""
+        elements, positions, force, depths = self.compiled.touches(np.ascontiguousarray(q))
+        if not len(elements):
+            return None
+        points, feet = self._sums(elements, positions, position_weights, len(q))
+        along = _block_diagonal(_unit(force)[:, None, :])
+        stiffness = _block_diagonal((np.linalg.norm(force, axis=1) / depths)[:, None, None])
+        between = (along @ points).T @ stiffness @ (along @ feet)
+        return -between - between.T
 
     def _sums(
         self,

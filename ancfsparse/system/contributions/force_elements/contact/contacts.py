@@ -87,6 +87,7 @@ class ContactContribution(Contribution):
         self._n_free, self._n_all, self.contact = system.n_free, system.n_all, contact
         # Of the deflections of bristles among the history variables of the system.
         self._first_history = first_history
+        self.separates = contact.separates
         self.stiffness = contact.stiffness or default_stiffness(system, contact)
         relative: list[tuple[float, Point]] = []
         vectors: list[int] = []
@@ -201,6 +202,12 @@ class ContactContribution(Contribution):
         Both are for one state; penetrations are negative where there is a gap.
         """
         return self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
+
+    def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
+        """Return the largest penetration and the radius [m], and the names of contact and place."""
+        contact, depths = self.contact, self.motion(q, np.zeros_like(q))[1]
+        k = int(np.argmax(depths))
+        return float(depths[k]), contact.radius, contact.what, repr(contact.points[k])
 
     def begin_equilibria(self, q: Vector) -> None:
         """Let bristles be deflected by displacements from a state on, without deflections there."""
