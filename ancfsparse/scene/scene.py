@@ -84,10 +84,12 @@ class Scene(
         )
 
     def __str__(self) -> str:
-        """Return the records as text, a line for each call."""
+        """Return the records as text, a line for each call, and notes on contacts."""
         kind = "planar" if self.dim == 2 else "spatial"
         first = f"{kind} scene, gravity {format_numbers(self.gravity)} m/s2"
-        return "\n".join([first, *(storage.format_record(record, self) for record in self.records)])
+        notes = [note for each in self.attachments for note in each.notes(self.joints)]
+        records = (storage.format_record(record, self) for record in self.records)
+        return "\n".join([first, *records, *notes])
 
     def __eq__(self, other: object) -> bool:
         """Return True if the records are equal; functions are equal if they are identical."""

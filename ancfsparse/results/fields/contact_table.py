@@ -57,14 +57,20 @@ class Touch:
 
 
 class ContactTable(tuple[Touch, ...]):
-    """All places that touch in one state, a tuple of `Touch`; printed as a table."""
+    """All places that touch in one state, a tuple of `Touch`; printed as a table.
 
-    __slots__ = ()
+    Attributes
+    ----------
+    notes : list of str
+        Sentences on the parts that contacts leave out.
+    """
+
+    notes: list[str]
 
     def __repr__(self) -> str:
         """Return a line of headings and one of each place."""
         if not self:
-            return "no contacts"
+            return "\n".join(["no contacts", *self.notes])
         width = max(len(each.where) for each in self)
         lines = ["  ".join(["where".ljust(width), *HEADINGS])]
         for each in self:
@@ -73,7 +79,7 @@ class ContactTable(tuple[Touch, ...]):
                 f"{value:{len(title)}.4g}" for value, title in zip(values, HEADINGS, strict=True)
             )
             lines.append("  ".join([each.where.ljust(width), *columns]))
-        return "\n".join(lines)
+        return "\n".join([*lines, *self.notes])
 
 
 def contact_table(
@@ -86,7 +92,9 @@ def contact_table(
             touches += _stretches(each, q, v, history)
         elif isinstance(each, BeamContactContribution):
             touches += _pairs(system, each, q, v, history)
-    return ContactTable(touches)
+    table = ContactTable(touches)
+    table.notes = [note for each in system.attachments for note in each.notes(system.joints)]
+    return table
 
 
 def _stretches(

@@ -16,6 +16,13 @@ if TYPE_CHECKING:
         check_static_friction,
         radius_of,
     )
+    from ancfsparse.scene.force_elements.fixed_ends import (
+        describe_left_out,
+        fixed_points,
+        is_left_out,
+        joined_points,
+        near_elements,
+    )
 
 __all__ = [
     "check_elements",
@@ -25,7 +32,12 @@ __all__ = [
     "check_restitution",
     "check_slip_speed",
     "check_static_friction",
+    "describe_left_out",
+    "fixed_points",
+    "is_left_out",
+    "joined_points",
     "make_beam_contact",
+    "near_elements",
     "radius_of",
 ]
 
@@ -35,5 +47,6 @@ __getattr__ = on_demand(
         "beam_contacts": "make_beam_contact",
         "contact_checks": "check_elements check_on check_penetration check_reach "
         "check_restitution check_slip_speed check_static_friction radius_of",
+        "fixed_ends": "describe_left_out fixed_points is_left_out joined_points near_elements",
     },
 )

@@ -11,8 +11,10 @@ import numpy as np
 from ancfsparse.array_types import Indices, Integers
 from ancfsparse.checks import check_flag, check_moderate
 from ancfsparse.errors import InputError
+from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.joints.joint import Joint
 from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
 
 # Arc over the radius within which a body does not touch itself: half a turn after which it lies at
@@ -59,6 +61,14 @@ class BeamContact(Attachment):
         """True if friction is that of bristles, which have deflections."""
         return self.friction > 0.0 and self.slip_speed == 0.0
 
+    def notes(self, joints: Iterable[Joint]) -> list[str]:
+        """Return sentences on the parts that it leaves out."""
+        pairs = force_elements.joined_points(self, joints)
+        return [
+            force_elements.describe_left_out(self.what, *pair)
+            for pair in pairs[:: 1 + self.is_within]
+        ]
+
     @property
     def bodies(self) -> tuple[ElasticBody, ...]:
         """The bodies, each once."""
@@ -92,6 +102,27 @@ def make_beam_contact(
         if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:
             raise InputError(f"{contact.what} was added before: leave one of them out")
     return contact
+
+
+def untouched_elements(contact: BeamContact, joints: Iterable[Joint]) -> list[Indices]:
+    """Return the elements that each element does not touch, numbered among those of both bodies.
+
+    These are its neighbours along a body that touches itself, and those beyond a joint.
+    """
+    body, first = contact.body, 0 if contact.is_within else contact.body.n_elements
+    n = sum(each.n_elements for each in contact.bodies)
+    tables: list[Indices] = [np.empty(0, dtype=np.int32)] * n
+    if contact.is_within:
+        tables = neighbours(body, NEIGHBOUR_ARC_RATIO * contact.radii[0])
+    for one, other in force_elements.joined_points(contact, joints):
+        near, beyond = (
+            force_elements.near_elements(one),
+            force_elements.near_elements(other) + first,
+        )
+        for own, others in ((near, beyond), (beyond, near)):
+            for e in own:
+                tables[e] = np.union1d(tables[e], others).astype(np.int32)
+    return tables
 
 
 def neighbours(body: ElasticBody, arc: float) -> list[Indices]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,11 @@ from ancfsparse.checks import check_moderate, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
+from ancfsparse.scene.force_elements.fixed_ends import (
+    MAX_START_DEPTH_RATIO,
+    fixed_points,
+    is_left_out,
+)
 from ancfsparse.scene.loads.attachment import check_coefficient
 from ancfsparse.scene.sections.standard_sections import Circle, Tube
 
@@ -19,10 +25,8 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.force_elements.contacts import Contact
     from ancfsparse.scene.force_elements.obstacles import Obstacle
+    from ancfsparse.scene.joints.joint import Joint
 
-# Penetration at the start over the distance at which surfaces touch: bodies at rest on each other
-# have a hundredth, ones that were placed into each other by mistake mostly more.
-MAX_START_DEPTH_RATIO = 0.05
 MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
@@ -102,21 +106,23 @@ def check_reach(contact: Contact) -> None:
         )
 
 
-def check_penetration(contact: Contact) -> None:
+def check_penetration(contact: Contact, joints: Iterable[Joint]) -> None:
     """Refuse a body that begins inside the obstacle.
 
     With a given stiffness, which can be soft, its axis alone must be outside.
     """
     points, radius = contact.points, contact.radius
     distances = contact.obstacle.distances(np.array([point.position for point in points]))
+    fixed = fixed_points(contact, joints)
+    distances[is_left_out(contact, fixed)] = np.inf
     k = int(np.argmin(distances))
     depth = radius - distances[k]
     limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
     if depth > limit * radius:
         raise InputError(
             f"{contact.what} begins with a penetration of {depth:.6g} m at {points[k]!r}, more "
-            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them, or give contact "
-            "push_out=True"
+            f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them, give contact "
+            "push_out=True, or, if a joint fixes it there, add the joint first"
         )
 
 

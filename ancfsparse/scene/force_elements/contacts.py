@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, overload
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.force_elements.beam_contacts import BeamContact
     from ancfsparse.scene.force_elements.obstacles import Obstacle
+    from ancfsparse.scene.joints.joint import Joint
 
 GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
@@ -110,6 +112,11 @@ class Contact(Attachment):
         """Quadrature points on the axis of the body, in the order of its elements."""
         xi = 0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]
         return [Point(self.body, e, x) for e in range(self.body.n_elements) for x in xi.tolist()]
+
+    def notes(self, joints: Iterable[Joint]) -> list[str]:
+        """Return sentences on the parts that it leaves out."""
+        points = force_elements.fixed_points(self, joints)
+        return [force_elements.describe_left_out(self.what, each) for each in points]
 
     @property
     def frame(self) -> Vector:
@@ -250,6 +257,9 @@ class Contacts(SceneBase):
         Friction opposes the relative motion of points of both axes, without the motion of surfaces
         by rotation, and acts on these points, without a moment.  A body touches itself where the
         arc between two places is longer than half a turn of its radius and two elements.
+
+        Where a joint, added before, fixes the body to an obstacle inside it or to the other body,
+        the axis does not press over the depth of the joint plus the distance of the surfaces.
         """
         if not isinstance(body, ElasticBody):
             raise InputError(
@@ -296,7 +306,7 @@ class Contacts(SceneBase):
         )
         force_elements.check_reach(contact)
         if not contact.separates:
-            force_elements.check_penetration(contact)
+            force_elements.check_penetration(contact, self.joints)
         force_elements.check_elements(contact)
         for other in self.attachments:
             same = body, obstacle, on

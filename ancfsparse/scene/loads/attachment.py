@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar
 
@@ -11,6 +12,7 @@ from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.body import Point
+    from ancfsparse.scene.joints.joint import Joint
 
 
 # Check of the coefficients of force elements and of lengths: zero or positive, and moderate.
@@ -35,6 +37,10 @@ class Attachment(ABC):
     @abstractmethod
     def what(self) -> str:
         """Name in messages."""
+
+    def notes(self, joints: Iterable[Joint]) -> list[str]:
+        """Return sentences on the effect of the joints of its scene on it."""
+        return []
 
     @property
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:

@@ -12,14 +12,13 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene.force_elements.beam_contacts import (
-    NEIGHBOUR_ARC_RATIO,
     BeamContact,
     following_elements,
     free_ends,
-    neighbours,
+    untouched_elements,
 )
-from ancfsparse.scene.force_elements.contact_checks import MAX_START_DEPTH_RATIO
 from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
+from ancfsparse.scene.force_elements.fixed_ends import MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.interface import (
     Compiled,
@@ -93,9 +92,7 @@ class BeamContactContribution(Contribution):
         """Return the compiled contact; raise if bodies begin inside each other."""
         contact, system = self.contact, self._system
         sizes = [body.n_elements for body in contact.bodies]
-        arc = NEIGHBOUR_ARC_RATIO * contact.radii[0]
-        none = [np.empty(0, dtype=np.int32)] * sum(sizes)
-        near = neighbours(contact.body, arc) if contact.is_within else none
+        near = untouched_elements(contact, system.joints)
         self.compiled = compiled_module("beam_contacts").BeamContact(
             self._indices,
             pattern.slots(self.cliques()[0]),

@@ -98,7 +98,7 @@ cdef class Contact(CompiledContribution):
     first, term, group_place, in_row
         Points with the same coordinates, see `PointSums.groups`.
     stiffness, impact_time : (n,) float
-        Stiffness of each point [N/m], and the duration of an impact there [s].
+        Stiffness of each point [N/m], 0 if it does not touch, and the duration of an impact there [s].
     base, normal : (dim,) float
         A point of the base [m]; outward normal of a plane.
     projector, spin : (dim, dim) float
@@ -372,7 +372,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
             locate_group(self, g, self.q0, begin)
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
-            if here[p].e > self.deepest:
+            if here[p].e > self.deepest and self.stiffness[k] > 0.0:
                 self.deepest = here[p].e
             if self.grip > 0.0 and self.interval > 0.0:
                 deflect(self, k, x, &begin[p], &here[p])

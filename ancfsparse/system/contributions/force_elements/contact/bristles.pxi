@@ -40,7 +40,9 @@ cdef inline void take_bristle(const Data *self, const double *z, double *u) noex
 
 cdef inline double limit_if(const Data *self, ptrdiff_t k, bint slides,
                             double pressure) noexcept nogil:
-    """Largest deflection of a bristle that slides or sticks [m]."""
+    """Largest deflection of a bristle that slides or sticks [m]; 0 at points that are left out."""
+    if self.stiffness[k] == 0.0:
+        return 0.0
     return (self.friction if slides or self.slides == NULL else self.friction0) * (
         pressure / (self.grip * self.stiffness[k]))
 
@@ -234,7 +236,9 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
         weigh(self, k, self.q0, self.q0, begin)
         displace(self, k, self.q0, q1, begin, end, &path[0])
     supplied[0] += 0.5 * self.turn * turned(self, begin, &f[0])
-    stored = 0.5 * dot(f, f) / (self.grip * self.stiffness[k])
+    stored = 0.0
+    if self.stiffness[k] > 0.0:
+        stored = 0.5 * dot(f, f) / (self.grip * self.stiffness[k])
     return min(0.5 * (sum + dot(f, path)), stored + supplied[0] - before)
 
 

@@ -12,6 +12,7 @@ from ancfsparse.errors import InputError, PenetrationWarning
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, GRIP_RATIO, LAYER_RATIO, Contact
+from ancfsparse.scene.force_elements.fixed_ends import fixed_points, is_left_out
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
@@ -88,6 +89,8 @@ class ContactContribution(Contribution):
         # Of the deflections of bristles among the history variables of the system.
         self._first_history = first_history
         self.separates = contact.separates
+        # Points that do not touch, since a joint fixes the axis there to the obstacle.
+        self._left_out = is_left_out(contact, fixed_points(contact, system.joints))
         self.stiffness = contact.stiffness or default_stiffness(system, contact)
         relative: list[tuple[float, Point]] = []
         vectors: list[int] = []
@@ -120,7 +123,7 @@ class ContactContribution(Contribution):
             points.weight,
             *points.groups(GAUSS_POINTS, self._n_all),
             points.slots(pattern, self._n_free),
-            self.stiffness * contact.weights,
+            self.stiffness * contact.weights * ~self._left_out,
             np.full(n, np.inf) if contact.restitution else self._impact_times(),
             np.zeros(dim) if contact.on else np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
@@ -199,9 +202,12 @@ class ContactContribution(Contribution):
     def motion(self, q: Vector, v: Vector) -> tuple[Vector, Vector]:
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m].
 
-        Both are for one state; penetrations are negative where there is a gap.
+        Both are for one state; penetrations are negative where there is a gap, and at points that
+        are left out.
         """
-        return self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
+        rates, depths = self._compiled.motion(np.ascontiguousarray(q), np.ascontiguousarray(v))
+        depths[self._left_out] = -np.inf
+        return rates, depths
 
     def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
         """Return the largest penetration and the radius [m], and the names of contact and place."""
