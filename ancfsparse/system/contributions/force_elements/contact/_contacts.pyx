@@ -41,14 +41,17 @@ cdef struct Data:
     double deepest  # largest penetration of an accepted state of the run [m]
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
+    # Vectors and matrices in space, with zeros for the third direction in the plane.
     const double *base
     const double *normal  # of a plane
-    const double *projector  # (dim, dim)
-    const double *spin  # (dim, dim), of the velocity of the surface [rad/s]
+    const double *projector
+    const double *spin  # of the velocity of the surface [rad/s]
     double *weights  # workspace for `weigh`
     const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
     bint on_body  # whether the obstacle is on a body: any of `turning` is not zero
     bint is_round
+    bint is_flat  # whether it is a plane at rest: all points have one normal, and places do not matter
+    bint is_plain  # whether residual/three_points.pxi applies
     bint has_frame  # whether geometry/shapes.pxi applies, with the fields up to `frame_moves`
     const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
     const double *bounds  # of the core in it, (2, dim) [m]
@@ -66,7 +69,9 @@ cdef struct Data:
     bint is_sticking  # whether bristles stick in the matrix of a state, outside of steps
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
     ptrdiff_t n_all
+    ptrdiff_t n_state  # numbers in `q0` and `x0`, 0 without bristles
     double *q0  # coordinates in the last accepted state
+    double *x0  # and positions of the points in it, (n, 4), the last of them unused [m]
     double *share  # of each point: part of its displacement since the last equilibrium in contact
     double *trial  # of the last residual: displacements of bristles that stick, (n, 3) [m]
     # Of the last residual: penetrations where its matrix is requested, halfway a step from state to
@@ -86,6 +91,15 @@ cdef struct Place:  # of a point relative to the obstacle
     double[3] m
     double[3] g  # m in space, along the unit vector n
     double[9] u  # vectors of the body as rows
+
+
+cdef in_space(values):
+    """Return a vector or matrix of the plane or space in space."""
+    return np.pad(values, (0, 3 - len(values)))
+
+
+cdef inline double dot(const double *a, const double *b) noexcept nogil:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 cdef class Contact(CompiledContribution):
@@ -144,11 +158,15 @@ cdef class Contact(CompiledContribution):
         cdef ptrdiff_t n
         take_points(&data.points, start, place, weight)
         take_groups(&data.groups, first, term, group_place, in_row)
-        data.slot, data.stiffness = integers(slot), reals(stiffness)
-        data.rate, n = self.copy(STEPS_PER_IMPACT / impact_time), data.points.n
+        three, weight_of_three = weights_of_three(start, weight, first, in_row)
+        take_weights_of_three(&data.groups, three, weight_of_three)
+        self.owners += [three, weight_of_three]
+        data.slot = integers(slot)
+        data.stiffness = self.copy(np.append(stiffness, 0.0))  # rows of four numbers are read
+        data.rate, n = self.copy(np.append(STEPS_PER_IMPACT / impact_time, 0.0)), data.points.n
         if restitution > 0.0:
             data.gamma = (1.0 - restitution**2) / (1.0 + restitution**2)
-        data.slow, data.settling = self.copy(slow), self.copy(settling)
+        data.slow, data.settling = self.copy(slow), self.copy(np.append(settling, 0.0))
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         has_two = data.grip > 0.0 and friction0 > friction
@@ -157,8 +175,8 @@ cdef class Contact(CompiledContribution):
         data.slides = data.z + n * data.points.dim if has_two else NULL
         data.before = data.z + self.interface.n_history
         data.last = data.before + n
-        data.base, data.normal = self.copy(base), self.copy(normal)
-        data.projector, data.spin = self.copy(projector), self.copy(spin)
+        data.base, data.normal = self.copy(in_space(base)), self.copy(in_space(normal))
+        data.projector, data.spin = self.copy(in_space(projector)), self.copy(in_space(spin))
         data.turning, data.on_body = integers(turning), np.any(turning)
         data.weights = self.copy(np.zeros(np.max(np.diff(start))))
         data.is_round, data.reach, data.layer = is_round, reach, layer
@@ -173,9 +191,13 @@ cdef class Contact(CompiledContribution):
         data.at = self.copy(np.full((3, data.points.n), np.nan))
         data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
         data.n_all = n_all if data.grip > 0.0 else 0
-        data.q0 = self.copy(np.zeros(max(data.n_all, 1)))
+        data.n_state = (data.n_all + 4 * n) * (data.grip > 0.0)
+        data.q0 = self.copy(np.zeros(data.n_state + 1))
+        data.x0 = data.q0 + data.n_all
         data.deepest = data.interval = data.turn = 0.0
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
+        data.is_plain = not (data.on_body or data.has_frame or data.gamma > 0.0)
+        data.is_flat = not (is_round or data.has_frame or data.omega > 0.0)
         if data.grip > 0.0:
             data.trial, data.share = self.copy(np.zeros((n, 3))), self.copy(np.ones(n))
         self.interface.context, self.interface.damped = data, slip_speed > 0.0 or data.gamma > 0.0
@@ -215,6 +237,10 @@ cdef class Contact(CompiledContribution):
 
     def end_equilibria(self):
         """Let bristles keep their deflections."""
+        cdef ptrdiff_t k
+        if self.data.is_static:
+            for k in range(self.data.points.n):
+                self.data.share[k] = 1.0
         self.data.is_static = False
         set_step(&self.data, 0.0)
 
@@ -319,7 +345,7 @@ cdef class Contact(CompiledContribution):
         """
         cdef Data own = self.data
         cdef double[::1] kept = <double[:self.interface.n_memory]>self.interface.memory
-        cdef double[::1] before = <double[:max(self.data.n_all, 1)]>self.data.q0
+        cdef double[::1] before = <double[:self.data.n_state + 1]>self.data.q0
         of_run, out = (np.array(kept), np.array(before)), np.zeros((len(t) - 1, 3))
         if memory is not None:
             np.asarray(kept)[:] = memory
@@ -330,72 +356,13 @@ cdef class Contact(CompiledContribution):
         return out, memory
 
 
-cdef void set_step(void *context, double dt) noexcept nogil:
-    cdef Data *self = <Data *>context
-    self.dt = dt
-    set_interval(self, dt)
-
-
-cdef void set_interval(Data *self, double dt) noexcept nogil:
-    """Set the time since the last accepted state, 0 for a state of its own."""
-    self.interval = self.turn = dt
-    if self.omega * dt > 0.0:
-        # The tangent is infinite at a rotation of pi: rotations are limited to two radians.
-        self.turn = 2.0 / self.omega * tan(min(0.5 * self.omega * dt, 1.0))
-
-
-cdef void begin(void *context, const ancf_state *x) noexcept nogil:
-    cdef Data *self = <Data *>context
-    cdef Place[MAX_POINTS] here
-    cdef ptrdiff_t g, k, p
-    self.deepest = 0.0
-    if self.grip > 0.0:
-        hold(self, x.q)
-    for g in range(self.groups.n):
-        locate_group(self, g, x.q, here)
-        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
-            k = self.groups.first[g] + p
-            self.before[k] = here[p].e
-            self.last[k] = saved_force(self, k, &here[p], x.v)
-
-
-cdef void accept(void *context, const ancf_state *x) noexcept nogil:
-    cdef Data *self = <Data *>context
-    cdef Place[MAX_POINTS] here
-    cdef Place[MAX_POINTS] begin
-    cdef ptrdiff_t g, k, p
-    if self.is_static:
-        return  # a relaxation passes no equilibria
-    for g in range(self.groups.n):
-        locate_group(self, g, x.q, here)
-        if self.grip > 0.0 and self.interval > 0.0:
-            locate_group(self, g, self.q0, begin)
-        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
-            k = self.groups.first[g] + p
-            if here[p].e > self.deepest and self.stiffness[k] > 0.0:
-                self.deepest = here[p].e
-            if self.grip > 0.0 and self.interval > 0.0:
-                deflect(self, k, x, &begin[p], &here[p])
-            self.last[k] = force_in_state(self, k, &here[p], x.v)
-            self.before[k] = here[p].e
-    if self.grip > 0.0:
-        memcpy(self.q0, x.q, self.n_all * sizeof(double))
-
-
-cdef int contacts_changed(void *context) noexcept nogil:
-    cdef const Data *self = <const Data *>context
-    cdef ptrdiff_t k
-    for k in range(self.points.n):
-        if (self.force[k] > 0.0) != (self.last[k] > 0.0):
-            return True
-    return False
-
-
 include "geometry/grids.pxi"
 include "geometry/shapes.pxi"
+include "accepted_states.pxi"
 include "restitution.pxi"
-include "contact_residual.pxi"
 include "sliding.pxi"
 include "bristles.pxi"
+include "residual/three_points.pxi"
+include "residual/contact_residual.pxi"
 include "contact_matrix.pxi"
 include "losses.pxi"

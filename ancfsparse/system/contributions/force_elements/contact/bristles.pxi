@@ -20,9 +20,12 @@ cdef double SLIDING_RATIO = 1e-3
 cdef double LEVEL = 1e-16
 
 
-cdef inline void transport(const double *n, double *u) noexcept nogil:
+cdef inline void transport(const Data *self, const double *n, double *u) noexcept nogil:
     """Rotate a vector of another tangent plane into that with the normal n."""
-    cdef double before = dot(u, u), normal = remove_normal(n, u), after, ratio
+    cdef double before, normal, after, ratio
+    if self.is_flat:
+        return
+    before, normal = dot(u, u), remove_normal(n, u)
     if normal * normal > LEVEL * before:
         after = dot(u, u)
         if after > 0.0:
@@ -103,7 +106,7 @@ cdef inline void creep(const Data *self, ptrdiff_t k, const double *q1, Place *b
         x[c] *= share
 
 
-cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
+cdef inline void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
                 const Place *end, double pressure, double *f) noexcept nogil:
     """Set the friction on a point at the end of a step, or that between its states.
 
@@ -126,8 +129,8 @@ cdef void stick(const Data *self, ptrdiff_t k, const double *q1, Place *begin,
     if self.is_mean:
         shorten(limit_of(self, k, pressure), &u[0])
     else:
-        transport(end.n, &x[0])
-    transport(place.n, &u[0])
+        transport(self, end.n, &x[0])
+    transport(self, place.n, &u[0])
     for c in range(3):
         u[c] += share * x[c]
         self.trial[3 * k + c] = u[c]
@@ -156,13 +159,13 @@ cdef void try_equilibrium(const Data *self, ptrdiff_t k, const double *q, const 
     """Set the trial deflection of a bristle in a state that can differ from the last residual's."""
     cdef Place begin
     cdef double[3] f
-    locate(self, k, self.q0, &begin)
+    recall(self, k, &begin)
     stick(self, k, q, &begin, here, pressure, &f[0])
 
 
-cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *begin,
-                  const Place *end) noexcept nogil:
-    """Update the deflection of a bristle to the end of an accepted step; moves `begin`."""
+cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, const Place *end) noexcept nogil:
+    """Update the deflection of a bristle to the end of an accepted step."""
+    cdef Place begin
     cdef ptrdiff_t c, dim = self.points.dim
     cdef double[3] u
     cdef double[3] x
@@ -170,6 +173,7 @@ cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *be
     cdef double pressure, limit, square, share = share_of(self, k), delay = delay_of(self, k)
     cdef double *z = self.z + dim * k
     if self.is_mean:
+        recall(self, k, &begin)
         pressure = force_between(self, k, begin.e, end.e, NULL)
     else:
         pressure = force_in_state(self, k, end, x1.v)
@@ -179,14 +183,16 @@ cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, Place *be
         if self.slides != NULL:
             self.slides[k] = 0.0
         return
+    if not self.is_mean:
+        recall(self, k, &begin)
     limit = limit_of(self, k, pressure)
     take_bristle(self, z, &u[0])
     square = dot(u, u)
-    creep(self, k, x1.q, begin, end, &x[0])
+    creep(self, k, x1.q, &begin, end, &x[0])
     if self.is_mean:
         shorten(limit, &u[0])
-    transport(end.n, &u[0])
-    transport(end.n, &x[0])
+    transport(self, end.n, &u[0])
+    transport(self, end.n, &x[0])
     for c in range(3):
         trial[c] = u[c] + share * x[c]
     if self.slides != NULL:
@@ -208,7 +214,7 @@ cdef void hold(Data *self, const double *q) noexcept nogil:
     cdef ptrdiff_t i
     for i in range(self.points.n * (self.points.dim + (self.slides != NULL))):
         self.z[i] = 0.0
-    memcpy(self.q0, q, self.n_all * sizeof(double))
+    keep_state(self, q)
 
 
 cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, const Place *begin,

@@ -29,7 +29,7 @@ cdef void normal_block(const Data *self, int part, const Place *here, double pre
         for e in range(dim):
             block[3 * c + e] = (slope + across) * here.n[c] * here.n[e]
             if self.is_round:
-                block[3 * c + e] -= across * self.projector[dim * c + e]
+                block[3 * c + e] -= across * self.projector[3 * c + e]
 
 
 cdef void sliding_block(const Data *self, ptrdiff_t k, const ancf_state *x, const Place *here,

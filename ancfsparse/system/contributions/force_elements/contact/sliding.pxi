@@ -42,10 +42,6 @@ cdef void push_friction(const Data *self, ptrdiff_t k, const double *f, double *
             r[points.place[c * points.m + i]] -= self.weights[i - first] * f[c]
 
 
-cdef inline double dot(const double *a, const double *b) noexcept nogil:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 cdef inline double remove_normal(const double *n, double *u) noexcept nogil:
     """Project a vector on the tangent plane; return its component along n."""
     cdef double normal = dot(n, u)
@@ -58,11 +54,10 @@ cdef inline double remove_normal(const double *n, double *u) noexcept nogil:
 cdef inline void add_turning(const Data *self, const Place *here, double factor,
                              double *u) noexcept nogil:
     """Add a factor times the velocity of the surface of a turning obstacle."""
-    cdef ptrdiff_t c, i, dim = self.points.dim
+    cdef ptrdiff_t c
     if self.omega > 0.0:
-        for c in range(dim):
-            for i in range(dim):
-                u[c] += factor * self.spin[dim * c + i] * here.d[i]
+        for c in range(3):
+            u[c] += factor * dot(self.spin + 3 * c, here.d)
 
 
 cdef inline double slide(const Data *self, const Place *here, double *u) noexcept nogil:
@@ -99,6 +94,8 @@ cdef inline void halve(const Data *self, Place *begin, const Place *end) noexcep
     """Move a place halfway to another one, with the normal there."""
     cdef ptrdiff_t c
     cdef double square, inverse
+    if self.is_flat:
+        return
     if self.has_frame:
         halve_in_frame(self, begin, end)
         return
@@ -128,10 +125,13 @@ cdef double friction_work(const Data *self, const ancf_state *x0, const ancf_sta
     if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
         return 0.0
     for g in range(self.groups.n):
-        locate_group(self, g, x0.q, begin)
+        if self.grip == 0.0:
+            locate_group(self, g, x0.q, begin)
         locate_group(self, g, x1.q, end)
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
+            if self.grip > 0.0:
+                recall(self, k, &begin[p])
             pressure = force_in_state(self, k, &end[p], x1.v)
             if (begin[p].e <= 0.0 and end[p].e <= 0.0 and pressure <= 0.0
                     and self.last[k] <= 0.0):

@@ -20,6 +20,10 @@ cdef struct Groups:
     const int32_t *term  # first coordinate of each group in `place`, and the end
     const int32_t *place  # of all directions of each coordinate together
     const int32_t *in_row  # whether `sum_rows` applies: to cubic elements in space
+    # Of three points of such an element: weights of each of four vectors, (m, 4, 4), and their place
+    # for each group, or -1 for other groups.
+    const double *three
+    const int32_t *weight_of_three
 
 
 cdef take_groups(Groups *self, first, term, place, in_row):
@@ -29,6 +33,23 @@ cdef take_groups(Groups *self, first, term, place, in_row):
     self.n = len(first) - 1
     self.first, self.term, self.place = integers(first), integers(term), integers(place)
     self.in_row = integers(in_row)
+
+
+cdef take_weights_of_three(Groups *self, three, weight_of_three):
+    """Set the pointers into arrays of `weights_of_three`, which their owner keeps."""
+    self.three, self.weight_of_three = reals(three), integers(weight_of_three)
+
+
+cdef weights_of_three(start, weight, first, in_row):
+    """Return the weights of groups of three points of cubic elements in space, see `Groups`."""
+    chosen = np.flatnonzero((in_row != 0) & (np.diff(first) == MAX_POINTS))
+    terms = start[first[chosen]][:, None] + np.arange(4 * MAX_POINTS)
+    different, which = np.unique(weight[terms], axis=0, return_inverse=True)
+    three = np.zeros((len(different), 4, 4))
+    three[:, :, :MAX_POINTS] = different.reshape(-1, MAX_POINTS, 4).transpose(0, 2, 1)
+    places = np.full(len(in_row), -1, dtype=np.int32)
+    places[chosen] = 16 * which.reshape(-1)
+    return three.reshape(-1), places
 
 
 cdef inline void sum_terms(const double *weight, const int32_t *place, ptrdiff_t size,
@@ -66,12 +87,21 @@ cdef void sum_group(const Data *self, ptrdiff_t g, const double *q, double *x,
 
 cdef void locate_group(const Data *self, ptrdiff_t g, const double *q, Place *out) noexcept nogil:
     """Find the points of a group relative to the obstacle."""
-    cdef ptrdiff_t k
+    cdef ptrdiff_t p
+    approach_group(self, g, q, out)
+    for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+        face(self, &out[p])
+
+
+cdef inline void approach_group(const Data *self, ptrdiff_t g, const double *q,
+                                Place *out) noexcept nogil:
+    """Find the distances of the points of a group, see `approach`."""
+    cdef ptrdiff_t p
     sum_group(self, g, q, &out[0].x[0], sizeof(Place) // sizeof(double))
-    for k in range(self.groups.first[g + 1] - self.groups.first[g]):
+    for p in range(self.groups.first[g + 1] - self.groups.first[g]):
         if self.frame_moves:
-            take_vectors(self, self.groups.first[g] + k, q, &out[k])
-        measure(self, &out[k])
+            take_vectors(self, self.groups.first[g] + p, q, &out[p])
+        approach(self, &out[p])
 
 
 cdef inline void subtract_terms(const double *weight, ptrdiff_t size, ptrdiff_t n,

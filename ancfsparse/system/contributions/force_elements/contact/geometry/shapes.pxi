@@ -39,42 +39,57 @@ cdef void take_vectors(const Data *self, ptrdiff_t k, const double *q, Place *ou
                 out.u[3 * (self.turning[i] - 1) + c] = q[points.place[c * points.m + i]]
 
 
-cdef void measure(const Data *self, Place *out) noexcept nogil:
+cdef inline void measure(const Data *self, Place *out) noexcept nogil:
     """Set all but the position; the normal is zero on the axis or centre of a round obstacle."""
+    approach(self, out)
+    face(self, out)
+
+
+cdef inline void approach(const Data *self, Place *out) noexcept nogil:
+    """Set the distance, and all but the normal unless the obstacle has a frame."""
+    if self.has_frame:
+        approach_core(self, out)
+    else:
+        approach_base(self, out)
+    out.e = self.reach - out.distance
+
+
+cdef void approach_core(const Data *self, Place *out) noexcept nogil:
     cdef ptrdiff_t c
     if self.points.dim == 2:
         out.d[2] = out.n[2] = out.g[2] = 0.0
-    if self.has_frame:
-        for c in range(self.points.dim):
-            out.d[c] = out.x[c] - self.base[c]
-        measure_in_frame(self, out)
-        out.e = self.reach - out.distance
-    elif self.points.dim == 3:
-        measure_from_base(self, 3, out)
-    else:
-        measure_from_base(self, 2, out)
+    for c in range(self.points.dim):
+        out.d[c] = out.x[c] - self.base[c]
+    measure_in_frame(self, out)
 
 
-cdef inline void measure_from_base(const Data *self, ptrdiff_t dim, Place *out) noexcept nogil:
-    cdef ptrdiff_t c, i
-    cdef double square = 0.0, inverse
+cdef inline void approach_base(const Data *self, Place *out) noexcept nogil:
+    cdef ptrdiff_t c
+    cdef double[3] from_base
+    for c in range(3):
+        from_base[c] = out.x[c] - self.base[c]
+        out.d[c] = from_base[c]
     if not self.is_round:
-        out.distance = 0.0
-        for c in range(dim):
-            out.d[c] = out.x[c] - self.base[c]
+        out.distance = dot(self.normal, from_base)
+        return
+    for c in range(3):
+        out.d[c] = dot(self.projector + 3 * c, from_base)
+    out.distance = sqrt(dot(out.d, out.d))
+
+
+cdef inline void face(const Data *self, Place *out) noexcept nogil:
+    """Set the normal, after `approach`."""
+    cdef ptrdiff_t c
+    cdef double inverse
+    if self.has_frame:
+        return
+    if not self.is_round:
+        for c in range(3):
             out.n[c] = self.normal[c]
-            out.distance += out.n[c] * out.d[c]
-    else:
-        for c in range(dim):
-            out.d[c] = 0.0
-            for i in range(dim):
-                out.d[c] += self.projector[dim * c + i] * (out.x[i] - self.base[i])
-            square += out.d[c] * out.d[c]
-        out.distance = sqrt(square)
-        inverse = 1.0 / out.distance if out.distance > 0.0 else 0.0
-        for c in range(dim):
-            out.n[c] = inverse * out.d[c]
-    out.e = self.reach - out.distance
+        return
+    inverse = 1.0 / out.distance if out.distance > 0.0 else 0.0
+    for c in range(3):
+        out.n[c] = inverse * out.d[c]
 
 
 cdef double reduce_ring(const Data *self, double *y, double *e) noexcept nogil:

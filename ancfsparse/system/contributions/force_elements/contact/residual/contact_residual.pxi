@@ -24,7 +24,6 @@ cdef struct GroupForces:  # on the points of a group
     bint any
     double[4 * MAX_POINTS] f  # forces
     double[4 * MAX_POINTS] v  # velocities
-    Place[MAX_POINTS] begin  # places in the last accepted state
 
 
 cdef inline void clear_point_force(ptrdiff_t p, GroupForces *forces) noexcept nogil:
@@ -40,18 +39,19 @@ cdef inline void set_point_force(const Data *self, ptrdiff_t g, ptrdiff_t p, con
     cdef const double *n = leaving(self, along)
     cdef double *f = &forces.f[4 * p]
     cdef double[3] rubbing
+    cdef Place begin
     if not forces.any:
         forces.any = True
-        if self.grip > 0.0 and self.interval > 0.0:
-            locate_group(self, g, self.q0, forces.begin)
-        elif self.friction > 0.0 and x.v != NULL and not self.on_body:
+        if self.grip == 0.0 and self.friction > 0.0 and x.v != NULL and not self.on_body:
             sum_group(self, g, x.v, forces.v, 4)
     for c in range(3):
         f[c] = self.force[k] * n[c]
     if self.frame_moves:
         subtract_vector_forces(self, k, self.force[k], along, r)
     if self.grip > 0.0:
-        stick(self, k, q1, &forces.begin[p], here, self.force[k], &rubbing[0])
+        if self.interval > 0.0:
+            recall(self, k, &begin)
+        stick(self, k, q1, &begin, here, self.force[k], &rubbing[0])
     elif self.friction > 0.0 and x.v != NULL:
         if self.on_body:
             weigh(self, k, x.q, x.q, here)
@@ -75,9 +75,13 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     cdef GroupForces forces
     cdef double theta, e
     cdef ptrdiff_t g, k, p
+    cdef bint together = self.is_plain and not self.is_static
     self.is_mean = False
     for g in range(self.groups.n):
-        locate_group(self, g, x.q, here)
+        if together and self.groups.weight_of_three[g] >= 0:
+            press_three(self, g, x, r)
+            continue
+        approach_group(self, g, x.q, here)
         forces.any = False
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
@@ -85,6 +89,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
                 self.at[k], self.force[k] = NAN, 0.0
                 clear_point_force(p, &forces)
                 continue
+            face(self, &here[p])
             theta = damping_ratio(self, k)
             e = here[p].e + theta * (here[p].e - self.before[k])
             self.at[k] = here[p].e

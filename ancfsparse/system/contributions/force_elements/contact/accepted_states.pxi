@@ -1,0 +1,75 @@
+"""Memory of a contact: changes with accepted states; included by `_contacts.pyx`."""
+
+
+cdef void set_step(void *context, double dt) noexcept nogil:
+    cdef Data *self = <Data *>context
+    self.dt = dt
+    set_interval(self, dt)
+
+
+cdef void set_interval(Data *self, double dt) noexcept nogil:
+    """Set the time since the last accepted state, 0 for a state of its own."""
+    self.interval = self.turn = dt
+    if self.omega * dt > 0.0:
+        # The tangent is infinite at a rotation of pi: rotations are limited to two radians.
+        self.turn = 2.0 / self.omega * tan(min(0.5 * self.omega * dt, 1.0))
+
+
+cdef void keep_state(Data *self, const double *q) noexcept nogil:
+    """Set the last accepted state, and the positions of the points in it."""
+    cdef ptrdiff_t g
+    memcpy(self.q0, q, self.n_all * sizeof(double))
+    for g in range(self.groups.n):
+        sum_group(self, g, q, self.x0 + 4 * self.groups.first[g], 4)
+
+
+cdef inline void recall(const Data *self, ptrdiff_t k, Place *out) noexcept nogil:
+    """Find a point in that state."""
+    memcpy(out.x, self.x0 + 4 * k, sizeof(out.x))
+    if self.frame_moves:
+        take_vectors(self, k, self.q0, out)
+    measure(self, out)
+
+
+cdef void begin(void *context, const ancf_state *x) noexcept nogil:
+    cdef Data *self = <Data *>context
+    cdef Place[MAX_POINTS] here
+    cdef ptrdiff_t g, k, p
+    self.deepest = 0.0
+    if self.grip > 0.0:
+        hold(self, x.q)
+    for g in range(self.groups.n):
+        locate_group(self, g, x.q, here)
+        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
+            self.before[k] = here[p].e
+            self.last[k] = saved_force(self, k, &here[p], x.v)
+
+
+cdef void accept(void *context, const ancf_state *x) noexcept nogil:
+    cdef Data *self = <Data *>context
+    cdef Place[MAX_POINTS] here
+    cdef ptrdiff_t g, k, p
+    if self.is_static:
+        return  # a relaxation passes no equilibria
+    for g in range(self.groups.n):
+        locate_group(self, g, x.q, here)
+        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
+            if here[p].e > self.deepest and self.stiffness[k] > 0.0:
+                self.deepest = here[p].e
+            if self.grip > 0.0 and self.interval > 0.0:
+                deflect(self, k, x, &here[p])
+            self.last[k] = force_in_state(self, k, &here[p], x.v)
+            self.before[k] = here[p].e
+    if self.grip > 0.0:
+        keep_state(self, x.q)
+
+
+cdef int contacts_changed(void *context) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    cdef ptrdiff_t k
+    for k in range(self.points.n):
+        if (self.force[k] > 0.0) != (self.last[k] > 0.0):
+            return True
+    return False

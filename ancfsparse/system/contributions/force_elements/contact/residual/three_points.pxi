@@ -1,0 +1,188 @@
+"""Forces on the three points of a cubic element in space together; included by `_contacts.pyx`.
+
+A row holds a number of each of them.  This applies to obstacles at rest, or turning, without a frame;
+other points have the same forces by `contact_residual.pxi`, one after the other.
+"""
+
+
+cdef extern from "vectors.h":
+    ctypedef double row "ancf_row"
+    row same "vec_row_same" (double) noexcept nogil
+    row load_row "vec_row_load" (const double *) noexcept nogil
+    row row_of "vec_row_of" (const double *, ptrdiff_t) noexcept nogil
+    row where_above "vec_row_where" (row, row, row, row) noexcept nogil
+    row root "vec_row_sqrt" (row) noexcept nogil
+    bint any_positive "vec_row_any_positive" (row) noexcept nogil
+    void store_row "vec_row_store" (double *, row) noexcept nogil
+    void store_points "vec_row_store_points" (double *, const row *) noexcept nogil
+    void sum_three "vec_row_sum" (
+        const double *, const int32_t *, const double *, row *) noexcept nogil
+    void subtract_three "vec_row_subtract" (
+        const double *, const int32_t *, const row *, double *) noexcept nogil
+
+
+cdef inline row dot_three(const row *a, const row *b) noexcept nogil:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+cdef inline row approach_three(const Data *self, const row *x, row *d) noexcept nogil:
+    """Set the vectors from the base; return the distances."""
+    cdef row[3] from_base
+    cdef const double *a = self.normal
+    cdef ptrdiff_t c
+    for c in range(3):
+        from_base[c] = x[c] - self.base[c]
+        d[c] = from_base[c]
+    if not self.is_round:
+        return a[0] * d[0] + a[1] * d[1] + a[2] * d[2]
+    for c in range(3):
+        a = self.projector + 3 * c
+        d[c] = a[0] * from_base[0] + a[1] * from_base[1] + a[2] * from_base[2]
+    return root(dot_three(d, d))
+
+
+cdef inline void face_three(const Data *self, const row *d, row distance, row *n) noexcept nogil:
+    """Set the normals."""
+    cdef ptrdiff_t c
+    cdef row inverse
+    if not self.is_round:
+        for c in range(3):
+            n[c] = same(self.normal[c])
+        return
+    inverse = where_above(distance, same(0.0), same(1.0) / distance, same(0.0))
+    for c in range(3):
+        n[c] = inverse * d[c]
+
+
+cdef inline row project_three(const row *n, row *u) noexcept nogil:
+    """Project vectors on the tangent planes; return their components along n."""
+    cdef row normal = dot_three(n, u)
+    cdef ptrdiff_t c
+    for c in range(3):
+        u[c] = u[c] - normal * n[c]
+    return normal
+
+
+cdef inline void transport_three(const row *n, row *u) noexcept nogil:
+    """Rotate vectors of other tangent planes into those with the normals n."""
+    cdef row before = dot_three(u, u), normal = project_three(n, u), after = dot_three(u, u)
+    cdef row ratio = root(where_above(after, same(0.0), before / after, same(1.0)))
+    cdef ptrdiff_t c
+    ratio = where_above(normal * normal, LEVEL * before, ratio, same(1.0))
+    for c in range(3):
+        u[c] = ratio * u[c]
+
+
+cdef inline void turn_three(const Data *self, const row *d, double factor, row *u) noexcept nogil:
+    """Add a factor times the velocity of the surface of a turning obstacle."""
+    cdef ptrdiff_t c
+    cdef const double *a
+    if self.omega > 0.0:
+        for c in range(3):
+            a = self.spin + 3 * c
+            u[c] = u[c] + factor * (a[0] * d[0] + a[1] * d[1] + a[2] * d[2])
+
+
+cdef inline void creep_three(const Data *self, ptrdiff_t k, const row *x, const row *d,
+                             const row *n, row *u) noexcept nogil:
+    """Add the displacement along the surface since the last accepted state to deflections u."""
+    cdef row[3] begin
+    cdef row[3] middle
+    cdef row[3] normal
+    cdef row[3] path
+    cdef row delay = load_row(self.settling + k) / same(self.interval)
+    cdef ptrdiff_t c
+    for c in range(3):
+        begin[c] = row_of(self.x0 + 4 * k + c, 4)
+        path[c] = x[c] - begin[c]
+    if self.is_flat:
+        project_three(n, path)
+    else:
+        approach_three(self, begin, middle)
+        for c in range(3):
+            middle[c] = 0.5 * (middle[c] + d[c])
+        face_three(self, middle, root(dot_three(middle, middle)), normal)
+        turn_three(self, middle, -self.turn, path)
+        project_three(normal, path)
+        transport_three(n, path)
+    for c in range(3):
+        u[c] = u[c] + (1.0 + delay) * path[c]
+
+
+cdef inline void stick_three(Data *self, ptrdiff_t k, const row *x, const row *d, const row *n,
+                             row pressure, row *f) noexcept nogil:
+    """Set the friction of bristles at the end of a step, as `stick` does."""
+    cdef row[3] u
+    cdef row factor = self.grip * load_row(self.stiffness + k), limit = same(self.friction)
+    cdef row square, ratio
+    cdef ptrdiff_t c
+    for c in range(3):
+        u[c] = row_of(self.z + 3 * k + c, 3)
+    if not self.is_flat:
+        transport_three(n, u)
+    if self.interval > 0.0:
+        creep_three(self, k, x, d, n, u)
+    store_points(self.trial + 3 * k, u)
+    if self.slides != NULL:
+        limit = where_above(load_row(self.slides + k), same(0.0), limit, same(self.friction0))
+    limit = limit * pressure / factor
+    square = dot_three(u, u)
+    ratio = where_above(square, limit * limit, limit / root(square), same(1.0))
+    for c in range(3):
+        f[c] = -factor * ratio * u[c]
+
+
+cdef inline void rub_three(const Data *self, ptrdiff_t g, const double *v, const row *d,
+                           const row *n, row pressure, row *f) noexcept nogil:
+    """Set the friction that depends on the velocity, as `rub` does."""
+    cdef row factor
+    cdef ptrdiff_t c
+    sum_three(self.groups.three + self.groups.weight_of_three[g],
+              self.groups.place + 3 * self.groups.term[g], v, f)
+    turn_three(self, d, -1.0, f)
+    project_three(n, f)
+    factor = -self.friction * pressure / root(self.slip_speed * self.slip_speed + dot_three(f, f))
+    for c in range(3):
+        f[c] = factor * f[c]
+
+
+cdef inline void press_three(Data *self, ptrdiff_t g, const ancf_state *state, double *r) noexcept nogil:
+    """Subtract the forces on a group of three points in a state from the residual."""
+    cdef const double *weight = self.groups.three + self.groups.weight_of_three[g]
+    cdef const int32_t *place = self.groups.place + 3 * self.groups.term[g]
+    cdef ptrdiff_t k = self.groups.first[g], c
+    cdef row[3] x
+    cdef row[3] d
+    cdef row[3] n
+    cdef row[3] rubbing
+    cdef row distance, e, approached, theta, s, beyond, force
+    sum_three(weight, place, state.q, x)
+    distance = approach_three(self, x, d)
+    e = self.reach - distance
+    store_row(self.at + k, e)
+    theta = self.dt * load_row(self.rate + k)
+    theta = theta * theta
+    theta = where_above(theta, same(1.0), same(1.0), theta)
+    approached = e + theta * (e - load_row(self.before + k))
+    if not any_positive(approached):
+        store_row(self.force + k, same(0.0))
+        store_row(self.slope + k, same(0.0))
+        return
+    s = approached / same(self.layer)
+    s = where_above(s, same(1.0), same(1.0), where_above(s, same(0.0), s, same(0.0)))
+    beyond = approached - self.layer
+    beyond = where_above(beyond, same(0.0), beyond, same(0.0))
+    force = load_row(self.stiffness + k) * (self.layer * s * s * s * (1.0 - 0.5 * s) + beyond)
+    store_row(self.force + k, force)
+    store_row(self.slope + k, (1.0 + theta) * load_row(self.stiffness + k) * s * s * (3.0 - 2.0 * s))
+    face_three(self, d, distance, n)
+    if self.grip > 0.0:
+        stick_three(self, k, x, d, n, force, rubbing)
+    elif self.friction > 0.0 and state.v != NULL:
+        rub_three(self, g, state.v, d, n, force, rubbing)
+    else:
+        for c in range(3):
+            rubbing[c] = same(0.0)
+    for c in range(3):
+        rubbing[c] = rubbing[c] + force * n[c]
+    subtract_three(weight, place, rubbing, r)
