@@ -15,7 +15,6 @@ import numpy as np
 
 from ancfsparse.errors import EquilibriumError, StepError
 from ancfsparse.plans.discretization_error.richardson import (
-    ASYMPTOTIC_RANGE,
     Estimate,
     from_observed_order,
 )
@@ -136,5 +135,4 @@ def estimate_from_corrections(
         return Estimate(n, error, order, is_noise, REFINEMENT, is_noise)
     growth = counts[-1] / counts[0]
     observed = math.log(changes[0] / last) / math.log(growth)
-    smallest = changes[0] / growth ** (ASYMPTOTIC_RANGE[1] * order)
-    return from_observed_order(n, max(last, smallest), order, observed, REFINEMENT)
+    return from_observed_order(n, last, changes[0] / growth**order, order, observed, REFINEMENT)

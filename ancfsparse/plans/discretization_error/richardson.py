@@ -9,6 +9,8 @@ An error with two terms of opposite signs, such as A h^3 - B h^4, has an extremu
 which two solutions agree by chance.  The last difference is then far smaller than the previous one,
 and shows an order that no method has.  It is taken to be at least the previous one, reduced by the
 order of the method.
+
+At lower resolutions the solutions there show the error, by their differences from the last one.
 """
 
 from __future__ import annotations
@@ -16,6 +18,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ancfsparse.array_types import Vector
 
 MIN_ORDER = 0.5  # smallest order that is extrapolated
 MAX_ERROR_RATIO = 1e150  # of error to tolerance, such that its power 1/order does not overflow
@@ -40,8 +46,9 @@ class Estimate:
         Ratio of the two resolutions from which it was estimated.
     is_observed : bool
         Whether an order was observed at all, which takes three solutions.
-    observed : float
-        That order; if it is larger than the power, it is the power at lower resolutions.
+    lower : tuple of pairs of float
+        Lower resolutions, ascending, and bounds of the differences of solutions there from the
+        last [unit].
     """
 
     resolution: float
@@ -50,25 +57,36 @@ class Estimate:
     is_asymptotic: bool
     ratio: float = 2.0
     is_observed: bool = True
-    observed: float = 0.0
+    lower: tuple[tuple[float, float], ...] = ()
 
     def at(self, resolution: float) -> float:
         """Return the error at another resolution."""
-        order = self._order(resolution < self.resolution)
-        return float(self.error * (self.resolution / resolution) ** order)
+        known, errors = self._known
+        if known[0] <= resolution < self.resolution:
+            return float(np.exp(np.interp(np.log(resolution), np.log(known), np.log(errors))))
+        i = 0 if resolution < known[0] else -1
+        return float(errors[i] * (known[i] / resolution) ** self.order)
 
-    def _order(self, is_lower: bool) -> float:
-        """Return the power at lower or at higher resolutions."""
-        return max(self.order, self.observed) if is_lower else self.order
+    @property
+    def _known(self) -> tuple[Vector, Vector]:
+        """Resolutions of solutions, ascending, and their errors [unit]."""
+        lower = [(x, self.error + d) for x, d in self.lower if x < self.resolution]
+        known, errors = np.array([*lower, (self.resolution, self.error)]).T
+        return known, np.maximum(errors, np.finfo(float).tiny)
 
     def resolution_for(self, error: float) -> float:
         """Return the resolution with an error."""
         if self.error == 0.0:
             return 0.0
-        ratio = self.error / error if error > 0.0 else math.inf
+        known, errors = self._known
+        if errors[-1] < error <= errors[0]:
+            x = np.interp(np.log(error), np.log(errors[::-1]), np.log(known[::-1]))
+            return float(np.exp(x))
+        i = 0 if error > errors[0] else -1
+        ratio = errors[i] / error if error > 0.0 else math.inf
         if ratio > MAX_ERROR_RATIO:
             return math.inf
-        return float(self.resolution * ratio ** (1.0 / self._order(ratio < 1.0)))
+        return float(known[i] * ratio ** (1.0 / self.order))
 
     @property
     def conservative(self) -> float:
@@ -82,7 +100,11 @@ class Estimate:
 
 
 def estimate(
-    resolutions: Sequence[float], differences: Sequence[float], order: float, noise: float = 0.0
+    resolutions: Sequence[float],
+    differences: Sequence[float],
+    order: float,
+    noise: float = 0.0,
+    previous: float | None = None,
 ) -> Estimate:
     """Estimate the error at the last of several resolutions.
 
@@ -96,6 +118,8 @@ def estimate(
         Order of the method.
     noise : float, optional
         Differences up to this size are rounding errors and show no order [unit].
+    previous : float, optional
+        Part of the last difference but one that is comparable with the last [unit].
 
     Returns
     -------
@@ -105,25 +129,31 @@ def estimate(
     last = differences[-1]
     ratio = resolutions[-1] / resolutions[-2]
     error = last / (ratio**order - 1.0)
+    bounds = np.cumsum(differences[::-1])[::-1]
+    lower = tuple(zip(resolutions[:-1], map(float, bounds), strict=True))
     if last <= noise:
-        return Estimate(resolutions[-1], error, order, True, ratio)
+        return Estimate(resolutions[-1], error, order, True, ratio, lower=lower)
     if len(differences) < 2 or differences[-2] <= noise:
-        return Estimate(resolutions[-1], error, order, False, ratio, is_observed=False)
-    first, last_three = differences[-2], resolutions[-3:]
-    observed = observed_order(last_three, first, last)
-    is_too_fast = observed > ASYMPTOTIC_RANGE[1] * order
-    smallest = first / _reduction(last_three, order) if is_too_fast else 0.0
-    return from_observed_order(resolutions[-1], max(last, smallest), order, observed, ratio)
+        return Estimate(resolutions[-1], error, order, False, ratio, False, lower)
+    previous, last_three = previous or differences[-2], resolutions[-3:]
+    observed = observed_order(last_three, previous, last)
+    reduced = previous / _reduction(last_three, order)
+    result = from_observed_order(resolutions[-1], last, reduced, order, observed, ratio)
+    return replace(result, lower=lower)
 
 
 def from_observed_order(
-    resolution: float, difference: float, order: float, observed: float, ratio: float
+    resolution: float, last: float, reduced: float, order: float, observed: float, ratio: float
 ) -> Estimate:
-    """Return the estimate from a difference, with the smaller of two orders."""
+    """Return the estimate from the last difference, with the smaller of two orders.
+
+    It is at least the previous one, `reduced` by the order of the method, where it decreased faster
+    than in the asymptotic range.
+    """
     used = min(order, max(observed, MIN_ORDER))
+    difference = max(last, reduced) if observed > ASYMPTOTIC_RANGE[1] * order else last
     is_asymptotic = ASYMPTOTIC_RANGE[0] * order <= observed <= ASYMPTOTIC_RANGE[1] * order
-    error = difference / (ratio**used - 1.0)
-    return Estimate(resolution, error, used, is_asymptotic, ratio, observed=observed)
+    return Estimate(resolution, difference / (ratio**used - 1.0), used, is_asymptotic, ratio)
 
 
 def observed_order(resolutions: Sequence[float], first: float, second: float) -> float:

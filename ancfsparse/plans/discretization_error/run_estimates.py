@@ -110,24 +110,21 @@ def mesh_estimates(trials: TrialRuns, runs: Sequence[TrialRun], order: int) -> t
 def _extrapolate(
     trials: TrialRuns, runs: Sequence[TrialRun], resolutions: Sequence[int], orders: Sequence[int]
 ) -> tuple[Estimate, ...]:
-    """Estimate the error of the last run from the differences of the last three."""
-    differences = [goal_differences(trials.goals, a, b) for a, b in pairwise(runs[-3:])]
-    if len(differences) > 1:
-        differences[0] = _differences_near_last(trials, differences[0], runs[-3:])
-    noises = solver_noise(trials, runs[-1])
-    columns = zip(zip(*differences, strict=True), orders, noises, strict=True)
-    return tuple(estimate(resolutions[-3:], *each) for each in columns)
+    """Estimate the error of the last run from the differences of all."""
+    differences = [goal_differences(trials.goals, a, b) for a, b in pairwise(runs)]
+    columns = zip(*differences, strict=True)
+    near = _differences_near_last(trials, runs[-3:])
+    columns = zip(columns, orders, solver_noise(trials, runs[-1]), near, strict=True)
+    return tuple(estimate(resolutions, *each) for each in columns)
 
 
-def _differences_near_last(
-    trials: TrialRuns, differences: Sequence[float], runs: Sequence[TrialRun]
-) -> list[float]:
+def _differences_near_last(trials: TrialRuns, runs: Sequence[TrialRun]) -> list[float | None]:
     """Return the differences of the first two of three runs near the largest of the last two.
 
-    Of quantities at all saved times; the given ones of others.
+    Of quantities at all saved times; None for others.
     """
-    out = list(differences)
-    for i, goal in enumerate(trials.goals):
+    out: list[float | None] = [None] * len(trials.goals)
+    for i, goal in enumerate(trials.goals if len(runs) > 2 else ()):
         first, last = (
             differences_over_time(goal, a.histories[i], b.histories[i]) for a, b in pairwise(runs)
         )

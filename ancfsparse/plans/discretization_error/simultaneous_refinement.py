@@ -174,7 +174,8 @@ def _error(difference: float, before: float, ratio: float) -> float:
     smaller difference is one by chance, see `richardson`.
     """
     power = UNOBSERVED_FRACTION
-    difference = max(difference, before / ratio ** ASYMPTOTIC_RANGE[1])
+    if before > difference * ratio ** ASYMPTOTIC_RANGE[1]:
+        difference = before / ratio
     if before > 0.0 and difference > 0.0:
         observed = math.log(before / difference) / math.log(ratio)
         power = min(1.0, max(MIN_OBSERVED_FRACTION, observed))
