@@ -50,20 +50,23 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
         eq.coast(eq.context)
         outcome = attempt(self, True, False, False, used)
     elif rung == LONG_NEWTON:
+        self.equations.leaps = self.leapt
         eq.restart(eq.context)
         outcome = attempt(self, True, True, False, used)
+        if retreat(self) and outcome != CONVERGED:
+            eq.restart(eq.context)
+            used[0] = 0
+            outcome = attempt(self, True, True, False, used)
     else:
         eq.restart(eq.context)
         outcome = attempt(self, rung != NEW_SEED, damped, rung == NEW_SEED, used)
-        if damped:
-            self.ran_out = outcome == TOO_MANY
+        self.ran_out |= damped and outcome == TOO_MANY
         if outcome != CONVERGED and rung != NEW_SEED and not (self.newton and self.leapt == eq.leaps):
             # Damping can prevent convergence where full corrections converge, and vice versa.
             eq.restart(eq.context)
             used[0] = 0
             outcome = attempt(self, True, not damped, False, used)
-            if not damped:
-                self.ran_out = outcome == TOO_MANY
+            self.ran_out |= not damped and outcome == TOO_MANY
     if outcome == CONVERGED:
         tally(self, 1)
     if rung != NEW_SEED:
@@ -208,7 +211,7 @@ cdef int repeat(void *context) noexcept nogil:
     cdef Loop *self = <Loop *>context
     cdef Rung rung = self.rung, compared = self.compared
     cdef int doubtful = self.doubtful, saddle = self.saddle, outcome
-    cdef bint ran_out = self.ran_out
+    cdef bint ran_out = self.ran_out, leapt = self.leapt
     tally(self, -1)
     record(self, NEW_SEED, GAINED_ENERGY)
     retreat(self)
@@ -218,6 +221,6 @@ cdef int repeat(void *context) noexcept nogil:
     outcome = solve(self)
     self.counts.recoveries_reseed += outcome == CONVERGED and self.rung == METHOD
     self.rung, self.compared, self.doubtful, self.saddle = rung, compared, doubtful, saddle
-    self.ran_out = ran_out
+    self.ran_out, self.leapt = ran_out, leapt
     self.reseed_due = True
     return outcome

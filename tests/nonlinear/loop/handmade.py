@@ -33,9 +33,13 @@ class Equations:
         x to a definite neighbour of J.
     coast : (n,) float, optional
         Another start.
+    leap : (n,) float, optional
+        The first start, in place of the predictor.
     """
 
-    def __init__(self, residual, jacobian, start, n_multipliers=0, material=None, coast=None):
+    def __init__(
+        self, residual, jacobian, start, n_multipliers=0, material=None, coast=None, leap=None
+    ):
         self.start = np.array(start, dtype=float)
         self.x = self.start.copy()
         self.trace = []  # the names of the calls, in order
@@ -48,7 +52,7 @@ class Equations:
 
         def restart(_):
             self.trace.append("restart")
-            self.x = self.start.copy()
+            self.x = np.array(leap, dtype=float) if self.interface.leaps else self.start.copy()
 
         def fly(_):
             self.trace.append("coast")
@@ -82,7 +86,7 @@ class Equations:
             "ancf_equations", n=n, n_coordinates=self.n_coordinates, n_values=len(self.row),
             restart=restart, correct=correct, residual=write_residual, matrix=write_matrix,
             coast=coast and fly, material=material and write_material,
-            mass_total=self.n_coordinates,
+            mass_total=self.n_coordinates, leaps=leap is not None,
         )  # fmt: skip
         self.seed = SparseSeed(self.indptr, self.row.astype(np.int32), self.n_coordinates)
 
@@ -124,11 +128,18 @@ class Equations:
         return compiled_module("limited").Limited(self.seed, rule, n_pairs)
 
 
-def between_wells(**options):
-    """Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8."""
-    return Equations(
-        lambda x: x**3 - 2.0 * x + 2.0, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], **options
-    )
+def between_wells(watch=None, **options):
+    """Newton's method goes to and fro between 0 and 1, and damped it is caught at 0.8.
+
+    All x whose residual is asked for are entered in a list.
+    """
+    seen = [] if watch is None else watch
+
+    def residual(x):
+        seen.append(float(x[0]))
+        return x**3 - 2.0 * x + 2.0
+
+    return Equations(residual, lambda x: np.diag(3.0 * x**2 - 2.0), [0.0], **options)
 
 
 def spring(stiffness, n=1):

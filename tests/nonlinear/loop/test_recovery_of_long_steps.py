@@ -168,6 +168,19 @@ def test_damped_newton_goes_on_where_all_else_fails(most, corrections, outcome):
     assert loop.counts["iterations"] == corrections
 
 
+def test_damped_newton_goes_on_from_the_nearer_predictor_first():
+    # From there each correction leaves two thirds; from the other start attempts are caught.
+    seen = []
+    equations = between_wells(leap=[-50.0], watch=seen)
+    loop = equations.loop(max_iterations=6)
+    assert loop.solve() == Outcome.CONVERGED
+    assert equations.x[0] == pytest.approx(np.roots([1, 0, -2, 2]).real.min(), rel=1e-9)
+    rungs = [Attempt.DAMPED_NEWTON] * 2 + [Attempt.DESCENT, Attempt.LONG_NEWTON]
+    assert [event[1] for event in loop.events] == rungs
+    starts = [x for x in seen if x in (-50.0, 0.0)]
+    assert starts[-1] == -50.0
+
+
 def test_damped_newton_goes_on_for_another_solution_too():
     # The first solution, from nearby, gains energy; from the start only damped Newton returns.
     equations = flattening()

@@ -71,6 +71,8 @@ def test_random_contacts_are_judged_without_a_find():
         *((7703, 59), (9102, 521)),
         # The work of a force in the parts of a step was not counted.
         (9401, 216),
+        # Damped Newton converges from the first predictor alone; descent led far away.
+        (9301, 254),
     ],
 )
 def test_contacts_that_once_were_found_are_not(seed, index):

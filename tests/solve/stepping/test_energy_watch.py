@@ -27,8 +27,8 @@ def test_the_trapezoidal_rule_with_too_large_a_step_is_stopped():
     assert gain.time == pytest.approx(path.t[-1] + 0.03125)
     energy = path.energy
     assert (energy.total - energy.total[0]).max() <= 0.01 * energy.kinetic.max()
-    assert [event.rung for event in path.stats.events if event.step == gain.step][-3:] == [
-        "Newton", "Newton from rest", "descent",
+    assert [event.rung for event in path.stats.events if event.step == gain.step][-4:] == [
+        "Newton", "Newton from rest", "descent", "damped Newton with more iterations",
     ]  # fmt: skip
     assert gain.exchanged >= energy.kinetic[::16].max() * (1 - 1e-12)
     assert np.isfinite(path.position(rod.end)).all()
@@ -95,14 +95,17 @@ def test_a_gain_in_easy_steps_is_found_at_the_next_look():
 
 def test_the_watch_can_be_widened_and_switched_off():
     stopped = []
-    for share in (0.001, 0.5, math.inf):
+    for share in (0.001, 0.5):
         scene, _ = pendulum("thin")
         # A stricter watch also finds better solutions of some steps; here it does not last longer.
-        with pytest.raises(ancf.StepError) as caught:
+        with pytest.raises(EnergyIncreaseError) as caught:
             ancf.simulate(scene, 10.0, 2e-3, max_energy_gain=share, integrator=ancf.Newmark())
         stopped.append(caught.value.step)
-        assert isinstance(caught.value, EnergyIncreaseError) == (share < 1.0)
-    assert stopped[0] < stopped[1] < stopped[2]
+    assert stopped[0] < stopped[1]
+    scene, _ = pendulum("thin")
+    run = ancf.simulate(scene, 10.0, 2e-3, max_energy_gain=math.inf, integrator=ancf.Newmark())
+    assert run.finished
+    assert (run.energy.total - run.energy.total[0]).max() > 0.5 * run.energy.kinetic.max()
 
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.8), ancf.HHT(0.1)], ids=repr)
