@@ -134,5 +134,6 @@ def check_elements(contact: Contact) -> None:
         times = math.ceil(longest / limit)
         raise InputError(
             f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
-            f"circumference, {limit:.6g} m: take at least {times} times as many elements"
+            f"circumference, {limit:.6g} m: take at least {times} times as many elements, "
+            f"{times * contact.body.n_elements}"
         )

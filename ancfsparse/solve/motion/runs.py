@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 from ancfsparse.errors import AncfError
@@ -44,8 +45,10 @@ def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
     """
     if request.accuracy is not None:
         return motion.ErrorControlledRun(request, system, request.accuracy)
+    integrator = request.integrator
+    phase = math.inf if isinstance(integrator, Implicit) else integrator.tableau.interval
     for contribution in system.contributions:
-        contribution.check_step(request.clock.dt)
+        contribution.check_step(request.clock.dt, phase)
     if isinstance(request.integrator, Implicit):
         return motion.ImplicitRun(request, system, request.integrator, needed)
     return motion.ExplicitRun(request, system, request.integrator)

@@ -168,8 +168,11 @@ class Contribution(ABC):
         """
         return []
 
-    def check_step(self, dt: float) -> None:  # noqa: B027
-        """Refuse a fixed step that is too long for its law [s]."""
+    def check_step(self, dt: float, phase: float) -> None:  # noqa: B027
+        """Refuse a fixed step dt [s] that is too long for its law.
+
+        The phase is the product of a step and a frequency up to which the integrator is stable.
+        """
 
     def run_warnings(self) -> list[Warning]:
         """Return warnings of the last run."""

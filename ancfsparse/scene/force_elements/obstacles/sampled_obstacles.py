@@ -22,6 +22,7 @@ CELLS = 64  # of the default grid along the longest side of a mesh
 # Of the grid around a surface.  An error decays by the factor 0.27 per cell in a cubic spline, and
 # at the ends of the grid it is a tenth of a cell: 3e-6 of a cell at the surface, with six cells
 # 4e-5.
+MIN_VOLUME_RATIO = 1e-12  # of a mesh over the cube of its longest side: rounding
 MARGIN_CELLS = 8
 REACH_CELLS = 5  # largest radius of bodies that can touch the surface
 MAX_NODES = 2e7  # of a grid: 160 MB
@@ -99,7 +100,7 @@ class TriangleMesh(SampledObstacle):
     Raises
     ------
     InputError
-        If the surface has a hole, or is inside out.
+        If the surface has a hole, is inside out or has no volume, or the cell is larger than it.
     """
 
     base: tuple[float, ...]
@@ -129,17 +130,28 @@ class TriangleMesh(SampledObstacle):
         sides = vertices[triangles]
         volume = np.sum(np.cross(sides[:, 0], sides[:, 1]) * sides[:, 2]) / 6.0
         extent = float(np.ptp(vertices, axis=0).max())
-        if volume <= 0.0:
+        if abs(volume) <= MIN_VOLUME_RATIO * extent**3:
+            raise InputError(
+                f"a mesh of {extent:.6g} m has no volume, so it has no inside: give it a thickness"
+            )
+        if volume < 0.0:
             raise InputError(
                 f"a mesh is inside out: its volume is {volume:.6g} m3; reverse the order of the "
                 "vertices of all triangles"
             )
         cell = check_not_negative("cell of a mesh", self.cell, "m") or extent / CELLS
+        cell = check_moderate("cell of a mesh", cell, "m")
+        thickness = float(np.ptp(vertices, axis=0).min())
+        if cell > thickness:
+            raise InputError(
+                f"a cell of {cell:.6g} m rounds off a mesh whose smallest side is {thickness:.6g} "
+                "m: take a smaller one, such as a tenth of that"
+            )
         set_fields(
             self,
             vertices=tuple(map(tuple, vertices.tolist())),
             triangles=tuple(map(tuple, triangles.tolist())),
-            cell=check_moderate("cell of a mesh", cell, "m"),
+            cell=cell,
         )
 
     @property

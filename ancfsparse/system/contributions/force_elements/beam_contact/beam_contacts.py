@@ -20,6 +20,7 @@ from ancfsparse.scene.force_elements.beam_contacts import (
 from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
 from ancfsparse.scene.force_elements.fixed_ends import MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.force_elements.contact_steps import check_contact_step
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
@@ -194,6 +195,14 @@ class BeamContactContribution(Contribution):
                 size[k] = np.linalg.norm(each, axis=1).sum()
             deepest[k] = depths.max(initial=0.0)
         return resultant, *sizes, deepest
+
+    def check_step(self, dt: float, phase: float) -> None:
+        """Refuse a step at which the vibration of parallel lines on each other is not stable."""
+        contact = self.contact
+        lightest = [float(_masses_per_length(body).min()) for body in (contact.body, contact.other)]
+        mass = 1.0 / sum(1.0 / each for each in lightest)
+        impact_time = np.pi * np.sqrt(mass / contact.stiffness)
+        check_contact_step(contact.what, contact.stiffness, impact_time, dt, phase)
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""

@@ -21,6 +21,7 @@ from ancfsparse.system.contributions.force_elements.contact.contact_stiffness im
     IMPACT_RATIO,
     default_stiffness,
 )
+from ancfsparse.system.contributions.force_elements.contact_steps import check_contact_step
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
@@ -164,8 +165,9 @@ class ContactContribution(Contribution):
         """Return speeds over penetrations below which points are damped less, (n,) [1/s]."""
         return SLOW_RATIO * self.contact.restitution * np.pi / self._impact_times()
 
-    def check_step(self, dt: float) -> None:
-        """Refuse a step of a run that does not resolve impacts with a restitution."""
+    def check_step(self, dt: float, phase: float) -> None:
+        """Refuse a step that does not resolve impacts with a restitution, or is not stable."""
+        check_contact_step(self.contact.what, self.stiffness, self._impact_times().min(), dt, phase)
         contact, shortest = self.contact, float(self._impact_times().min())
         longest = shortest * contact.restitution / RESTITUTION_STEPS
         if contact.restitution and dt > (1.0 + SAME_STEP) * longest:

@@ -1,0 +1,112 @@
+"""Contacts that cannot be computed are refused in one sentence, with the remedy in numbers."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+
+RADIUS = 0.005
+SECTION, MATERIAL = ancf.Circle(2.0 * RADIUS), ancf.Material(1e8, 5e3)
+FLOOR = ancf.HalfSpace((0.0, 0.0), (0.0, 1.0))
+MASS = MATERIAL.density * 0.25 * math.pi * SECTION.diameter**2  # per length
+CORNERS = np.array([(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+SIDES = np.array([
+    (0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+    (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+])  # fmt: skip
+
+
+def cable(height=0.02, n=10):
+    scene = ancf.Scene((0.0, -9.81))
+    return scene, scene.add_beam("thin", (0.0, height), (1.0, height), n, SECTION, MATERIAL)
+
+
+def onto_floor(stiffness, friction=None):
+    scene, rod = cable(0.008)
+    scene.contact(rod, FLOOR, stiffness=stiffness, **(friction or {}))
+    return scene
+
+
+def onto_cable(stiffness):
+    scene, rod = cable(0.03)
+    other = scene.add_beam("thin", (0.0, 0.012), (1.0, 0.012), 10, SECTION, MATERIAL)
+    scene.contact(rod, other, stiffness=stiffness)
+    return scene
+
+
+@pytest.mark.parametrize(("build", "lines"), [(onto_floor, 1), (onto_cable, 2)])
+@pytest.mark.parametrize("integrator", [ancf.CentralDifference(), ancf.DormandPrince()])
+def test_an_explicit_step_that_does_not_resolve_the_stiffness(build, lines, integrator):
+    """The limit is that of a mass on a spring: 2 / omega for central differences."""
+    stiffness, phase = 1e11, integrator.tableau.interval
+    assert phase == 2.0 or isinstance(integrator, ancf.DormandPrince)
+    longest = phase / math.sqrt(lines * stiffness / MASS)
+    with pytest.raises(ancf.InputError, match="does not resolve the contact of beam 0") as refusal:
+        ancf.simulate(build(stiffness), 1e-4, 2e-5, integrator=integrator)
+    number = float(re.search("at most (.*) s; take", str(refusal.value)).group(1))
+    assert number == pytest.approx(longest, rel=0.01)
+    n = math.ceil(1e-4 / number) + 1
+    assert ancf.simulate(build(stiffness), 1e-4, 1e-4 / n, integrator=integrator).finished
+    assert ancf.simulate(build(stiffness), 1e-4, 1e-5).finished  # implicit
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: ancf.Ball((0, 0), 0.0), "radius of a ball must be positive, got 0 m"),
+        (lambda: ancf.Drum((0, 0), -0.1), "radius of a drum must be positive"),
+        (lambda: ancf.Block((0, 0), (0.1, 0.0)), "length of a block must be positive"),
+        (lambda: ancf.Capsule((0, 0), (0, 0), 0.1), "a capsule has zero length"),
+        (lambda: ancf.Torus((0, 0), 0.05, 0.1), "which leaves no hole"),
+        (lambda: ancf.HalfSpace((0, 0), (0, 0)), "must have a direction"),
+        (lambda: ancf.HeightField((0, 0), [0.0, 1.0], 0.0), "spacing of a height field must be"),
+        (lambda: ancf.TriangleMesh((0, 0, 0), CORNERS, SIDES[:-1]), "a mesh has a hole: 3 of"),
+        (lambda: ancf.TriangleMesh((0, 0, 0), CORNERS, SIDES[:, ::-1]), "inside out: its volume"),
+        (
+            lambda: ancf.TriangleMesh((0, 0, 0), CORNERS * (1, 1, 0), SIDES),
+            "a mesh of 1 m has no volume",
+        ),
+        (lambda: ancf.TriangleMesh((0, 0, 0), 0.0 * CORNERS, SIDES), "has no volume"),
+        (
+            lambda: ancf.TriangleMesh((0, 0, 0), CORNERS * (1, 1, 0.01), SIDES),
+            "a cell of 0.015625 m rounds off a mesh whose smallest side is 0.01 m",
+        ),
+    ],
+)
+def test_shapes_without_size_or_inside_out(make, sentence):
+    with pytest.raises(ancf.InputError, match=sentence):
+        make()
+
+
+def test_elements_that_are_too_long_for_a_shape():
+    """A quarter of the circumference at the axis: pi (0.02 + 0.005) / 2 m, of 0.1 m elements."""
+    ball = ancf.Ball((0.5, -0.1), 0.02)
+    scene, rod = cable(n=10)
+    needed = 10 * math.ceil(0.1 / (0.5 * math.pi * 0.025))
+    with pytest.raises(ancf.InputError, match=rf"at least 3 times as many elements, {needed}$"):
+        scene.contact(rod, ball)
+    scene, rod = cable(n=needed)
+    scene.contact(rod, ball)
+
+
+def test_friction_without_a_normal_force():
+    scene, rod = cable()
+    for stiffness in (0.0, -1.0):
+        with pytest.raises(ancf.InputError, match=r"stiffness of the contact .* must be positive"):
+            scene.contact(rod, FLOOR, stiffness=stiffness, friction=0.3)
+    scene = ancf.Scene((0.0, 0.0))
+    rod = scene.add_beam("thin", (0.0, 0.1), (1.0, 0.1), 4, SECTION, MATERIAL)
+    scene.contact(rod, FLOOR, friction=0.3)
+    with pytest.raises(ancf.InputError, match=r"stiffness of the contact .* is needed"):
+        ancf.simulate(scene, 0.01, 1e-3)
+
+
+def test_the_same_pair_twice():
+    scene, rod = cable()
+    scene.contact(rod, FLOOR)
+    for again in (FLOOR, ancf.HalfSpace((0.0, 0.0), (0.0, 1.0))):
+        with pytest.raises(ancf.InputError, match="added before: leave one of them out"):
+            scene.contact(rod, again, friction=0.1)
