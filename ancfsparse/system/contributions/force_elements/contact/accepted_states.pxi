@@ -49,6 +49,7 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef Place[MAX_POINTS] here
+    cdef double force
     cdef ptrdiff_t g, k, p
     if self.is_static:
         return  # a relaxation passes no equilibria
@@ -58,12 +59,15 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
             k = self.groups.first[g] + p
             if here[p].e > self.deepest and self.stiffness[k] > 0.0:
                 self.deepest = here[p].e
-            if self.grip > 0.0 and self.interval > 0.0:
-                deflect(self, k, x, &here[p])
-            self.last[k] = force_in_state(self, k, &here[p], x.v)
+            force = force_in_state(self, k, &here[p], x.v)
+            if self.grip > 0.0:
+                if self.interval > 0.0:
+                    deflect(self, k, x.q, &here[p], force)
+                memcpy(self.x0 + 4 * k, here[p].x, sizeof(here[p].x))
+            self.last[k] = force
             self.before[k] = here[p].e
     if self.grip > 0.0:
-        keep_state(self, x.q)
+        memcpy(self.q0, x.q, self.n_all * sizeof(double))
 
 
 cdef int contacts_changed(void *context) noexcept nogil:

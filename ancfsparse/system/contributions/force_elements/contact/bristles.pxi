@@ -163,20 +163,19 @@ cdef void try_equilibrium(const Data *self, ptrdiff_t k, const double *q, const 
     stick(self, k, q, &begin, here, pressure, &f[0])
 
 
-cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, const Place *end) noexcept nogil:
-    """Update the deflection of a bristle to the end of an accepted step."""
+cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, const Place *end,
+                  double pressure) noexcept nogil:
+    """Update the deflection of a bristle to the end of an accepted step, with the pressure there."""
     cdef Place begin
     cdef ptrdiff_t c, dim = self.points.dim
     cdef double[3] u
     cdef double[3] x
     cdef double[3] trial
-    cdef double pressure, limit, square, share = share_of(self, k), delay = delay_of(self, k)
+    cdef double limit, square, share = share_of(self, k), delay = delay_of(self, k)
     cdef double *z = self.z + dim * k
     if self.is_mean:
         recall(self, k, &begin)
         pressure = force_between(self, k, begin.e, end.e, NULL)
-    else:
-        pressure = force_in_state(self, k, end, x1.v)
     if pressure <= 0.0:
         for c in range(dim):
             z[c] = 0.0
@@ -188,7 +187,7 @@ cdef void deflect(const Data *self, ptrdiff_t k, const ancf_state *x1, const Pla
     limit = limit_of(self, k, pressure)
     take_bristle(self, z, &u[0])
     square = dot(u, u)
-    creep(self, k, x1.q, &begin, end, &x[0])
+    creep(self, k, q1, &begin, end, &x[0])
     if self.is_mean:
         shorten(limit, &u[0])
     transport(self, end.n, &u[0])
