@@ -9,7 +9,7 @@ from ancfsparse.dispatch import instruction_set
 from ancfsparse.errors import InputError
 from benchmarks.other_codes import sundials
 
-PACKAGES = ("numpy", "scipy", "exudyn", "pyelastica")
+PACKAGES = ("numpy", "scipy", "exudyn", "pyelastica", "mujoco")
 
 
 def environment() -> dict[str, str]:
