@@ -1,0 +1,39 @@
+"""Memory of contacts between beams: changes with accepted states; included by `_beam_contacts.pyx`."""
+
+
+cdef void set_step(void *context, double dt) noexcept nogil:
+    cdef Data *self = <Data *>context
+    self.ended = self.ended and (self.stepped or dt == self.dt)
+    self.dt = self.interval = dt
+
+
+cdef void begin(void *context, const ancf_state *x) noexcept nogil:
+    cdef Data *self = <Data *>context
+    self.stepped = self.ended = False
+    empty_list(&self.coupling)
+    if self.grip > 0.0:  # it begins without deflections
+        memset(self.slots, 0, self.n_slots * (2 + self.dim) * sizeof(double))
+        memset(self.rubbed, 0, 12 * self.n * sizeof(double))
+        set_points(self, x.q, self.before)
+        self.crowded = 0
+        self.touching = self.at_end.n if find_end(self, x.q) else 0
+    else:
+        accept(context, x)
+
+
+cdef void accept(void *context, const ancf_state *x) noexcept nogil:
+    """Keep the control points of a state, and the friction on them unless its work is that of means."""
+    cdef Data *self = <Data *>context
+    if self.grip > 0.0:
+        settle(self, x)
+    elif self.friction > 0.0 and not self.stepped:
+        set_friction(self, x, self.rubbed)
+    set_points(self, x.q, self.before)
+    self.ended = self.ended and self.stepped
+    self.touching = self.at_end.n
+    leave_out_idle_pairs(&self.coupling, &self.at_end)
+
+
+cdef int contacts_changed(void *context) noexcept nogil:
+    cdef const Data *self = <const Data *>context
+    return self.at_end.n != self.touching
