@@ -311,42 +311,42 @@ typedef double vec_four __attribute__((vector_size(32)));
 typedef int64_t vec_four_order __attribute__((vector_size(32)));
 typedef double vec_two __attribute__((vector_size(16), aligned(8), may_alias));
 
-VEC_ROW ancf_row vec_row_same(double value) { return (ancf_row){value, value, value, value}; }
+VEC_ROW vec_four vec_row_same(double value) { return (vec_four){value, value, value, value}; }
 
-VEC_ROW ancf_row vec_row_load(const double *p) { return *(const ancf_row *)p; }
+VEC_ROW vec_four vec_row_load(const double *p) { return (vec_four)*(const ancf_row *)p; }
 
 /* The numbers p[0], p[stride], p[2 stride] of three points. */
-VEC_ROW ancf_row vec_row_of(const double *p, ptrdiff_t stride)
+VEC_ROW vec_four vec_row_of(const double *p, ptrdiff_t stride)
 {
-    return (ancf_row){p[0], p[stride], p[2 * stride], 0.0};
+    return (vec_four){p[0], p[stride], p[2 * stride], 0.0};
 }
 
-VEC_ROW void vec_row_store(double *p, ancf_row v)
+VEC_ROW void vec_row_store(double *p, vec_four v)
 {
     *(vec_two *)p = (vec_two){v[0], v[1]};
     p[2] = v[2];
 }
 
 /* `yes` where a > b, otherwise `no`. */
-VEC_ROW ancf_row vec_row_where(ancf_row a, ancf_row b, ancf_row yes, ancf_row no)
+VEC_ROW vec_four vec_row_where(vec_four a, vec_four b, vec_four yes, vec_four no)
 {
-    vec_four_order above = (vec_four)a > (vec_four)b;
-    return (ancf_row)((above & (vec_four_order)yes) | (~above & (vec_four_order)no));
+    vec_four_order above = a > b;
+    return (vec_four)((above & (vec_four_order)yes) | (~above & (vec_four_order)no));
 }
 
-VEC_ROW int vec_row_any_positive(ancf_row v) { return v[0] > 0.0 || v[1] > 0.0 || v[2] > 0.0; }
+VEC_ROW int vec_row_any_positive(vec_four v) { return v[0] > 0.0 || v[1] > 0.0 || v[2] > 0.0; }
 
-VEC_ROW ancf_row vec_row_sqrt(ancf_row v)
+VEC_ROW vec_four vec_row_sqrt(vec_four v)
 {
 #ifdef __AVX__
-    return (ancf_row)_mm256_sqrt_pd((__m256d)v);
+    return (vec_four)_mm256_sqrt_pd((__m256d)v);
 #else
-    return (ancf_row){sqrt(v[0]), sqrt(v[1]), sqrt(v[2]), 0.0};
+    return (vec_four){sqrt(v[0]), sqrt(v[1]), sqrt(v[2]), 0.0};
 #endif
 }
 
 /* The vectors of three points, (x, y, z, 0) each, from their components. */
-VEC_ROW void vec_row_turn(const ancf_row *v, ancf_row *points)
+VEC_ROW void vec_row_turn(const vec_four *v, vec_four *points)
 {
     const vec_four x = v[0], y = v[1], z = v[2], zero = {0.0};
     const vec_four_order even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
@@ -357,32 +357,32 @@ VEC_ROW void vec_row_turn(const ancf_row *v, ancf_row *points)
 }
 
 /* v[c] = sum of weight[4 i + k] q[place[3 i] + c] for i < 4: a vector of each point k < 3. */
-VEC_ROW void vec_row_sum(const double *weight, const int32_t *place, const double *q, ancf_row *v)
+VEC_ROW void vec_row_sum(const double *weight, const int32_t *place, const double *q, vec_four *v)
 {
     const ancf_row *w = (const ancf_row *)weight;
     for (int c = 0; c < 3; ++c)
-        v[c] = w[0] * q[place[0] + c] + w[1] * q[place[3] + c]
+        v[c] = (vec_four)w[0] * q[place[0] + c] + w[1] * q[place[3] + c]
                + (w[2] * q[place[6] + c] + w[3] * q[place[9] + c]);
 }
 
 /* Subtract the forces f on three points, with the same weights. */
-VEC_ROW void vec_row_subtract(const double *weight, const int32_t *place, const ancf_row *f, double *r)
+VEC_ROW void vec_row_subtract(const double *weight, const int32_t *place, const vec_four *f, double *r)
 {
-    ancf_row force[3];
+    vec_four force[3];
     vec_row_turn(f, force);
     for (int i = 0; i < 4; ++i) {
         const double *w = weight + 4 * i;
         double *out = r + place[3 * i];
-        ancf_row sum = w[0] * force[0] + w[1] * force[1] + w[2] * force[2];
+        vec_four sum = w[0] * force[0] + w[1] * force[1] + w[2] * force[2];
         *(vec_two *)out -= (vec_two){sum[0], sum[1]};
         out[2] -= sum[2];
     }
 }
 
 /* Store the vectors v of three points one after the other. */
-VEC_ROW void vec_row_store_points(double *out, const ancf_row *v)
+VEC_ROW void vec_row_store_points(double *out, const vec_four *v)
 {
-    ancf_row point[3];
+    vec_four point[3];
     vec_row_turn(v, point);
     for (int k = 0; k < 3; ++k)
         vec_row_store(out + 3 * k, point[k]);

@@ -6,7 +6,7 @@ other points have the same forces by `contact_residual.pxi`, one after the other
 
 
 cdef extern from "vectors.h":
-    ctypedef double row "ancf_row"
+    ctypedef double row "vec_four"
     row same "vec_row_same" (double) noexcept nogil
     row load_row "vec_row_load" (const double *) noexcept nogil
     row row_of "vec_row_of" (const double *, ptrdiff_t) noexcept nogil
@@ -181,8 +181,59 @@ cdef inline void press_three(Data *self, ptrdiff_t g, const ancf_state *state, d
     elif self.friction > 0.0 and state.v != NULL:
         rub_three(self, g, state.v, d, n, force, rubbing)
     else:
+        clear_three(rubbing)
+    for c in range(3):
+        rubbing[c] = rubbing[c] + force * n[c]
+    subtract_three(weight, place, rubbing, r)
+
+
+cdef inline void clear_three(row *f) noexcept nogil:
+    cdef ptrdiff_t c
+    for c in range(3):
+        f[c] = same(0.0)
+
+
+cdef inline void press_three_between(Data *self, ptrdiff_t g, const double *q0, const double *q1,
+                                     const ancf_state *state, double *r) noexcept nogil:
+    """Subtract the forces on a group of three points between two states, without bristles."""
+    cdef const double *weight = self.groups.three + self.groups.weight_of_three[g]
+    cdef const int32_t *place = self.groups.place + 3 * self.groups.term[g]
+    cdef ptrdiff_t k = self.groups.first[g], c, p
+    cdef row[3] x
+    cdef row[3] begin
+    cdef row[3] end
+    cdef row[3] middle
+    cdef row[3] n
+    cdef row[3] rubbing
+    cdef double[3] e0
+    cdef double[3] e1
+    cdef row distance, before, after, deeper, force
+    sum_three(weight, place, q0, x)
+    before = approach_three(self, x, begin)
+    sum_three(weight, place, q1, x)
+    after = approach_three(self, x, end)
+    store_row(e0, self.reach - before)
+    store_row(e1, self.reach - after)
+    deeper = self.reach - where_above(before, after, after, before)
+    if not any_positive(deeper):
+        store_row(self.at + k, same(NAN))
+        store_row(self.force + k, same(0.0))
+        return
+    sum_three(weight, place, state.q, rubbing)
+    distance = approach_three(self, rubbing, middle)
+    store_row(self.at + k, where_above(deeper, same(0.0), self.reach - distance, same(NAN)))
+    for p in range(3):
+        self.force[k + p] = force_between(self, k + p, e0[p], e1[p], &self.slope[k + p])
+    force = row_of(self.force + k, 1)
+    if self.friction > 0.0 and state.v != NULL:
+        face_three(self, middle, distance, n)
+        rub_three(self, g, state.v, middle, n, force, rubbing)
+    else:
+        clear_three(rubbing)
+    if self.is_round:
         for c in range(3):
-            rubbing[c] = same(0.0)
+            begin[c] = begin[c] + end[c]
+    face_three(self, begin, before + after, n)
     for c in range(3):
         rubbing[c] = rubbing[c] + force * n[c]
     subtract_three(weight, place, rubbing, r)
