@@ -249,8 +249,8 @@ class Contacts(SceneBase):
         The force is evaluated at three Gauss points of each element.  Without a `restitution`,
         `EnergyMomentum` conserves the energy of an impact with any step.  With other implicit
         integrators an impact loses energy if it takes few steps: 1 % with 15, all with two.  In
-        equilibria bristles on obstacles are deflected by displacements since the last equilibrium,
-        and bristles between beams are not; friction with a `slip_speed` vanishes.
+        equilibria bristles are deflected by displacements since the last equilibrium, and friction
+        with a `slip_speed` vanishes.
 
         Two bodies need a stiffness, and press on each other with k e per length, integrated where
         they overlap; planar ones lie in one plane.  Two elements that touch have one bristle.

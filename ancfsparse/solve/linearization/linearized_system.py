@@ -73,20 +73,17 @@ class LinearizedSystem:
     Raises
     ------
     InputError
-        If a force depends on the motion of other points and is not `coupled`, or beams stick to
-        each other.
+        If a force depends on the motion of other points and is not `coupled`.
     """
 
     def __init__(self, system: System, state: State, amplitudes: Vector) -> None:
         self.system, self.state, self._amplitudes = system, state, amplitudes
         check_coupling(system, state.q, amplitudes)
-        omitted = [each.omitted_friction(state.q) for each in system.contributions]
-        if any(omitted):
-            raise InputError(next(filter(None, omitted)))
         n, pattern = system.n_free, system.pattern
         self.mass = symmetric_from_lower(mass_matrix(system))
         self.stiffness = symmetric_from_lower(free_submatrix(system, self._matrix(0.0, 1.0)))
-        self._coupling = system.coupling_stiffness(state.q)
+        with system.sticking_friction():
+            self._coupling = system.coupling_stiffness(state.q)
         if self._coupling is not None:
             self.stiffness = self.stiffness + self._coupling
         self.gradients = system.constraints.jacobian(state.q)[:, :n]

@@ -115,7 +115,7 @@ def solve_static(
     -----
     A scene with free rigid motions relaxes without inertia under the full load, without
     ``load_steps``.  Motions without stiffness, such as the rotation of a hanging rod about its
-    axis, do not change.  Friction on obstacles opposes the displacement from `start`, or from the
+    axis, do not change.  Friction of contacts opposes the displacement from `start`, or from the
     reference shape.  The theory is in docs/theory.md.
     """
     check_scene(scene)

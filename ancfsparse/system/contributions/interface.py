@@ -193,10 +193,6 @@ class Contribution(ABC):
         """Return a sentence if its matrix leaves out how points affect each other, else none."""
         return ""
 
-    def omitted_friction(self, q: Vector) -> str:
-        """Return a sentence if no matrix at rest contains its friction that sticks, else none."""
-        return ""
-
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Divide its work among threads; return True if it is divided."""
         return False

@@ -231,6 +231,87 @@ cdef class BeamContact(CompiledContribution):
             for c in range(data.dim):
                 out[k, c] = share * each.f[c] if touch.a < touch.b else -share * each.f[c]
 
+    @property
+    def is_sticking(self):
+        """True if bristles stick in the matrix of a state, outside of steps."""
+        return self.data.is_sticking
+
+    @is_sticking.setter
+    def is_sticking(self, bint value):
+        self.data.is_sticking = value and self.data.grip > 0.0
+
+    def begin_equilibria(self, const double[::1] q):
+        """Let bristles be deflected by displacements from coordinates on."""
+        cdef Data *data = &self.data
+        if data.grip > 0.0:
+            memset(data.slots, 0, data.n_slots * (2 + data.dim) * sizeof(double))
+            set_points(data, &q[0], data.before)
+            data.is_static, data.ended = True, False
+            data.dt, data.interval = 0.0, INFINITY
+
+    def accept_equilibrium(self, const double[::1] q):
+        """Update the deflections of bristles to an equilibrium."""
+        cdef ancf_state x
+        if self.data.is_static:
+            x.q, x.v = &q[0], NULL
+            self.data.is_static, self.data.stepped = False, False
+            accept(&self.data, &x)
+            self.data.is_static = True
+
+    def end_equilibria(self):
+        """Let bristles keep their deflections."""
+        self.data.is_static, self.data.interval = False, 0.0
+
+    def bristles(self, const double[::1] q):
+        """Return the bristles in an equilibrium, or of a state that sticks.
+
+        Returns
+        -------
+        elements : (k, 2) int
+            Both elements.
+        weights : (k, 2, 4) float
+            Of positions and slopes at the ends of each.
+        blocks : (k, dim, dim) float
+            Derivatives of the friction by relative displacements [N/m].
+        sliding : (k, dim) float
+            Its derivatives by the normal force in equilibria, zero where bristles stick.
+        """
+        cdef Data *data = &self.data
+        cdef const Bristle *each
+        cdef double[9] block
+        cdef double[4] of_nodes
+        cdef double size
+        cdef ptrdiff_t k, i = 0, dim = data.dim
+        cdef int c, e
+        n = 0
+        if (data.is_static or data.is_sticking) and set_bristles_at(data, &q[0]):
+            n = data.n_bristles
+        elements, weights = np.zeros((n, 2), np.int32), np.zeros((n, 2, 4))
+        blocks, sliding = np.zeros((n, dim, dim)), np.zeros((n, dim))
+        cdef int32_t[:, ::1] e_view = elements
+        cdef double[:, ::1] s_view = sliding
+        cdef double[:, :, ::1] w_view = weights, b_view = blocks
+        for k in range(n):
+            each = data.bristle + k
+            if each.limit == 0.0:
+                continue
+            bristle_block(data, each, block)
+            e_view[i, 0], e_view[i, 1] = each.a, each.b
+            size = sqrt(dot(each.trial, each.trial))
+            for c in range(dim if data.is_static and size > each.limit else 0):
+                s_view[i, c] = -data.friction * each.trial[c] / size
+            for c in range(dim):
+                for e in range(dim):
+                    b_view[i, c, e] = block[3 * c + e]
+            weigh_nodes(data, each.a, each.of_a, of_nodes)
+            for c in range(4):
+                w_view[i, 0, c] = of_nodes[c]
+            weigh_nodes(data, each.b, each.of_b, of_nodes)
+            for c in range(4):
+                w_view[i, 1, c] = of_nodes[c]
+            i += 1
+        return elements[:i], weights[:i], blocks[:i], sliding[:i]
+
     def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
                double step, bint is_mean, memory):
         """Return energies of the intervals between states (k - 1, 3) [J], and the memory at the end.
@@ -333,6 +414,11 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     distribute(self, r)
 
 
+cdef bint set_bristles_at(Data *self, const double *q) noexcept nogil:
+    """Set the touching points and the bristles of a state; return whether that succeeds."""
+    return find_end(self, q) and set_bristles(self, False)
+
+
 cdef double energy(void *context, const double *q) noexcept nogil:
     cdef Data *self = <Data *>context
     set_points(self, q, self.now)
@@ -346,6 +432,11 @@ cdef void matrix(void *context, int part, const ancf_state *x, double *values) n
     cdef Data *self = <Data *>context
     cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL
     if part != STIFFNESS and part != MATERIAL and not slides:
+        return
+    if self.is_static or self.is_sticking:
+        if set_bristles_at(self, x.q):
+            add_blocks(self, &self.at_end, 1.0, values)
+            add_bristle_blocks(self, values)
         return
     set_points(self, x.q, self.now)
     if slides:

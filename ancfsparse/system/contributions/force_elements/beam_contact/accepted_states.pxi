@@ -24,6 +24,8 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     """Keep the control points of a state, and the friction on them unless its work is that of means."""
     cdef Data *self = <Data *>context
+    if self.is_static:
+        return  # a relaxation passes no equilibria
     if self.grip > 0.0:
         settle(self, x)
     elif self.friction > 0.0 and not self.stepped:

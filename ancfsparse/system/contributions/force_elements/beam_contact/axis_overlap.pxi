@@ -18,6 +18,10 @@ cdef double EXACT = 1e-13  # of a root, over its interval
 # Correction by Newton's method, over the interval, that leaves an error of rounding.  It is the last one:
 # those of rounding do not change a number, and would be taken to leave the interval.
 cdef double SETTLED = 1e-8
+# Distance of the plane between two elements from their node, over the distance of the surfaces.  Axes
+# often cross at right angles in a node, and rounding would decide in a plane through it which of both
+# elements a point touches.  Distances of points between node and plane are off by 1e-10 of theirs.
+cdef double PLANE_SHIFT = 1e-5
 
 
 cdef struct Cubic:
@@ -332,6 +336,15 @@ cdef inline double cubic(const double *f, double z) noexcept nogil:
     return f[0] + z * (f[1] + z * (f[2] + z * f[3]))
 
 
+cdef void shift_plane(const double *node, const double *normal, double way,
+                      double *origin) noexcept nogil:
+    """Set a point of the plane at a distance from a node, along its normal."""
+    cdef double size = sqrt(dot(normal, normal))
+    cdef int c
+    for c in range(3):
+        origin[c] = node[c] + (way / size * normal[c] if size > 0.0 else 0.0)
+
+
 cdef void find_overlaps(Sides *self, bint starts, bint ends) noexcept nogil:
     """Find the parts of axis a that are closer to axis b than their reach.
 
@@ -342,14 +355,16 @@ cdef void find_overlaps(Sides *self, bint starts, bint ends) noexcept nogil:
     cdef double[3] x
     cdef double[8] z
     cdef double swap, guess = 0.5
-    cdef const double *origin = self.b.point[0]
-    cdef const double *tip = self.b.point[3]
+    cdef double[3] origin
+    cdef double[3] tip
     cdef Gap at_low
     cdef Gap at_high
     cdef int n = 1, i, k
     self.n, self.steep, z[0] = 0, steepest_gap(self), 0.0
     slope_at(self.b, 0.0, first)
     slope_at(self.b, 1.0, last)
+    shift_plane(self.b.point[0], first, PLANE_SHIFT * self.reach, origin)
+    shift_plane(self.b.point[3], last, PLANE_SHIFT * self.reach, tip)
     n = add_roots(self.a, first, origin, z, n)
     n = add_roots(self.a, last, tip, z, n)
     for i in range(2, n):

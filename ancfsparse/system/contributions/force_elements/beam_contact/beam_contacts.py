@@ -26,6 +26,7 @@ from ancfsparse.system.contributions.interface import (
     Contribution,
     matrix_unknowns,
     offsets_of,
+    sum_of,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -37,6 +38,19 @@ class CompiledBeamContact(Compiled, Protocol):
     """A contact of beams as a contribution (_beam_contacts.pyx)."""
 
     renewals: int
+    is_sticking: bool
+
+    def begin_equilibria(self, q: Vector, /) -> None:
+        """Let bristles be deflected by displacements from coordinates on."""
+
+    def accept_equilibrium(self, q: Vector, /) -> None:
+        """Update the deflections of bristles to an equilibrium."""
+
+    def end_equilibria(self) -> None:
+        """Let bristles keep their deflections."""
+
+    def bristles(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
+        """Return elements, nodal weights and two derivatives of bristles outside of steps."""
 
     def energy(self, q: Vector, /) -> float:
         """Return the potential of the pressures [J]."""
@@ -223,9 +237,43 @@ class BeamContactContribution(Contribution):
         """Return the sum of all pressures."""
         return [(f"the pressure of {self.contact.what} [N]", self.forces(q, v)[1])]
 
+    def begin_equilibria(self, q: Vector) -> None:
+        """Let bristles be deflected by displacements from a state on, without deflections there."""
+        self.compiled.begin_equilibria(np.ascontiguousarray(q))
+
+    def accept_equilibrium(self, q: Vector) -> None:
+        """Update the deflections of bristles to an equilibrium."""
+        self.compiled.accept_equilibrium(np.ascontiguousarray(q))
+
+    def end_equilibria(self) -> None:
+        """Let bristles keep their deflections."""
+        self.compiled.end_equilibria()
+
+    def unsymmetric_stiffness(self, q: Vector) -> Any:
+        """Return the derivative of friction that slides by the normal forces of its pairs."""
+        import scipy.sparse as sp
+
+        elements, weights, _, sliding = self.compiled.bristles(np.ascontiguousarray(q))
+        if not sliding.any():
+            return None
+        touching, positions, force, depths = self._touches(q)
+        pairs = {tuple(pair): k for k, pair in enumerate(elements.tolist())}
+        rows = [pairs[min(pair), max(pair)] for pair in touching.tolist()]
+        points, feet = self._sums(touching, positions, position_weights, len(q))
+        normals = force / depths[:, None]  # times the stiffness of each point
+        sums = sp.csr_array((np.ones(len(rows)), (rows, range(len(rows)))),
+                            shape=(len(elements), len(rows)))  # fmt: skip
+        distances = sums @ (_block_diagonal(normals[:, None, :]) @ (points - feet))
+        one, other = (self._point_matrix(elements[:, k], weights[:, k], len(q)) for k in (0, 1))
+        return (one - other).T @ _block_diagonal(sliding[:, :, None]) @ distances
+
+    def set_sticking(self, is_sticking: bool) -> None:
+        """Let its matrix contain the stiffness of bristles that stick, or only in steps."""
+        self.compiled.is_sticking = is_sticking
+
     def resisted_motions(self, q: Vector) -> Any:
         """Return the directions of approach of all points in contact."""
-        elements, positions, force, _ = self.compiled.touches(np.ascontiguousarray(q))
+        elements, positions, force, _ = self._touches(q)
         if not len(elements):
             return None
         points, feet = self._sums(elements, positions, position_weights, len(q))
@@ -238,7 +286,7 @@ class BeamContactContribution(Contribution):
         by the rotation of the normals: ``-F / d (1 - n n^T - t t^T)`` for a force F at a distance
         d, without the axis t of the foot, which slides along it.
         """
-        elements, positions, force, _ = self.compiled.touches(np.ascontiguousarray(q))
+        elements, positions, force, _ = self._touches(q)
         if not len(elements):
             return None
         points, feet = self._sums(elements, positions, position_weights, len(q))
@@ -251,11 +299,21 @@ class BeamContactContribution(Contribution):
             each[:, :, None] * each[:, None, :] for each in (normals, tangents)
         )
         rotation = _block_diagonal((-size / distances)[:, None, None] * across)
-        return gap.T @ rotation @ gap + self.material_coupling(q)
+        parts = [gap.T @ rotation @ gap, self.material_coupling(q), self._bristle_coupling(q)]
+        return sum_of(parts)
+
+    def _bristle_coupling(self, q: Vector) -> Any:
+        """Return the stiffness of bristles between elements, outside of steps."""
+        elements, weights, blocks, _ = self.compiled.bristles(np.ascontiguousarray(q))
+        if not len(elements):
+            return None
+        one, other = (self._point_matrix(elements[:, k], weights[:, k], len(q)) for k in (0, 1))
+        between = one.T @ _block_diagonal(blocks) @ other
+        return -between - between.T
 
     def material_coupling(self, q: Vector) -> Any:
         """Return the stiffness between both elements of each point along its normal."""
-        elements, positions, force, depths = self.compiled.touches(np.ascontiguousarray(q))
+        elements, positions, force, depths = self._touches(q)
         if not len(elements):
             return None
         points, feet = self._sums(elements, positions, position_weights, len(q))
@@ -263,6 +321,14 @@ class BeamContactContribution(Contribution):
         stiffness = _block_diagonal((np.linalg.norm(force, axis=1) / depths)[:, None, None])
         between = (along @ points).T @ stiffness @ (along @ feet)
         return -between - between.T
+
+    def _touches(self, q: Vector) -> tuple[Integers, Vector, Vector, Vector]:
+        """Return the points that touch; none far from a solution, where the residual is NaN."""
+        try:
+            return self.compiled.touches(np.ascontiguousarray(q))
+        except ValueError:
+            dim = self._system.dim
+            return np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty((0, dim)), np.empty(0)
 
     def _sums(
         self,
@@ -272,31 +338,26 @@ class BeamContactContribution(Contribution):
         n: int,
     ) -> list[Any]:
         """Return matrices (k dim, n) of points and of their feet, by weights of nodal values."""
-        import scipy.sparse as sp
-
         lengths = np.concatenate([body.lengths for body in self.contact.bodies])
-        sides, dim = [], self._system.dim
+        sides = []
         for side in (0, 1):
             at = positions[:, side], lengths[elements[:, side]]
             straight = self._straight[elements[:, side]].astype(bool)
             weights = weights_at(*at)
             weights[straight] = 0.0
             weights[straight, ::2] = weights_at(*at, straight=True)[straight]
-            columns = self._indices[elements[:, side]]
-            rows = np.arange(len(elements) * dim).reshape(-1, 1, dim)
-            values = np.repeat(weights[:, :, None], dim, axis=2)
-            entries = (
-                values.ravel(),
-                (np.broadcast_to(rows, columns.shape).ravel(), columns.ravel()),
-            )
-            sides.append(sp.csr_array(entries, shape=(len(elements) * dim, n)))
+            sides.append(self._point_matrix(elements[:, side], weights, n))
         return sides
 
-    def omitted_friction(self, q: Vector) -> str:
-        """Return a sentence if any points can stick, whose stiffness no matrix at rest contains."""
-        if not self.contact.sticks or not len(self.compiled.touches(np.ascontiguousarray(q))[0]):
-            return ""
-        return f"{self.contact.what} sticks, and the matrix does not contain this friction"
+    def _point_matrix(self, elements: Integers, weights: Vector, n: int) -> Any:
+        """Return the matrix (k dim, n) of points by the weights (k, 4) of nodal values."""
+        import scipy.sparse as sp
+
+        dim, columns = self._system.dim, self._indices[elements]
+        rows = np.arange(len(elements) * dim).reshape(-1, 1, dim)
+        values = np.repeat(weights[:, :, None], dim, axis=2)
+        indices = np.broadcast_to(rows, columns.shape).ravel(), columns.ravel()
+        return sp.csr_array((values.ravel(), indices), shape=(len(elements) * dim, n))
 
 
 def _unit(vectors: Vector) -> Vector:

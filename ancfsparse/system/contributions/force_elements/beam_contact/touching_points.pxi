@@ -60,6 +60,8 @@ cdef struct Data:
     int32_t *first_bristle  # of each element, or -1
     double interval  # since the last accepted state, 0 in a state of its own [s]
     const double *start  # control points in that state
+    bint is_static  # whether bristles are deflected by displacements between equilibria
+    bint is_sticking  # whether the matrix of a state contains the bristles of its history
     double dt  # length of the step, 0 outside of one [s]
     Search search
     double *tight  # (n, 6): boxes of the axes in one state

@@ -13,10 +13,12 @@ part of K beyond the present overlap, with its part of S: an overlap that moves 
 force.  The energy S^2 / 2 K of all can only fall by this, as it is convex in (S, K).
 """
 
-from libc.math cimport atan2, cos, sin
+from libc.math cimport INFINITY, atan2, cos, sin
 
 # Square of the sine of an angle below which a rotation changes no length by more than rounding error.
 cdef double LEVEL = 1e-16
+# Relative distance of S to its limit below which a bristle of a saved state slides, as on obstacles.
+cdef double SLIDING_RATIO = 1e-3
 
 
 cdef struct Bristle:
@@ -25,6 +27,7 @@ cdef struct Bristle:
     double surplus  # what others can take over of K
     double pressure, limit  # sum of normal forces, and mu times the size of their resultant [N]
     double[3] n  # from b to a
+    double share  # part of the displacement since the last equilibrium in contact
     double[4] of_a  # weights of control points
     double[4] of_b
     double[2] z  # places on a and b
@@ -245,11 +248,24 @@ cdef double spin(const Bristle *each, const double *start, const double *end) no
     return atan2(across, along) if across != 0.0 else 0.0
 
 
+cdef double touching_share(const Data *self, const Bristle *each, const double *x) noexcept nogil:
+    """Return the part of a displacement since the last equilibrium after which a pair touches.
+
+    Penetrations change linearly from there, where `x` is the vector from b to a.
+    """
+    cdef double gap = dot(x, each.n) - self.search.radius[each.a] - self.search.radius[each.b]
+    cdef double depth = self.grip * each.pressure / each.stiffness
+    if not self.is_static or each.before > 0.0 or gap <= 0.0:
+        return 1.0
+    return depth / (depth + gap)
+
+
 cdef void stretch(Data *self, Bristle *each, const double *start, const double *end,
                   bint is_mean) noexcept nogil:
     """Set friction and the forces S of a bristle in a step, or in a state of its own."""
     cdef double[3] x
     cdef double[3] of_b
+    cdef double[3] before
     cdef double angle = 0.0, share = 0.5 if is_mean else 1.0, normal
     cdef int c
     if each.limit == 0.0:
@@ -257,20 +273,20 @@ cdef void stretch(Data *self, Bristle *each, const double *start, const double *
             each.f[c] = each.trial[c] = each.end[c] = 0.0
         return
     x[0] = x[1] = x[2] = 0.0
+    each.share = 1.0
     if self.interval > 0.0:
         blended(end, each.a, each.of_a, x)
         blended(end, each.b, each.of_b, of_b)
         for c in range(3):
             x[c] -= of_b[c]
-        blended(start, each.a, each.of_a, of_b)
-        for c in range(3):
-            x[c] -= of_b[c]
+        blended(start, each.a, each.of_a, before)
         blended(start, each.b, each.of_b, of_b)
         for c in range(3):
-            x[c] += of_b[c]
-        normal = dot(x, each.n)
+            before[c] -= of_b[c]
+            x[c] -= before[c]
+        normal, each.share = dot(x, each.n), touching_share(self, each, before)
         for c in range(3):
-            x[c] -= normal * each.n[c]
+            x[c] = each.share * (x[c] - normal * each.n[c])
         angle = spin(each, start, end)
     turn(each.n, share * angle, each.trial)
     if is_mean:
@@ -344,25 +360,32 @@ cdef void weigh_nodes(const Data *self, ptrdiff_t e, const double *w,
         of_nodes[2], of_nodes[3] = w[2] + w[3], -self.length[e] / 3.0 * w[2]
 
 
+cdef void bristle_block(const Data *self, const Bristle *each, double *block) noexcept nogil:
+    """Set the derivative of the friction of a bristle by the displacement x, (3, 3)."""
+    cdef double square = dot(each.trial, each.trial), factor = each.share * each.stiffness
+    cdef double share = 0.0, limit = each.limit
+    cdef int c, e
+    if self.is_sticking:
+        limit *= 1.0 - SLIDING_RATIO
+    if square > limit * limit:
+        factor, share = factor * fmin(each.limit / sqrt(square), 1.0), 1.0 / square
+    for c in range(3):
+        for e in range(3):
+            block[3 * c + e] = factor * ((c == e) - each.n[c] * each.n[e]
+                                         - share * each.trial[c] * each.trial[e])
+
+
 cdef void add_bristle_blocks(const Data *self, double *values) noexcept nogil:
     """Add the derivative of the friction of bristles by places, of each element by itself."""
     cdef const Bristle *each
     cdef double[9] block
-    cdef double square, factor, share
     cdef double[4] of_nodes
     cdef ptrdiff_t k
-    cdef int c, e
     for k in range(self.n_bristles):
         each = self.bristle + k
         if each.limit == 0.0:
             continue
-        square, factor, share = dot(each.trial, each.trial), each.stiffness, 0.0
-        if square > each.limit * each.limit:
-            factor, share = factor * each.limit / sqrt(square), 1.0 / square
-        for c in range(3):
-            for e in range(3):
-                block[3 * c + e] = factor * ((c == e) - each.n[c] * each.n[e]
-                                             - share * each.trial[c] * each.trial[e])
+        bristle_block(self, each, block)
         weigh_nodes(self, each.a, each.of_a, of_nodes)
         add_weighted_block(self, each.a, of_nodes, block, values)
         weigh_nodes(self, each.b, each.of_b, of_nodes)
