@@ -22,6 +22,7 @@ include "coupled_pairs.pxi"
 include "mean_forces.pxi"
 include "bristles/forces.pxi"
 include "bristles/history.pxi"
+include "bristles/tables.pxi"
 include "sliding.pxi"
 include "losses.pxi"
 include "separation.pxi"
@@ -193,43 +194,16 @@ cdef class BeamContact(CompiledContribution):
         Bristles have their history variables (n_history,), and no force if these are empty.
         """
         cdef Data *data = &self.data
-        cdef ptrdiff_t k, c
-        cdef double[3] u
-        cdef double speed
         force = np.zeros((len(self.touches(q)[0]), data.dim))
         cdef double[:, ::1] view = force
         if data.grip > 0.0:
             if len(history):
-                self.set_forces(history, force)
+                set_bristle_forces(data, history, force)
             return force
         set_points(data, &v[0], data.speed)
-        for k in range(data.at_now.n if data.friction > 0.0 else 0):
-            speed = slide(data, data.at_now.touch + k, u)
-            for c in range(data.dim):
-                view[k, c] = -data.friction * data.at_now.touch[k].stiffness * (
-                    data.at_now.touch[k].e / speed * u[c])
+        if data.friction > 0.0:
+            set_sliding_forces(data, view)
         return force
-
-    cdef set_forces(self, const double[::1] history, double[:, ::1] out):
-        """Set the friction of bristles on the points of `touches`."""
-        cdef Data *data = &self.data
-        cdef const Touch *touch
-        cdef const Bristle *each
-        cdef ptrdiff_t k, c
-        cdef double share, interval = data.interval
-        cdef double *slots = data.slots
-        cdef double[::1] own = np.array(history)
-        data.slots, data.interval = &own[0], 0.0
-        if not (recall(data) and add_to_bristles(data, &data.at_now, 1.0)
-                and stretch_all(data, data.now, data.now, False)):
-            raise ValueError("the bristles of a state do not fit in its history")
-        data.slots, data.interval = slots, interval
-        for k in range(data.at_now.n):
-            touch = data.at_now.touch + k
-            each = data.bristle + find_bristle(data, min(touch.a, touch.b), max(touch.a, touch.b))
-            share = touch.stiffness * touch.e / each.pressure
-            for c in range(data.dim):
-                out[k, c] = share * each.f[c] if touch.a < touch.b else -share * each.f[c]
 
     @property
     def is_sticking(self):
@@ -276,41 +250,7 @@ cdef class BeamContact(CompiledContribution):
         sliding : (k, dim) float
             Its derivatives by the normal force in equilibria, zero where bristles stick.
         """
-        cdef Data *data = &self.data
-        cdef const Bristle *each
-        cdef double[9] block
-        cdef double[4] of_nodes
-        cdef double size
-        cdef ptrdiff_t k, i = 0, dim = data.dim
-        cdef int c, e
-        n = 0
-        if (data.is_static or data.is_sticking) and set_bristles_at(data, &q[0]):
-            n = data.n_bristles
-        elements, weights = np.zeros((n, 2), np.int32), np.zeros((n, 2, 4))
-        blocks, sliding = np.zeros((n, dim, dim)), np.zeros((n, dim))
-        cdef int32_t[:, ::1] e_view = elements
-        cdef double[:, ::1] s_view = sliding
-        cdef double[:, :, ::1] w_view = weights, b_view = blocks
-        for k in range(n):
-            each = data.bristle + k
-            if each.limit == 0.0:
-                continue
-            bristle_block(data, each, block)
-            e_view[i, 0], e_view[i, 1] = each.a, each.b
-            size = sqrt(dot(each.trial, each.trial))
-            for c in range(dim if data.is_static and size > each.limit else 0):
-                s_view[i, c] = -data.friction * each.trial[c] / size
-            for c in range(dim):
-                for e in range(dim):
-                    b_view[i, c, e] = block[3 * c + e]
-            weigh_nodes(data, each.a, each.of_a, of_nodes)
-            for c in range(4):
-                w_view[i, 0, c] = of_nodes[c]
-            weigh_nodes(data, each.b, each.of_b, of_nodes)
-            for c in range(4):
-                w_view[i, 1, c] = of_nodes[c]
-            i += 1
-        return elements[:i], weights[:i], blocks[:i], sliding[:i]
+        return bristle_table(&self.data, &q[0])
 
     def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
                double step, bint is_mean, memory):
@@ -412,11 +352,6 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         set_points(self, x.v, self.speed)
         rub(self, &self.at_end, 1.0, self.push)
     distribute(self, r)
-
-
-cdef bint set_bristles_at(Data *self, const double *q) noexcept nogil:
-    """Set the touching points and the bristles of a state; return whether that succeeds."""
-    return find_end(self, q) and set_bristles(self, False)
 
 
 cdef double energy(void *context, const double *q) noexcept nogil:
