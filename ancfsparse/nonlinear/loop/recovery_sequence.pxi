@@ -50,13 +50,8 @@ cdef int climb(Loop *self, Rung rung, int cause, int *used) noexcept nogil:
         eq.coast(eq.context)
         outcome = attempt(self, True, False, False, used)
     elif rung == LONG_NEWTON:
-        self.equations.leaps = self.leapt
         eq.restart(eq.context)
         outcome = attempt(self, True, True, False, used)
-        if retreat(self) and outcome != CONVERGED:
-            eq.restart(eq.context)
-            used[0] = 0
-            outcome = attempt(self, True, True, False, used)
     else:
         eq.restart(eq.context)
         outcome = attempt(self, rung != NEW_SEED, damped, rung == NEW_SEED, used)
@@ -92,6 +87,21 @@ cdef bint is_worth_longer(const Loop *self) noexcept nogil:
     return self.ran_out and not self.halves and self.seed.refine == NULL
 
 
+cdef int go_on(Loop *self, int outcome, int *used) noexcept nogil:
+    """Try damped Newton with more corrections from the first predictor, and then from the default one.
+
+    That is tried too where the solution from the first one was rejected.
+    """
+    if not is_worth_longer(self):
+        return outcome
+    if self.rung < LONG_NEWTON:
+        self.equations.leaps = self.leapt
+        outcome = climb(self, LONG_NEWTON, outcome, used)
+        if outcome == CONVERGED:
+            return CONVERGED
+    return climb(self, LONG_NEWTON, outcome, used) if retreat(self) else outcome
+
+
 cdef int solve(void *context) noexcept nogil:
     """Try in turn the chosen method, a new seed, damped Newton, another predictor, and descent.
 
@@ -123,8 +133,8 @@ cdef int solve(void *context) noexcept nogil:
         outcome = climb(self, COASTING, outcome, &used)
     if outcome != CONVERGED and not inexact and not self.halves and has_saddles(self):
         outcome = climb(self, DESCENT, outcome, &used)
-    if outcome != CONVERGED and is_worth_longer(self):
-        outcome = climb(self, LONG_NEWTON, outcome, &used)
+    if outcome != CONVERGED:
+        outcome = go_on(self, outcome, &used)
     if outcome != CONVERGED:
         return outcome
     self.saddle = is_saddle(self)
@@ -198,9 +208,7 @@ cdef int again(void *context, int reason) noexcept nogil:
         reason = climb(self, DESCENT, reason, &used)
         if reason == CONVERGED:
             return CONVERGED
-    if self.rung < LONG_NEWTON and is_worth_longer(self):
-        return climb(self, LONG_NEWTON, reason, &used)
-    return reason
+    return go_on(self, reason, &used)
 
 
 cdef int repeat(void *context) noexcept nogil:
