@@ -12,12 +12,11 @@
 #include "solver_abi.h"
 #include "vectors.h"
 
-/* Steps between two regular checks; only these stop a run.  The first steps are checked too, but a
- * motion that has just begun has exchanged too little energy to compare with. */
+/* Steps between two regular checks; only these stop a run.  All steps up to the first one are checked
+ * too, but a motion that has just begun has exchanged too little energy to compare with. */
 #define ANCF_WATCH_EVERY 16
 /* A gain above this fraction of the limit, or below it by no more than the gain has changed from one
- * state seen to the next, is monitored in every step; at the start of a run, in all steps up to the
- * first regular check. */
+ * state seen to the next, is monitored in every step. */
 #define ANCF_WATCH_CLOSE 0.3
 /* A gain of this many times the limit does not wait for the next regular check. */
 #define ANCF_WATCH_MUCH 10.0
@@ -133,18 +132,15 @@ static inline int ancf_watch_gained(const ancf_watch *watch)
 /* Record the values of the state just accepted, and schedule the next check. */
 static inline void ancf_watch_remember(ancf_watch *watch)
 {
-    double level;
     if (watch->beyond > watch->most) {
         watch->most = watch->beyond;
         watch->when = watch->steps;
     }
     watch->swing = fmax(watch->swing, fabs(watch->gain - watch->seen));
     watch->seen = watch->gain;
-    level = watch->steps < ANCF_WATCH_EVERY ? watch->most : watch->beyond + watch->swing;
-    if (level > ANCF_WATCH_CLOSE * watch->limit * watch->kinetic)
+    if (watch->steps < ANCF_WATCH_EVERY
+        || watch->beyond + watch->swing > ANCF_WATCH_CLOSE * watch->limit * watch->kinetic)
         watch->due = watch->steps + 1;
-    else if (watch->steps < ANCF_WATCH_EVERY)
-        watch->due = 2 * watch->steps;
     else
         watch->due = (watch->steps / ANCF_WATCH_EVERY + 1) * ANCF_WATCH_EVERY;
 }
