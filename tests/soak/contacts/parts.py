@@ -50,6 +50,7 @@ def recorded_parts():
 
 def with_parts(path, states):
     """Return a run with the states after the parts of its steps too, for its energies."""
+    states = (each for each in states if each[0] < path.t[-1])
     inside = [each for each in states if np.abs(path.t - each[0]).min() > 1e-9 * each[0]]
     if not inside:
         return path

@@ -21,6 +21,10 @@ MAX_FRICTION_ERROR = 1e-9  # of friction above mu p, relative
 ROUNDING = 1e-14  # of the energy, over the largest of all terms
 PERTURBATION = 1e-9  # relative change of the step between neighbouring runs
 NEIGHBOURS = 4  # of them on either side
+# Distance of an axis from its polygon, over the radius.  Two axes that are inside each other by
+# more than MAX_DEPTH are a find anyway, and others are further apart than both errors.
+CHORD_ERROR = 0.25
+MOST_CHORDS = 256  # of an element
 PLACES = (0.001, 0.25, 0.5, 0.75, 0.999)  # on each element, where its side is followed
 
 
@@ -43,7 +47,8 @@ def attempt(drawn, integrator, solver):
     except ancf.StepError as stop:
         finds, word = judge_sentence(stop), type(stop).__name__
         if stop.trajectory is not None and len(stop.trajectory.t) > 1:
-            finds += judge_contacts(drawn, stop.trajectory)
+            whole = with_parts(stop.trajectory, parts)
+            finds += judge_contacts(drawn, stop.trajectory, whole)
         if solver != ancf.Newton() and finishes(drawn, integrator, ancf.Newton()):
             if fails_by_chance(drawn, integrator, solver):
                 return Report(f"failed by chance ({word})", finds, tried)
@@ -124,7 +129,7 @@ def judge(drawn, path, whole=None):
     """Return the errors of a run that finished, with its states inside divided steps if given."""
     if not np.isfinite(path.q[:]).all():
         return ["its states are not finite"]
-    finds = judge_contacts(drawn, path)
+    finds = judge_contacts(drawn, path, whole or path)
     if (gain := gain_of(drawn, whole or path)) > MAX_GAIN:
         finds.append(f"it had {gain:.2g} of the energy exchanged more than was given")
     return finds
@@ -196,26 +201,32 @@ def stiffness_of(contact, path):
     return next(each.stiffness for each in parts if each.contact is contact)
 
 
-def judge_contacts(drawn, path):
-    """Return the errors of the contacts of a run, finished or not."""
+def judge_contacts(drawn, path, whole):
+    """Return the errors of the contacts of a run, finished or not.
+
+    Sides are followed from part to part of divided steps, as the way from one saved state to the
+    next is not straight.
+    """
     finds, deepest = [], deepest_of(drawn, path)
     if deepest > MAX_DEPTH:
         finds.append(f"a body is {deepest:.3g} radii inside")
     for contact in drawn.contacts:
         forces = path.contact_force(contact)
         if isinstance(contact, BeamContact):
-            one, other = (positions(path, points_along(each)) for each in contact.bodies)
+            allowed = CHORD_ERROR * min(contact.radii)
+            one, other = (polygon(whole, each, allowed) for each in contact.bodies)
             if (k := passes_between(one, other)) is not None:
-                finds.append(f"ropes pass through each other in step {k}")
+                finds.append(f"ropes pass through each other before t = {whole.t[k]:.6g} s")
             finds += judge_friction(forces.friction, contact.friction * forces.size, "N")
             continue
         # An end sinks into a plane by a part of an element (docs/limits.md), but no part of an axis
         # comes out of the other side of a round obstacle.
         is_plane = isinstance(contact.obstacle, ancf.HalfSpace)
         points = contact.points if is_plane else points_along(contact.body)
-        vectors = vectors_from(contact, path, points)
+        vectors = vectors_from(contact, whole, points)
         if (k := passes_base(contact.obstacle, vectors)) is not None:
-            finds.append(f"the axis passes through the {contact.obstacle.noun} in step {k}")
+            noun = contact.obstacle.noun
+            finds.append(f"the axis passes through the {noun} before t = {whole.t[k]:.6g} s")
         friction = np.linalg.norm(forces.friction, axis=2)
         finds += judge_friction(friction, contact.friction * forces.pressure, "N/m")
     return finds
@@ -247,9 +258,24 @@ def depths(contact, path, points):
     return 1.0 - (distances - contact.obstacle.radius) / contact.radius
 
 
-def points_along(body):
+def points_along(body, places=PLACES):
     """Return points of a body in the order of its elements."""
-    return [Point(body, e, x) for e in range(body.n_elements) for x in PLACES]
+    return [Point(body, e, x) for e in range(body.n_elements) for x in places]
+
+
+def polygon(path, body, allowed):
+    """Return points of an axis whose chords are off it by at most a length [m] in all states."""
+    n = 4
+    while True:
+        places = np.linspace(PLACES[0], PLACES[-1], n + 1)
+        points = positions(path, points_along(body, places))
+        rows = points.reshape(len(points), body.n_elements, n + 1, -1)
+        chords = 0.5 * (rows[:, :, :-2:2] + rows[:, :, 2::2])
+        off = np.linalg.norm(rows[:, :, 1::2] - chords, axis=-1)
+        # Half as long chords of a curve are off by a quarter.
+        if 0.25 * off.max() <= allowed or n == MOST_CHORDS:
+            return points
+        n *= 2
 
 
 def positions(path, points, states=None):
