@@ -304,7 +304,11 @@ class UnresolvedSignalWarning(UserWarning):
 
 
 class PenetrationWarning(UserWarning):
-    """A body sank deep into an obstacle whose contact has the default stiffness."""
+    """A body sank deep into an obstacle.
+
+    That is by 30 % of its radius with the default stiffness of the contact, or by more than its
+    radius with a given one, but on flat obstacles, which can be soft.
+    """
 
 
 class ErrorNotMetWarning(UserWarning):

@@ -1,6 +1,7 @@
 """Cables that rest, fall, rebound and slide on obstacles, against formulas."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -159,6 +160,41 @@ def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffice
     with pytest.warns(ancf.PenetrationWarning, match=r"times its radius.*stiffness=") as caught:
         run()
     run(float(str(caught[0].message).split("stiffness=")[1]))
+
+
+def test_a_given_stiffness_by_which_the_axis_enters_a_disc_is_reported_with_one_that_suffices():
+    """A cable that is bent around a disc springs back into it, as in random contacts 11001/1839."""
+    disc, radius = 0.05, 0.005
+
+    def run(stiffness):
+        scene = ancf.Scene((0.0, 0.0))
+        arc = ancf.Arc((0, 0), (-disc - radius, 0), -2.0)
+        cable = scene.add_beam("l2t2", curve=arc, n_elements=12, section=SECTION, material=MATERIAL,
+                               rest="straight")  # fmt: skip
+        contact = scene.contact(cable, ancf.Drum((0, 0), disc), stiffness=stiffness)
+        run = ancf.simulate(scene, 0.02, 1e-4, integrator=ancf.EnergyMomentum(), max_halvings=5)
+        places = np.array([run.position(point) for point in contact.points])
+        depths = disc + radius - np.linalg.norm(places, axis=-1)
+        k = np.unravel_index(np.argmax(depths), depths.shape)[0]
+        return depths.max() / radius, f"{depths.max():.3g} m, .* at {contact.points[k]!r}"
+
+    with pytest.warns(ancf.PenetrationWarning, match=r"given stiffness of 1e\+05 N/m2") as caught:
+        depth, words = run(1e5)
+    assert depth > 1.0
+    assert re.search(words, str(caught[0].message))
+    assert run(float(str(caught[0].message).split("stiffness=")[1]))[0] < 0.3
+
+
+def test_the_given_stiffness_of_a_flat_floor_can_be_as_soft_as_it_may():
+    """There the pressure is right at any depth: a fall of 0.1 m returns all of its energy."""
+    scene, rod, _ = level(0.1, 1e4)
+    run = ancf.simulate(scene, 0.35, 1e-3, integrator=ancf.EnergyMomentum())
+    mass = MATERIAL.density * SECTION.area
+    rest = mass * 9.81 / 1e4
+    depth = rest + math.sqrt(rest**2 + mass * 2.0 * 9.81 * 0.1 / 1e4)
+    assert depth > 1.5 * 0.005
+    assert 0.005 - run.position(rod.start)[:, 1].min() == pytest.approx(depth, rel=0.01)
+    assert run.energy.drift < 1e-9
 
 
 def test_a_contact_that_nothing_is_known_to_press_needs_a_stiffness():

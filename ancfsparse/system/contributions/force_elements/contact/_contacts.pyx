@@ -39,6 +39,7 @@ cdef struct Data:
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
     double deepest  # largest penetration of an accepted state of the run [m]
+    ptrdiff_t deepest_at  # and its point
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
     # Vectors and matrices in space, with zeros for the third direction in the plane.
@@ -246,8 +247,8 @@ cdef class Contact(CompiledContribution):
 
     @property
     def deepest(self):
-        """Largest penetration of an accepted state of the last run [m]."""
-        return self.data.deepest
+        """Largest penetration of an accepted state of the last run [m], and its point."""
+        return self.data.deepest, self.data.deepest_at
 
     def forces(self, const double[::1] q, const double[::1] v, const double[::1] history):
         """Return normal force and friction on every point, (2, n, dim) [N].

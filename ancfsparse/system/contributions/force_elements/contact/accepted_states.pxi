@@ -58,7 +58,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
             if here[p].e > self.deepest and self.stiffness[k] > 0.0:
-                self.deepest = here[p].e
+                self.deepest, self.deepest_at = here[p].e, k
             force = force_in_state(self, k, &here[p], x.v)
             if self.grip > 0.0:
                 if self.interval > 0.0:

@@ -37,13 +37,17 @@ RESTITUTION_STEPS = 12.0
 # are repeated, and with a constant small speed some do not converge.
 SLOW_RATIO = 0.05
 SAME_STEP = 1e-6  # relative difference of steps that are equal
-MAX_DEFAULT_PENETRATION = 3.0 * IMPACT_RATIO  # over the radius of the body
+# Penetrations in a run over the radius of the body, without a warning.  A given stiffness can be
+# soft, and the pressure of a flat obstacle is right at any depth, but others press a body that
+# passes their middle to the other side: there the axis must stay outside, as at the start.
+MAX_DEFAULT_PENETRATION = 3.0 * IMPACT_RATIO
+MAX_PENETRATION = 1.0
 
 
 class CompiledContact(Compiled, Protocol):
-    """A contact as a contribution (_contacts.pyx), with its largest penetration in a run [m]."""
+    """A contact as a contribution (_contacts.pyx), with the largest penetration in a run [m]."""
 
-    deepest: float
+    deepest: tuple[float, int]
     is_sticking: bool
 
     def forces(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
@@ -277,17 +281,23 @@ class ContactContribution(Contribution):
         return [(f"the pressure of {self.contact.what} [N]", forces)]
 
     def run_warnings(self) -> list[Warning]:
-        """Return a warning if a stiffness that was not given is too small."""
-        contact, deepest = self.contact, self._compiled.deepest
-        ratio = deepest / contact.radius
-        if contact.stiffness is not None or ratio <= MAX_DEFAULT_PENETRATION:
+        """Return a warning if the stiffness is too small for the motion."""
+        contact, (deepest, k) = self.contact, self._compiled.deepest
+        is_default, ratio = contact.stiffness is None, deepest / contact.radius
+        allowed = MAX_DEFAULT_PENETRATION if is_default else MAX_PENETRATION
+        if ratio <= allowed or (contact.obstacle.is_flat and not is_default):
             return []
         enough = self.stiffness * (ratio / IMPACT_RATIO) ** 2
+        cause = (
+            f"the default stiffness of {self.stiffness:.3g} N/m2 follows from loads and "
+            "speeds known before the run"
+            if is_default
+            else f"the given stiffness of {self.stiffness:.3g} N/m2 is too small for the motion"
+        )
         return [
             PenetrationWarning(
-                f"{contact.what} sank in by {deepest:.3g} m, {ratio:.2g} times its radius: the "
-                f"default stiffness of {self.stiffness:.3g} N/m2 follows from loads and speeds "
-                f"known before the run. Give contact the stiffness={enough:.2g}"
+                f"{contact.what} sank in by {deepest:.3g} m, {ratio:.2g} times its radius, at "
+                f"{contact.points[k]!r}: {cause}. Give contact the stiffness={enough:.2g}"
             )
         ]
 
