@@ -32,6 +32,7 @@ class Draft:
         is_weightless = has_speed and rng.random() < 0.3
         gravity = 0.0 if is_weightless else GRAVITY
         self.closing = gravity  # relative acceleration of both sides of the gap
+        self.curvature = 0.0  # from which a body springs back [1/m]
         stretch = 10 ** rng.uniform(-5, -1.7)  # of its weight and of an impact
         self.modulus = float(self.density * (fall**2 + self.speed**2) / stretch)
         self.axes = turn(rng, self.dim)
@@ -107,7 +108,8 @@ class Draft:
         mass = self.density * self.section.area
         square = self.speed**2 + 2 * GRAVITY * self.gap
         pressure = self.weight + (tension / obstacle.radius if tension else 0.0)
-        needed = max(mass * square / (SINKING * self.radius) ** 2, pressure / (REST * self.radius))
+        impact = mass * square + self.modulus * self.section.inertia_z * self.curvature**2
+        needed = max(impact / (SINKING * self.radius) ** 2, pressure / (REST * self.radius))
         is_unknown = self.layout == "throw"  # the speed of the body is
         if is_unknown or rng.random() < 0.4:
             options["stiffness"] = float(needed * 10 ** rng.uniform(0.3 if is_unknown else 0.0, 2))

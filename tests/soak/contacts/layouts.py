@@ -88,6 +88,7 @@ def arc(draft, size, angle):
     axis = draft.along(0, 0, 1) if draft.dim == 3 else None
     is_bent = draft.element == "l2t2" or (draft.dim == 3 and draft.element == "thin")
     rest = "straight" if is_bent or draft.rng.random() < 0.3 else "curved"
+    draft.curvature = 1.0 / reach if rest == "straight" else 0.0
     # An arc of cubics of the angle a cuts into the drum by size a^4 / 384.
     finest = (384 * SAG * draft.radius / size) ** 0.25
     least = max(math.ceil(1.1 * angle / QUARTER), math.ceil(0.5 * angle / finest))

@@ -77,6 +77,8 @@ def test_random_contacts_are_judged_without_a_find():
         (9301, 254),
         # Bent ropes that slide on each other seemed to pass through, by chords of quarter elements.
         (11001, 1713),
+        # The stiffness that was drawn was too soft for a cable that springs back from its arc.
+        (11001, 1839),
     ],
 )
 def test_contacts_that_once_were_found_are_not(seed, index):
