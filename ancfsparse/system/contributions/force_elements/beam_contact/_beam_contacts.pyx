@@ -28,7 +28,8 @@ include "losses.pxi"
 include "separation.pxi"
 include "accepted_states.pxi"
 
-CROWDED = f"an element has more than {MOST_PER_ELEMENT} others within reach on average"
+CROWDED = (f"an element has more than {MOST_PER_ELEMENT} others within reach on average: take longer "
+           "elements, or a smaller radius")
 
 
 cdef class BeamContact(CompiledContribution):
@@ -172,7 +173,7 @@ cdef class BeamContact(CompiledContribution):
         set_points(data, &q[0], data.now)
         if not cover(&data.search, data.now, NULL) or not collect(
                 data, data.now, NULL, &data.at_now):
-            raise ValueError(CROWDED)
+            raise InputError(CROWDED)
         k = data.at_now.n
         elements, places = np.zeros((k, 2), np.int32), np.zeros((k, 2))
         force, depth = np.zeros((k, dim)), np.zeros(k)
@@ -292,7 +293,7 @@ cdef class BeamContact(CompiledContribution):
         cdef ptrdiff_t k
         set_points(data, &q[0], data.now)
         if not cover(&data.search, data.now, NULL):
-            raise ValueError(CROWDED)
+            raise InputError(CROWDED)
         return np.array([(data.search.pair[2 * k], data.search.pair[2 * k + 1])
                          for k in range(data.search.n_pairs)], dtype=np.int32).reshape(-1, 2)
 
