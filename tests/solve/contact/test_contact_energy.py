@@ -160,7 +160,7 @@ def test_bristles_return_no_more_than_they_have_stored(make):
     places[2, 0], places[2, -1] = -1e-3, 0.1
     friction = moved(scene, places, 0.0 * places).energy.friction
     assert friction[1] > 0.0
-    assert 0.0 <= friction[2] < friction[1]
+    assert -4.0 * np.finfo(float).eps * friction[1] <= friction[2] < friction[1]  # rounding
 
 
 @pytest.mark.parametrize("dt", [2e-4, 1e-3, 2e-3])
