@@ -10,7 +10,8 @@ which two solutions agree by chance.  The last difference is then far smaller th
 and shows an order that no method has.  It is taken to be at least the previous one, reduced by the
 order of the method.
 
-At lower resolutions the solutions there show the error, by their differences from the last one.
+At lower resolutions the error is at least what the solutions there show, by their differences from
+the last one.
 """
 
 from __future__ import annotations
@@ -46,6 +47,8 @@ class Estimate:
         Ratio of the two resolutions from which it was estimated.
     is_observed : bool
         Whether an order was observed at all, which takes three solutions.
+    observed : float
+        That order; if it is larger than the power, it is the power at lower resolutions.
     lower : tuple of pairs of float
         Lower resolutions, ascending, and bounds of the differences of solutions there from the
         last [unit].
@@ -57,15 +60,37 @@ class Estimate:
     is_asymptotic: bool
     ratio: float = 2.0
     is_observed: bool = True
+    observed: float = 0.0
     lower: tuple[tuple[float, float], ...] = ()
 
     def at(self, resolution: float) -> float:
-        """Return the error at another resolution."""
+        """Return the error at another resolution, at least the one that solutions show there."""
+        error = self.error * (self.resolution / resolution) ** self._order(
+            resolution < self.resolution
+        )
         known, errors = self._known
         if known[0] <= resolution < self.resolution:
-            return float(np.exp(np.interp(np.log(resolution), np.log(known), np.log(errors))))
-        i = 0 if resolution < known[0] else -1
-        return float(errors[i] * (known[i] / resolution) ** self.order)
+            log_error = np.interp(np.log(resolution), np.log(known), np.log(errors))
+            error = max(error, np.exp(log_error))
+        return float(error)
+
+    def resolution_for(self, error: float) -> float:
+        """Return the resolution with an error."""
+        if self.error == 0.0:
+            return 0.0
+        ratio = self.error / error if error > 0.0 else math.inf
+        if ratio > MAX_ERROR_RATIO:
+            return math.inf
+        result = self.resolution * ratio ** (1.0 / self._order(ratio < 1.0))
+        known, errors = self._known
+        if errors[-1] < error < errors[0]:
+            log_result = np.interp(np.log(error), np.log(errors[::-1]), np.log(known[::-1]))
+            result = max(result, np.exp(log_result))
+        return float(result)
+
+    def _order(self, is_lower: bool) -> float:
+        """Return the power at lower or at higher resolutions."""
+        return max(self.order, self.observed) if is_lower else self.order
 
     @property
     def _known(self) -> tuple[Vector, Vector]:
@@ -73,20 +98,6 @@ class Estimate:
         lower = [(x, self.error + d) for x, d in self.lower if x < self.resolution]
         known, errors = np.array([*lower, (self.resolution, self.error)]).T
         return known, np.maximum(errors, np.finfo(float).tiny)
-
-    def resolution_for(self, error: float) -> float:
-        """Return the resolution with an error."""
-        if self.error == 0.0:
-            return 0.0
-        known, errors = self._known
-        if errors[-1] < error <= errors[0]:
-            x = np.interp(np.log(error), np.log(errors[::-1]), np.log(known[::-1]))
-            return float(np.exp(x))
-        i = 0 if error > errors[0] else -1
-        ratio = errors[i] / error if error > 0.0 else math.inf
-        if ratio > MAX_ERROR_RATIO:
-            return math.inf
-        return float(known[i] * ratio ** (1.0 / self.order))
 
     @property
     def conservative(self) -> float:
@@ -134,7 +145,7 @@ def estimate(
     if last <= noise:
         return Estimate(resolutions[-1], error, order, True, ratio, lower=lower)
     if len(differences) < 2 or differences[-2] <= noise:
-        return Estimate(resolutions[-1], error, order, False, ratio, False, lower)
+        return Estimate(resolutions[-1], error, order, False, ratio, False, lower=lower)
     previous, last_three = previous or differences[-2], resolutions[-3:]
     observed = observed_order(last_three, previous, last)
     reduced = previous / _reduction(last_three, order)
@@ -153,7 +164,8 @@ def from_observed_order(
     used = min(order, max(observed, MIN_ORDER))
     difference = max(last, reduced) if observed > ASYMPTOTIC_RANGE[1] * order else last
     is_asymptotic = ASYMPTOTIC_RANGE[0] * order <= observed <= ASYMPTOTIC_RANGE[1] * order
-    return Estimate(resolution, difference / (ratio**used - 1.0), used, is_asymptotic, ratio)
+    error = difference / (ratio**used - 1.0)
+    return Estimate(resolution, error, used, is_asymptotic, ratio, observed=observed)
 
 
 def observed_order(resolutions: Sequence[float], first: float, second: float) -> float:

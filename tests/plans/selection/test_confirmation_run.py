@@ -73,7 +73,7 @@ def test_an_estimate_that_is_too_good_is_corrected():
     (mesh,) = error_model.mesh.estimates
     blind = replace(
         error_model,
-        mesh=replace(error_model.mesh, estimates=(replace(mesh, error=mesh.error / 50),)),
+        mesh=replace(error_model.mesh, estimates=(replace(mesh, error=mesh.error / 50, lower=()),)),
     )
     n_longest, steps = replace(blind, safety_factor=0.85).optimum()
     wrong = trials.run(Model(counts={"beam 0": int(n_longest)}), steps)
