@@ -10,8 +10,8 @@ which two solutions agree by chance.  The last difference is then far smaller th
 and shows an order that no method has.  It is taken to be at least the previous one, reduced by the
 order of the method.
 
-At lower resolutions the error is at least what the solutions there show, by their differences from
-the last one.
+At lower resolutions the error is not below the one that solutions there show, by their differences
+from the last one.
 """
 
 from __future__ import annotations
