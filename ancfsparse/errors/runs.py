@@ -306,8 +306,8 @@ class UnresolvedSignalWarning(UserWarning):
 class PenetrationWarning(UserWarning):
     """A body sank deep into an obstacle.
 
-    That is by 30 % of its radius with the default stiffness of the contact, or by more than its
-    radius with a given one, but on flat obstacles, which can be soft.
+    By more than 30 % of its radius with the default stiffness of the contact; with a given one by
+    more than its radius, except on flat obstacles, where a soft contact is allowed.
     """
 
 

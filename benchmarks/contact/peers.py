@@ -144,7 +144,7 @@ def _milliseconds(result: ContactPeers, limit: float, pair: tuple[str, str]) -> 
 
 
 def peer_table(result: ContactPeers) -> Table:
-    """Set the times for both errors."""
+    """Set the times for each error."""
     columns: dict[str, Callable[[Any], str]] = {
         "fall on": lambda pair: pair[0],
         "code": lambda pair: pair[1],
@@ -194,7 +194,7 @@ def findings(result: ContactPeers) -> list[str]:
                 f"{1e3 * times[best]:.3g} ms; {rest or 'alone'}."
             )
     out += [
-        f"With its shortest steps {code} ends {1e3 * size:.2g} mm from {OWN} on a {on}."
+        f"With a quarter of its shortest step {code} ends {1e3 * size:.2g} mm from {OWN} on a {on}."
         for on, code, size in result.differences
     ]
     return [*out, *result.missing]

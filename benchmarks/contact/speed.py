@@ -195,8 +195,9 @@ def rows(result: ContactSpeed) -> list[dict[str, Any]]:
 def targets(result: ContactSpeed) -> list[Target]:
     """Compare the largest scene and the slowest step with their targets."""
     largest = max(each.n_points for each in result.points)
+    what = f"time over elements at the end of a step, {largest} points"
     of_points = [
-        Target(f"time over elements, {each.case}", each.ratio, MAX_RATIO, at_most=True)
+        Target(f"{what}, {each.case}", each.ratio, MAX_RATIO, at_most=True)
         for each in result.points
         if each.n_points == largest
     ]

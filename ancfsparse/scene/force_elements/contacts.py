@@ -258,8 +258,9 @@ class Contacts(SceneBase):
         by rotation, and acts on these points, without a moment.  A body touches itself where the
         arc between two places is longer than half a turn of its radius and two elements.
 
-        Where a joint, added before, fixes the body to an obstacle inside it or to the other body,
-        the axis does not press over the depth of the joint plus the distance of the surfaces.
+        Near a joint that fixes the body inside an obstacle (added before the contact) or to the
+        other body, contact leaves out the axis over the penetration there plus the distance of axis
+        and surface, or of both axes, when they touch.
         """
         if not isinstance(body, ElasticBody):
             raise InputError(

@@ -1,9 +1,9 @@
 """Parts of bodies that contact leaves out, since a joint fixes them to the other side.
 
 A beam that is fixed on the surface of a body begins inside it.  Contact leaves out its axis over
-the depth of the fixed point plus the distance at which surfaces touch.  A beam that is fixed on a
-surface, and leaves it at 30 degrees or more, is outside from there on; so are two beams that are
-joined at such an angle.
+the penetration at the fixed point plus the distance at which surfaces touch.  A beam that is fixed
+on a surface, and leaves it at 30 degrees or more, is outside from there on; so are two beams that
+are joined at such an angle.
 """
 
 from __future__ import annotations

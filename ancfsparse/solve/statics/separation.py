@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 MAX_DEPTH_RATIO = 0.01  # penetration that is left, over the radius
 # Growth of the stiffness of the contacts after a correction that leaves more than half of the
-# largest penetration.  It begins with the mass of the bodies, so that free ones move as a whole
-# and only constrained ones deform.  With a large stiffness from the start a cable across another
-# one rotates by radians, to fit points of the overlap at all depths.
+# largest penetration.  The stiffness begins with the mass of the bodies, so that free ones move
+# as a whole and only constrained ones deform.  With a large stiffness from the start a cable across
+# another one rotates by radians, to fit points of the overlap at all depths.
 GROWTH = 10.0
 SLOW_RATIO = 0.5  # penetrations after and before a correction
 MAX_STIFFNESS_RATIO = 1e3  # of the contacts over the bodies, beyond which only rounding changes

@@ -18,11 +18,11 @@ from ancfsparse.scene.force_elements import obstacles
 from ancfsparse.scene.force_elements.obstacles.cores import Core
 from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle
 
+MIN_VOLUME_RATIO = 1e-12  # of a mesh over the cube of its longest side: less is rounding
 CELLS = 64  # of the default grid along the longest side of a mesh
 # Of the grid around a surface.  An error decays by the factor 0.27 per cell in a cubic spline, and
 # at the ends of the grid it is a tenth of a cell: 3e-6 of a cell at the surface, with six cells
 # 4e-5.
-MIN_VOLUME_RATIO = 1e-12  # of a mesh over the cube of its longest side: rounding
 MARGIN_CELLS = 8
 REACH_CELLS = 5  # largest radius of bodies that can touch the surface
 MAX_NODES = 2e7  # of a grid: 160 MB

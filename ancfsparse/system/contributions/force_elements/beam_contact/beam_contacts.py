@@ -170,10 +170,8 @@ class BeamContactContribution(Contribution):
         """Return the largest penetration and the smaller radius [m], and both names."""
         try:
             elements, positions, _, depths = self.compiled.touches(q)
-        except ValueError as crowded:
-            raise InputError(
-                f"{self.contact.what}: {crowded}; take fewer elements or a smaller radius"
-            ) from None
+        except InputError as crowded:
+            raise InputError(f"{self.contact.what}: {crowded}") from None
         radius = min(self.contact.radii)
         if not len(depths):
             return 0.0, radius, self.contact.what, ""

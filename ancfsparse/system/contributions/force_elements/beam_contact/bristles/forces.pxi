@@ -249,7 +249,7 @@ cdef double spin(const Bristle *each, const double *start, const double *end) no
 
 
 cdef double touching_share(const Data *self, const Bristle *each, const double *x) noexcept nogil:
-    """Return the part of a displacement since the last equilibrium after which a pair touches.
+    """Return the part of a displacement since the last equilibrium during which a pair touches.
 
     Penetrations change linearly from there, where `x` is the vector from b to a.
     """

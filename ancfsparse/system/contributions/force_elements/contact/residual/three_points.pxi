@@ -1,6 +1,6 @@
 """Forces on the three points of a cubic element in space together; included by `_contacts.pyx`.
 
-A row holds a number of each of them.  This applies to obstacles at rest, or turning, without a frame;
+A row holds a number of each of them.  This applies to obstacles at rest, or turning, without a frame or restitution;
 other points have the same forces by `contact_residual.pxi`, one after the other.
 """
 
