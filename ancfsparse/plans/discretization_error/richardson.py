@@ -68,8 +68,8 @@ class Estimate:
         error = self.error * (self.resolution / resolution) ** self._order(
             resolution < self.resolution
         )
-        known, errors = self._known
-        if known[0] <= resolution < self.resolution:
+        if resolution < self.resolution:
+            known, errors = self._known
             log_error = np.interp(np.log(resolution), np.log(known), np.log(errors))
             error = max(error, np.exp(log_error))
         return float(error)

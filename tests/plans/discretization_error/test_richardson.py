@@ -58,6 +58,7 @@ def test_errors_of_solutions_that_were_seen_are_their_differences_from_the_last(
     error_model = estimate((100, 200, 400, 800, 1600), (31.0, 5.0, 0.2, 0.19), 2)
     assert error_model.at(100) >= 36.0
     assert error_model.at(200) == pytest.approx(5.39 + error_model.error)
+    assert error_model.at(50) >= error_model.at(100)
     assert 5.0 < error_model.at(150) < 36.0
     assert error_model.resolution_for(6.0) == pytest.approx(200, rel=0.1)
     assert error_model.resolution_for(error_model.error) == pytest.approx(1600)
