@@ -34,4 +34,5 @@ export ASAN_OPTIONS=detect_leaks=0:abort_on_error=1 UBSAN_OPTIONS=print_stacktra
 export PYTHONMALLOC=malloc
 # pytest puts these folders first; in the second is `codegen`, and the package that is not compiled.
 # Tests that compare instruction sets would miss the others.
-"$folder/venv/bin/python" -m pytest -o pythonpath="$stage ." -k 'not instruction_set' "$@"
+# They write their reports to the descriptor that pytest captures by default, and end the process.
+"$folder/venv/bin/python" -m pytest --capture=sys -o pythonpath="$stage ." -k 'not instruction_set' "$@"

@@ -77,6 +77,7 @@ class NonlinearLoop(Protocol):
     step: int
     yields: bool
     halves: bool
+    newton: bool
     rate: float
     measured: float
 

@@ -27,8 +27,7 @@ from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Beam
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import check_request
-from ancfsparse.solve.motion.runs import build_run
-from ancfsparse.solve.motion.simulate import build_system_at_start
+from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.stepping.state_recorder import RunStorage
 from benchmarks.common.charts import draw_lines, new_figure, panels, set_axes, set_legend
 from benchmarks.common.progress import bar as progress_bar

@@ -21,7 +21,7 @@ include "loop_data.pxi"
 # coordinates one step before, the choice of predictor, history of loads, forces of moving supports,
 # steps since an impact (older files have none).
 REMEMBERED = ("b0", "before", "earlier", "phase", "amplitudes0", "rate", "bend", "size", "past",
-              "force0", "alert")
+              "lead0", "force0", "alert")
 
 
 cdef class TimeLoop:

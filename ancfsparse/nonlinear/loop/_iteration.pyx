@@ -23,6 +23,7 @@ cdef class Iteration:
     cdef ancf_nonlinear interface
     cdef Loop loop
     cdef object kept, owners, arrays
+    cdef bint rounds  # whether seeds of the method are rounded, while Newton's are used
     cdef readonly object capsule
 
     def __cinit__(self, equations, seed, inverse, frame, *,
@@ -198,6 +199,20 @@ cdef class Iteration:
     @halves.setter
     def halves(self, bint value):
         self.loop.halves = value
+
+    @property
+    def newton(self):
+        """Return True if steps are solved by Newton's method: every correction has a new factor."""
+        return bool(self.loop.newton)
+
+    @newton.setter
+    def newton(self, bint value):
+        cdef Loop *loop = &self.loop
+        if value and not loop.newton:
+            self.rounds, loop.rounds = loop.rounds, loop.seed.round_to_single != NULL
+        elif loop.newton and not value:
+            loop.rounds = self.rounds
+        loop.newton = value
 
     def mark_stale(self):
         """Request a new seed because the matrix has changed, for instance with the step size."""

@@ -45,7 +45,7 @@ cdef int descend(Loop *self, int *used) noexcept nogil:
         renew_seed(self, False, 0.0)
         if self.seed.refine != NULL:
             self.seed.refine(self.seed.context, CLOSE)
-        multiply(self, self.r, False)
+        multiply(self, self.r, True)
         slope = dot_parts(self.parts, self.z, self.r, self.n)
         if not slope > 0.0:
             return DIVERGED

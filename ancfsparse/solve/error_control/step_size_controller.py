@@ -25,6 +25,7 @@ from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.solve.stepping.outcome_reporting import (
     CAUSE_NAMES,
+    FailedStep,
     count_costs,
     recovery_events,
     step_error,
@@ -304,9 +305,7 @@ class StepSizeController:
     def _stopped(self, outcome: Outcome, now: float) -> Exception:
         return step_error(
             self.system,
-            self.time_loop,
-            self.iteration,
-            outcome,
+            FailedStep.record(self.time_loop, self.iteration, outcome),
             self.stats.steps,
             now,
             self.dt,

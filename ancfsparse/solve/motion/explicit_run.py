@@ -59,6 +59,8 @@ class ExplicitRun(FixedStepRun):
     def _recover(self, outcome: Outcome) -> Outcome:
         if self._ahead is not None and outcome == Outcome.CONVERGED:
             self._steps_to_pause = self._cross_ahead(self._ahead)
+            if self._stats.steps == self._n_steps:
+                self._warn(self._ahead)
         return outcome
 
     def _continue(self, crossing: Crossing) -> None:
@@ -75,16 +77,16 @@ class ExplicitRun(FixedStepRun):
             crossing.work,
         )
 
-    def _check_end(self) -> Outcome:
-        if self._ahead is not None and self._ahead.failed is not None:
+    def _warn(self, ahead: SingularCrossing) -> None:
+        """Warn if the path led through a singular configuration that was not crossed."""
+        if ahead.failed is not None:
             warnings.warn(
-                f"constraints became dependent near t = {self._ahead.failed:.6g} s, where explicit "
+                f"constraints became dependent near t = {ahead.failed:.6g} s, where explicit "
                 "methods amplify rounding, and no long step across it resolves the loads and "
                 "vibrations: compare with GeneralizedAlpha(0.9)",
                 RedundantConstraintsWarning,
-                stacklevel=5,
+                stacklevel=6,
             )
-        return super()._check_end()
 
     def _count_costs(self) -> None:
         count_forces(self._stats, self._integrator)

@@ -124,13 +124,9 @@ class FixedStepRun(ABC):
             self._before = crossing.step, self._time_loop.steps
         return pause
 
-    def _check_end(self) -> Outcome:
-        """Check a run that has taken all its steps."""
-        return Outcome.CONVERGED
-
-    def _withdraw(self, outcome: Outcome) -> Outcome:
-        """Discard the steps that a failed run must not keep; return its outcome."""
-        return outcome
+    def _abandon_trial(self) -> bool:
+        """Give up steps on trial, if there are any; return whether there were."""
+        return False
 
     def integrate(self, recorder: StateRecorder) -> Outcome:
         """Record the start and advance all steps; return the outcome.
@@ -159,6 +155,7 @@ class FixedStepRun(ABC):
             self._count()
             raise
         except BaseException:  # an interruption may come between any two lines
+            self._abandon_trial()
             self._collect()
             self._keep_last()
             self._count()
@@ -184,8 +181,7 @@ class FixedStepRun(ABC):
                 bar.update(stats.steps - bar.n)
         if outcome != Outcome.CONVERGED:
             self._check_functions(stats.steps + 1)
-            return self._withdraw(outcome)
-        return self._withdraw(self._check_end())
+        return outcome
 
     def _check_functions(self, step: int) -> None:
         """Raise the error of a function of the motion in a failed step, if there is one."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
-from ancfsparse.solve import initial_conditions
+from ancfsparse.solve import initial_conditions, motion
 from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import restore_contributions
@@ -23,9 +25,8 @@ from ancfsparse.solve.motion.arguments import (
     select_halvings,
     select_integrator,
 )
-from ancfsparse.solve.motion.runs import build_run
-from ancfsparse.solve.preparation.memory_estimate import check_memory
-from ancfsparse.solve.stepping.state_recorder import RunStorage
+from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate, check_memory
+from ancfsparse.solve.stepping.state_recorder import RunStorage, StateRecorder
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 
@@ -80,6 +81,44 @@ def simulate(
     if accuracy is None:
         warn_of_unresolved_signals(system, request.clock, request.n_steps, stacklevel=4)
     return run_request(request, system)
+
+
+class Run(Protocol):
+    """A run that is set up and ready to integrate."""
+
+    def integrate(self, recorder: StateRecorder) -> Outcome:
+        """March to the end and pass all states to a recorder; return the outcome."""
+
+    def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
+        """Return the error for a run whose outcome is not convergence."""
+
+
+def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
+    """Set a run up.
+
+    Parameters
+    ----------
+    request : Request
+        The checked arguments.
+    system : System
+        The moving system at its start.
+    needed : MemoryEstimate
+        Memory of the run without factors.
+
+    Raises
+    ------
+    InputError
+        If the integrator cannot handle the scene, or a factor does not fit.
+    """
+    if request.accuracy is not None:
+        return motion.ErrorControlledRun(request, system, request.accuracy)
+    integrator = request.integrator
+    phase = math.inf if isinstance(integrator, Implicit) else integrator.tableau.interval
+    for contribution in system.contributions:
+        contribution.check_step(request.clock.dt, phase)
+    if isinstance(request.integrator, Implicit):
+        return motion.ImplicitRun(request, system, request.integrator, needed)
+    return motion.ExplicitRun(request, system, request.integrator)
 
 
 def run_request(request: Request, system: System) -> Trajectory:

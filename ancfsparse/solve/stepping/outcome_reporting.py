@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import (
     ConvergenceError,
     EnergyIncreaseError,
@@ -67,11 +68,35 @@ def recovery_events(
     ]
 
 
+class FailedStep(NamedTuple):
+    """Outcome of a failed step, and properties of the compiled loops after it, see there."""
+
+    outcome: Outcome
+    energy_gain: tuple[float, float]
+    largest_gain: tuple[float, float, int]
+    residual: tuple[Vector, Vector]
+    contraction: float
+    max_iterations: int
+
+    @classmethod
+    def record(
+        cls, time_loop: ControlledLoop, iteration: NonlinearLoop, outcome: Outcome
+    ) -> FailedStep:
+        """Return the record of the present state of both loops."""
+        is_refused = outcome == Outcome.WOULD_GAIN
+        return cls(
+            outcome,
+            time_loop.refused_gain if is_refused else time_loop.energy_gain,
+            time_loop.largest_gain,
+            time_loop.unbalanced,
+            iteration.contraction,
+            iteration.max_iterations,
+        )
+
+
 def step_error(
     system: System,
-    time_loop: ControlledLoop,
-    iteration: NonlinearLoop,
-    outcome: Outcome,
+    failed: FailedStep,
     steps: int,
     now: float,
     dt: float,
@@ -83,23 +108,24 @@ def step_error(
 
     A run to an accuracy has no trajectory.
     """
+    outcome = failed.outcome
     if outcome == Outcome.GAINED_ENERGY:
-        gain, exchanged = time_loop.energy_gain
+        gain, exchanged = failed.energy_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     if outcome == Outcome.HAD_GAINED:
-        gain, motion, when = time_loop.largest_gain
+        gain, motion, when = failed.largest_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(
             gain, motion, max_energy_gain, now, steps, dt, path, advice, when
         )
     steps, now = steps + 1, now + dt
     if outcome == Outcome.WOULD_GAIN:
-        gain, exchanged = time_loop.refused_gain
+        gain, exchanged = failed.energy_gain
         advice += HOW_TO_CONTINUE
         return EnergyIncreaseError(gain, exchanged, max_energy_gain, now, steps, dt, path, advice)
     # Location of the largest residual of the last iterate.
-    r, phi = time_loop.unbalanced
+    r, phi = failed.residual
     largest = int(np.argmax(np.abs(np.nan_to_num(r[: system.n_free], nan=np.inf))))
     where, size, unit = system.describe(largest), abs(float(r[largest])), system.unit(largest)
     if len(phi) and np.max(np.abs(phi)) > size:
@@ -107,13 +133,13 @@ def step_error(
         where, size, unit = system.constraints.labels[largest], abs(float(phi[largest])), "m"
     reason = f"it {outcome.message}, "
     if outcome == Outcome.TOO_MANY:
-        reason = f"it did not converge in {iteration.max_iterations} iterations{{parameter}}, "
+        reason = f"it did not converge in {failed.max_iterations} iterations{{parameter}}, "
     reason += (
         "however short it is"
         if path is None
         else "also with a new seed and with damped Newton, and from a start without acceleration"
     )
-    if np.isfinite(iteration.contraction):
-        reason += f"; the residual last changed by a factor of {iteration.contraction:.3g}"
+    if np.isfinite(failed.contraction):
+        reason += f"; the residual last changed by a factor of {failed.contraction:.3g}"
     message = MessageTemplate(reason, parameter=Parameter("max_iterations", is_optional=True))
     return ConvergenceError(message, now, steps, dt, size, where, path, advice, unit)

@@ -101,6 +101,10 @@ class MemoryRecorder:
         """Store the statistics of the run at its end, and its last state if that is known."""
         self._stats, self._last = stats, last
 
+    def states_from(self, row: int) -> list[Vector]:
+        """Return the arguments of `append` for the states from a row on."""
+        return [table[row : self.rows] for table in self._tables]
+
     def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
         """Return the stored states."""
         t, q, v, a, lam, history = (table[: self.rows] for table in self._tables)

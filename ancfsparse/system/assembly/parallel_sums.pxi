@@ -263,7 +263,8 @@ cdef void history(void *context, double *out) noexcept nogil:
     cdef ptrdiff_t k
     for k in range(self.n_contributions):
         each = self.contributions[k]
-        memcpy(out, each.memory, each.n_history * sizeof(double))
+        if each.n_history > 0:
+            memcpy(out, each.memory, each.n_history * sizeof(double))
         out += each.n_history
 
 

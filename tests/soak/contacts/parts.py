@@ -7,6 +7,8 @@ from unittest import mock
 import numpy as np
 
 from ancfsparse.solve import stepping
+from ancfsparse.solve.motion import implicit_run
+from ancfsparse.solve.motion.repetition import Repetition
 
 
 class Watched:
@@ -33,18 +35,33 @@ class Watched:
 
 @contextlib.contextmanager
 def recorded_parts():
-    """Return a list of the time and the state after each part of the steps of a run."""
+    """Return a list of the time and the state after each part of the steps of a run.
+
+    The parts of steps that a run repeats are no longer its own.
+    """
     states = []
+
+    clocks = []
 
     class Halving(stepping.StepHalving):
         def __init__(self, system, time_loop, *args):
             super().__init__(system, Watched(time_loop, states), *args)
+            clocks.append(self._clock)
 
         def recover(self, step, outcome):
             self._time_loop.t = self._clock.at(step - 1)
             return super().recover(step, outcome)
 
-    with mock.patch.object(stepping, "StepHalving", Halving):
+    class Again(Repetition):
+        def begin(self, step):
+            back = super().begin(step)
+            if back is not None and clocks:
+                last = clocks[-1].at(back)
+                states[:] = [each for each in states if each[0] <= last]
+            return back
+
+    halving = mock.patch.object(stepping, "StepHalving", Halving)
+    with halving, mock.patch.object(implicit_run, "Repetition", Again):
         yield states
 
 

@@ -287,7 +287,7 @@ cdef class Contact(CompiledContribution):
     def motion(self, const double[::1] q, const double[::1] v):
         """Return sliding velocities of the points, (n, dim) [m/s], and penetrations, (n,) [m]."""
         cdef ptrdiff_t k, n = self.data.points.n, dim = self.data.points.dim
-        velocities, depths = np.zeros((n, dim)), np.zeros(n)
+        velocities, depths = np.zeros((n, 3)), np.zeros(n)
         cdef double[:, ::1] u = velocities
         cdef double[::1] e = depths
         cdef Place here
@@ -297,7 +297,7 @@ cdef class Contact(CompiledContribution):
             move(&self.data, k, &v[0], &u[k, 0])
             slide(&self.data, &here, &u[k, 0])
             e[k] = here.e
-        return velocities, depths
+        return velocities[:, :dim], depths
 
     def gradients(self, const double[::1] q):
         """Return the derivatives of the distance of each point by its coordinates, (m, dim) [1]."""
