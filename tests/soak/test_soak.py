@@ -92,6 +92,8 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
         # Of the solutions of step 37 only damped Newton with more iterations finds the one that
         # gains little; it was tried where there was none, and not where all gained.
         (9403, 1472),
+        # Of step 73 few perturbed ones have a solution without a gain, but 5 of the first 9.
+        (11002, 1951),
     ],
 )
 def test_motions_that_once_were_found_are_not(seed, index):
@@ -140,7 +142,7 @@ def test_a_step_that_rises_is_compared_with_all_that_newton_would_try():
     assert motions.run(0, 156).finds == []
 
 
-@pytest.mark.parametrize("often", [2, 7])
+@pytest.mark.parametrize("often", [9, 32])
 def test_where_rounding_decides_what_newton_finds_most_of_its_solutions_count(monkeypatch, often):
     # Its method takes 25 corrections to a solution of step 188 of motion 3573 that gains nothing;
     # from states that differ by 1e-14, 17 of 20 times, its fallbacks end in the one of the run.
@@ -149,7 +151,7 @@ def test_where_rounding_decides_what_newton_finds_most_of_its_solutions_count(mo
     monkeypatch.setattr(motions, "gain_of_run", lambda *_: 131.0)
     monkeypatch.setattr(motions, "finishes_by_newton", lambda *_: True)
     stop = ancf.EnergyIncreaseError(131.0, 5500.0, 0.01, 1.9, 189, 0.01)
-    assert bool(motions.alarm(None, None, stop)) == (often == 7)
+    assert bool(motions.alarm(None, None, stop)) == (often == 32)
 
 
 def test_a_step_with_softer_constraints_in_which_a_run_is_stopped_is_counted():

@@ -71,6 +71,8 @@ def test_random_contacts_are_judged_without_a_find():
     [
         # Friction that pushed along the sliding in unresolved steps counted as supplied energy.
         *((7703, 59), (9102, 521)),
+        # Newton solves steps before the failed one otherwise: from these states no step led on.
+        *((11001, 2122), (13001, 23), (13001, 599), (13001, 2234), (13001, 2454), (14003, 352)),
         # The work of a force in the parts of a step was not counted.
         (9401, 216),
         # Damped Newton converges from the first predictor alone; descent led far away.
