@@ -22,13 +22,9 @@ from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
 from ancfsparse.plans.discretization_error.run_estimates import elements_of
 from ancfsparse.plans.quantities.quantity import Reaction, SectionForceAt
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import (
-    TrialRun,
-    TrialRuns,
-    absolute_tolerances,
-    goal_differences,
-)
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.solve import simulate
 
 REFINEMENTS = (4, 16)  # elements over those of the finest trial run

@@ -32,14 +32,12 @@ from ancfsparse.plans.discretization_error.run_estimates import (
 from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.models.model import Model, coarse_count
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
-from ancfsparse.plans.trial_runs.trial_runs import (
-    BASE_BUDGET,
-    TrialRun,
-    TrialRuns,
+from ancfsparse.plans.trial_runs.run_differences import (
     absolute_tolerances,
     goal_differences,
     history_differences,
 )
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRun, TrialRuns
 from ancfsparse.scene import Scene
 
 FIRST_STEP_RATIO = 4  # steps of the first motion over the smallest number of steps

@@ -21,12 +21,8 @@ from ancfsparse.plans.discretization_error.run_estimates import (
 )
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.quantities.tolerances import Goal
-from ancfsparse.plans.trial_runs.trial_runs import (
-    TrialRun,
-    TrialRuns,
-    absolute_tolerances,
-    goal_differences,
-)
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.scene import Scene
 
 # On four elements the motion of the paper's pendulum is so irregular that steps do not converge.

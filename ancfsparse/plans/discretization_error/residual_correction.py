@@ -19,12 +19,8 @@ from ancfsparse.plans.discretization_error.richardson import (
     from_observed_order,
 )
 from ancfsparse.plans.models.prolongation import prolongate
-from ancfsparse.plans.trial_runs.trial_runs import (
-    TrialRun,
-    TrialRuns,
-    as_trajectory,
-    goal_difference,
-)
+from ancfsparse.plans.trial_runs.run_differences import goal_difference
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, as_trajectory
 from ancfsparse.results import Equilibrium, RunStats, Trajectory
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations

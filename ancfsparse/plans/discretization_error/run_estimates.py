@@ -10,13 +10,12 @@ import numpy as np
 
 from ancfsparse.plans.discretization_error.richardson import Estimate, estimate
 from ancfsparse.plans.quantities.tolerances import Goal
-from ancfsparse.plans.trial_runs.trial_runs import (
-    TrialRun,
-    TrialRuns,
+from ancfsparse.plans.trial_runs.run_differences import (
     absolute_tolerances,
     differences_over_time,
     goal_differences,
 )
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 
 SOLVER_NOISE = 1e-7  # difference by the tolerance of the solver, relative to the quantity
 # The reaction of a clamp under sudden weight converged with order 4 at the end and 1 at the start.

@@ -9,14 +9,9 @@ from ancfsparse.plans.discretization_error.richardson import Estimate
 from ancfsparse.plans.discretization_error.run_estimates import RunEstimates
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.quantities.tolerances import Goal
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import (
-    BASE_BUDGET,
-    TrialRun,
-    TrialRuns,
-    absolute_tolerances,
-    goal_differences,
-)
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRun, TrialRuns
 
 MAX_HALVINGS = 10  # of the intervals between saved states of the first trial run
 MAX_ERROR_RATIO = 4.0  # of interpolation error to tolerance, to be extrapolated

@@ -31,15 +31,12 @@ from ancfsparse.plans.discretization_error.run_estimates import (
 from ancfsparse.plans.discretization_error.time_error import MAX_HALVINGS, agrees_with_undamped
 from ancfsparse.plans.discretization_error.turning_points import find_swings
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.trial_runs.trial_runs import (
-    BASE_BUDGET,
-    TRIAL_FRACTION,
-    TrialRun,
-    TrialRuns,
+from ancfsparse.plans.trial_runs.run_differences import (
     absolute_tolerances,
     goal_differences,
     history_differences,
 )
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
 from ancfsparse.scene import Beam
 
 STEP_GROWTH = 2  # ratio of the numbers of steps; of elements too, if they are of low order

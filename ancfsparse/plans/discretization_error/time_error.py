@@ -15,14 +15,12 @@ from ancfsparse.plans.discretization_error.run_estimates import (
     step_estimates,
 )
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.trial_runs.trial_runs import (
-    BASE_BUDGET,
-    TrialRun,
-    TrialRuns,
+from ancfsparse.plans.trial_runs.run_differences import (
     absolute_tolerances,
     goal_differences,
     history_differences,
 )
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRun, TrialRuns
 
 MAX_HALVINGS = 14  # of the longest step
 # Largest ratio of error to tolerance from which the number of steps is extrapolated.

@@ -15,8 +15,8 @@ from ancfsparse.plans.models.model import (
     build_model,
     refine_given_meshes,
 )
+from ancfsparse.plans.trial_runs.run_differences import goal_difference
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import goal_difference
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate

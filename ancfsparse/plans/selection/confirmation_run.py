@@ -20,15 +20,9 @@ from ancfsparse.plans.discretization_error.mesh_error import corrected_estimates
 from ancfsparse.plans.discretization_error.richardson import Estimate
 from ancfsparse.plans.discretization_error.run_estimates import elements_of
 from ancfsparse.plans.selection.discretization_search import refine_separately
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import (
-    BASE_BUDGET,
-    TRIAL_FRACTION,
-    TrialRun,
-    TrialRuns,
-    absolute_tolerances,
-    goal_differences,
-)
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
 
 MAX_SELECTIONS = 4  # of mesh and step
 MAX_COST = 2.0  # of a confirmation run, over the base budget

@@ -23,14 +23,9 @@ from ancfsparse.plans.discretization_error.simultaneous_refinement import (
 from ancfsparse.plans.discretization_error.time_error import no_time_error, time_error
 from ancfsparse.plans.models.model import Model, coarse_count, convergence_order, open_bodies
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import (
-    BASE_BUDGET,
-    TRIAL_FRACTION,
-    TrialRun,
-    TrialRuns,
-    absolute_tolerances,
-)
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
 from ancfsparse.scene import Scene
 
 MAX_COARSE_RATIO = 4.0  # refinement of the coarsest mesh if steps do not converge on it

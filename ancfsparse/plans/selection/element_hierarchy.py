@@ -17,8 +17,9 @@ from ancfsparse.plans.models.model import (
     element_counts,
     open_bodies,
 )
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, absolute_tolerances
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
 

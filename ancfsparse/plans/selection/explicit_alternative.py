@@ -12,7 +12,8 @@ from ancfsparse.integrators import CentralDifference
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.models.model import RIGID
 from ancfsparse.plans.trial_runs.cost_model import STEP_OVERHEAD, fit_cost_model
-from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns, goal_differences
+from ancfsparse.plans.trial_runs.run_differences import goal_differences
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve import stable_step
 

@@ -31,8 +31,9 @@ from ancfsparse.plans.trial_runs.load_resolution import (
     steps_resolving_loads,
     steps_resolving_vibration,
 )
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import ModalSum, SolutionMethod, Statics
-from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns, absolute_tolerances
+from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Scene
 from ancfsparse.system import System

@@ -27,8 +27,9 @@ from ancfsparse.plans.selection.element_hierarchy import (
     largest_negligible_set,
     model_of,
 )
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
-from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns, absolute_tolerances
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.scene import Beam
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.pin import Pin

@@ -47,9 +47,6 @@ MAX_EXPENSIVE_INTERVALS = 128  # for a quantity that is expensive to evaluate
 COARSE_TOLERANCE = 0.01  # relative tolerance from which the coarsest mesh and step are tried first
 COUNT_POWER = 1.0 / 8.0  # power of a smaller tolerance with which the first mesh is refined
 STEP_FACTOR = 2  # by which its steps are shorter
-# Two histories may cross at the end: velocities agreed there to .4 of the tolerance, .2 s before to
-# 5 times, and the error was 2.3 times.
-END_FRACTION = 0.1  # of a run: differences there count for a quantity at the end
 SMOOTH_ORDER = 4  # in the length of the elements, of quantities that are continuous between them
 STEP_UNITS = 8  # minimum number of units of a power of two in a selected number of steps
 
@@ -403,59 +400,3 @@ def _history(quantity: Quantity, run: Trajectory) -> Vector:
         while intervals // every > MAX_EXPENSIVE_INTERVALS and intervals % (2 * every) == 0:
             every *= 2
     return quantity.history(run if every == 1 else select_states(run, slice(None, None, every)))
-
-
-def absolute_tolerances(goals: Sequence[Goal], trial: TrialRun) -> list[float]:
-    """Return the absolute tolerance of every quantity, by its size in a run [its unit].
-
-    Raises
-    ------
-    InputError
-        If a quantity with a relative error is zero or does not change, but by rounding.
-    """
-    out = [each.tolerance(h) for each, h in zip(goals, trial.histories, strict=True)]
-    for each, tolerance in zip(goals, out, strict=True):
-        each.check_change(tolerance, trial.run)
-    return out
-
-
-def goal_difference(goal: Goal, one: Vector, other: Vector) -> float:
-    """Return the largest difference of two histories at the requested times [unit]."""
-    quantity = goal.quantity
-    return quantity.largest_difference(*map(quantity.select, _at_common_times(one, other)))
-
-
-def differences_over_time(goal: Goal, one: Vector, other: Vector) -> Vector:
-    """Return the magnitude of the difference of two histories at all common times, (k,) [unit]."""
-    common = _at_common_times(one, other)
-    return np.asarray(np.linalg.norm(goal.quantity.difference(*common), axis=1))
-
-
-def goal_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> list[float]:
-    """Return the largest difference of every quantity at the requested times [its unit].
-
-    Of a quantity at the end, the largest in the last part of the run.
-    """
-    out = []
-    for goal, *pair in zip(goals, one.histories, other.histories, strict=True):
-        if goal.quantity.at == "end":
-            common = _at_common_times(*pair)
-            first = int((1.0 - END_FRACTION) * (len(common[0]) - 1))
-            out.append(goal.quantity.largest_difference(*(each[first:] for each in common)))
-        else:
-            out.append(goal_difference(goal, *pair))
-    return out
-
-
-def history_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> list[float]:
-    """Return the largest difference of every quantity at any saved time [its unit]."""
-    histories = zip(goals, one.histories, other.histories, strict=True)
-    return [goal.quantity.largest_difference(*_at_common_times(*pair)) for goal, *pair in histories]
-
-
-def _at_common_times(one: Vector, other: Vector) -> tuple[Vector, Vector]:
-    """Return two histories at their common times."""
-    intervals = [len(each) - 1 for each in (one, other)]
-    both = max(1, math.gcd(*intervals))
-    strides = [max(1, each // both) for each in intervals]
-    return one[:: strides[0]], other[:: strides[1]]

@@ -7,7 +7,7 @@ from ancfsparse.plans.discretization_error.mesh_error import mesh_error
 from ancfsparse.plans.discretization_error.time_error import time_error
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs import cost_model
-from ancfsparse.plans.trial_runs.trial_runs import goal_differences
+from ancfsparse.plans.trial_runs.run_differences import goal_differences
 from ancfsparse.problems import pendulum
 from tests.plans.comparison import build_trials
 

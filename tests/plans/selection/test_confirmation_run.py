@@ -10,7 +10,8 @@ from ancfsparse.plans.models.model import Model, build_model
 from ancfsparse.plans.selection import confirmation_run
 from ancfsparse.plans.selection.confirmation_run import confirm_selection
 from ancfsparse.plans.selection.discretization_search import refine_separately
-from ancfsparse.plans.trial_runs.trial_runs import goal_differences, round_steps
+from ancfsparse.plans.trial_runs.run_differences import goal_differences
+from ancfsparse.plans.trial_runs.trial_runs import round_steps
 from ancfsparse.problems import pendulum
 from tests.beams import build_beam
 from tests.plans.comparison import build_trials
