@@ -70,15 +70,36 @@ class ByHand:
         s = np.clip(e / layer, 0.0, 1.0)
         return self.stiffness * np.where(e < layer, layer * (s**3 - 0.5 * s**4), e - 0.5 * layer)
 
+    def pressures_between(self, x):
+        """Differences of the potential over those of the penetrations."""
+
+        def potential(e):
+            s = np.clip(e / layer, 0.0, 1.0)
+            above = np.maximum(e - layer, 0.0)
+            return layer**2 * (s**4 / 4 - s**5 / 10) + 0.5 * above * (layer + above)
+
+        layer = LAYER_RATIO * RADIUS
+        e0, e1 = self.place(self.x)[2], self.place(x)[2]
+        return self.stiffness * (potential(e1) - potential(e0)) / (e1 - e0)
+
+    def normals_between(self, x):
+        """Vectors along which pressures do the work of the potential."""
+        d0, n, e0 = self.place(self.x)
+        d1, _, e1 = self.place(x)
+        if isinstance(self.obstacle, ancf.HalfSpace):
+            return n
+        reach = self.obstacle.radius + RADIUS
+        return (d0 + d1) / (2.0 * reach - e0 - e1)[:, None]
+
     def rotated(self, u, n):
         """Vectors in the tangent planes with normals n, with their lengths."""
         out = u - (u * n).sum(axis=1)[:, None] * n
         sizes = np.linalg.norm(u, axis=1), np.linalg.norm(out, axis=1)
         return out * (sizes[0] / np.where(sizes[1] > 0.0, sizes[1], 1.0))[:, None]
 
-    def bristles(self, x, p):
-        """Deflections at the end of a step."""
-        d0, d1, n1 = self.place(self.x)[0], *self.place(x)[:2]
+    def path(self, x):
+        """Displacements along the surface, and the normals halfway."""
+        d0, (d1, n1, _) = self.place(self.x)[0], self.place(x)
         middle = 0.5 * (d0 + d1)
         n = n1
         if not isinstance(self.obstacle, ancf.HalfSpace):
@@ -87,10 +108,29 @@ class ByHand:
         turn = 2.0 / abs(rate) * np.tan(0.5 * abs(rate) * DT) if rate else DT
         path = x - self.x - turn * middle @ self.obstacle.spin.T
         path = path - (path * n).sum(axis=1)[:, None] * n
-        u = self.rotated(self.z, n1) + self.rotated(path, n1)
+        return path, n
+
+    def limited(self, u, p):
+        """Deflections of bristles that slide at the pressure p."""
         limit = self.contact.friction * p / (GRIP_RATIO * self.stiffness)
         size = np.linalg.norm(u, axis=1)
         return u * (np.minimum(size, limit) / np.where(size > 0.0, size, 1.0))[:, None]
+
+    def bristles(self, x, p):
+        """Deflections at the end of a step."""
+        (path, _), n1 = self.path(x), self.place(x)[1]
+        return self.limited(self.rotated(self.z, n1) + self.rotated(path, n1), p)
+
+    def bristles_between(self, x, p):
+        """Deflections whose forces act in a step, and those at its end."""
+        (path, n), n1, z = self.path(x), self.place(x)[1], self.limited(self.z, p)
+        inside = self.limited(self.rotated(z, n) + 0.5 * path, p)
+        z, path = self.rotated(z, n1), self.rotated(path, n1)
+        is_sliding = np.linalg.norm(z + 0.5 * path, axis=1) > self.contact.friction * p / (
+            GRIP_RATIO * self.stiffness
+        )
+        share = np.where(is_sliding, 0.5, 1.0)[:, None]
+        return inside, self.limited(z + share * path, p)
 
     def sliding(self, x, v, p):
         """Friction that depends on the velocities."""
@@ -145,3 +185,37 @@ def test_forces_at_the_ends_of_steps(name, friction, rng):
         system.assembly.accept(q)
         by_hand.x = x
     assert not contact.sticks or (slid and stuck)
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3}], ids=["none", "bristles"])
+@pytest.mark.parametrize("name", OBSTACLES)
+def test_forces_between_states(name, friction, rng):
+    system, free, contact, q = pressed(name, **friction)
+    none, rest = np.zeros(0), np.zeros(system.n_all)
+    places, weights = zip(*map(system.point, contact.points), strict=True)
+
+    def of_points(q):
+        return np.array([w @ q[place].T for place, w in zip(places, weights, strict=True)])
+
+    system.assembly.begin(q)
+    system.assembly.set_step(DT)
+    by_hand = ByHand(contact, of_points(q))
+    for speed in (0.01, 0.1, 5.0, 0.1):
+        v = rng.normal(scale=1e-2, size=system.n_all) + speed * system.uniform(0)
+        after = q + DT * v
+        x = of_points(after)
+        p = by_hand.pressures_between(x)
+        forces = p[:, None] * by_hand.normals_between(x)
+        if contact.sticks:
+            inside, z = by_hand.bristles_between(x, p)
+            forces -= GRIP_RATIO * by_hand.stiffness[:, None] * inside
+            by_hand.z = np.where((p > 0.0)[:, None], z, 0.0)
+        expected = rest.copy()
+        for place, w, force in zip(places, weights, forces, strict=True):
+            np.add.at(expected, place, -np.outer(force, w))
+        states = q, after, v, rest, none, rest, none
+        found = system.assembly.residual_between(*states)[0]
+        found = found - free.assembly.residual_between(*states)[0]
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+        system.assembly.accept(after)
+        q, by_hand.x = after, x

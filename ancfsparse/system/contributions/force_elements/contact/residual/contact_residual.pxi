@@ -113,7 +113,7 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     cdef Place[MAX_POINTS] middle
     cdef GroupForces forces
     cdef ptrdiff_t g, k, p
-    cdef bint together = self.is_plain and self.grip == 0.0
+    cdef bint together = self.is_plain and not self.is_static
     self.is_mean = True
     for g in range(self.groups.n):
         if together and self.groups.weight_of_three[g] >= 0:

@@ -84,52 +84,65 @@ cdef inline void turn_three(const Data *self, const row *d, double factor, row *
 
 
 cdef inline void creep_three(const Data *self, ptrdiff_t k, const row *x, const row *d,
-                             const row *n, row *u) noexcept nogil:
-    """Add the displacement along the surface since the last accepted state to deflections u."""
+                             const row *n, row *path, row *normal) noexcept nogil:
+    """Set the displacement along the surface since the last accepted state, and the normals halfway."""
     cdef row[3] begin
     cdef row[3] middle
-    cdef row[3] normal
-    cdef row[3] path
-    cdef row delay = load_row(self.settling + k) / same(self.interval)
     cdef ptrdiff_t c
     for c in range(3):
         begin[c] = row_of(self.x0 + 4 * k + c, 4)
         path[c] = x[c] - begin[c]
-    if self.is_flat:
-        project_three(n, path)
-    else:
+        normal[c] = n[c]
+    if not self.is_flat:
         approach_three(self, begin, middle)
         for c in range(3):
             middle[c] = 0.5 * (middle[c] + d[c])
         face_three(self, middle, root(dot_three(middle, middle)), normal)
         turn_three(self, middle, -self.turn, path)
-        project_three(normal, path)
-        transport_three(n, path)
+    project_three(normal, path)
+
+
+cdef inline void shorten_three(row limit, row *u) noexcept nogil:
+    """Scale vectors to limits, if they are longer."""
+    cdef row square = dot_three(u, u)
+    cdef row ratio = where_above(square, limit * limit, limit / root(square), same(1.0))
+    cdef ptrdiff_t c
     for c in range(3):
-        u[c] = u[c] + (1.0 + delay) * path[c]
+        u[c] = ratio * u[c]
 
 
 cdef inline void stick_three(Data *self, ptrdiff_t k, const row *x, const row *d, const row *n,
                              row pressure, row *f) noexcept nogil:
-    """Set the friction of bristles at the end of a step, as `stick` does."""
-    cdef row[3] u
-    cdef row factor = self.grip * load_row(self.stiffness + k), limit = same(self.friction)
-    cdef row square, ratio
+    """Set the friction of bristles at the end of a step, or between its states, as `stick` does."""
+    cdef row[3] path
+    cdef row[3] normal
+    cdef const row *place = n
+    cdef row factor = self.grip * load_row(self.stiffness + k), limit = same(self.friction), share
     cdef ptrdiff_t c
-    for c in range(3):
-        u[c] = row_of(self.z + 3 * k + c, 3)
-    if not self.is_flat:
-        transport_three(n, u)
-    if self.interval > 0.0:
-        creep_three(self, k, x, d, n, u)
-    store_points(self.trial + 3 * k, u)
     if self.slides != NULL:
         limit = where_above(load_row(self.slides + k), same(0.0), limit, same(self.friction0))
     limit = limit * pressure / factor
-    square = dot_three(u, u)
-    ratio = where_above(square, limit * limit, limit / root(square), same(1.0))
     for c in range(3):
-        f[c] = -factor * ratio * u[c]
+        f[c] = row_of(self.z + 3 * k + c, 3)
+    if self.is_mean:
+        shorten_three(limit, f)
+    if self.interval > 0.0:
+        creep_three(self, k, x, d, n, path, normal)
+        if not self.is_flat:
+            if self.is_mean:
+                place = normal
+            else:
+                transport_three(n, path)
+            transport_three(place, f)
+        share = same(0.5 if self.is_mean else 1.0) + load_row(self.settling + k) / same(self.interval)
+        for c in range(3):
+            f[c] = f[c] + share * path[c]
+    elif not self.is_flat:
+        transport_three(n, f)
+    store_points(self.trial + 3 * k, f)
+    shorten_three(limit, f)
+    for c in range(3):
+        f[c] = -factor * f[c]
 
 
 cdef inline void rub_three(const Data *self, ptrdiff_t g, const double *v, const row *d,
@@ -195,7 +208,7 @@ cdef inline void clear_three(row *f) noexcept nogil:
 
 cdef inline void press_three_between(Data *self, ptrdiff_t g, const double *q0, const double *q1,
                                      const ancf_state *state, double *r) noexcept nogil:
-    """Subtract the forces on a group of three points between two states, without bristles."""
+    """Subtract the forces on a group of three points between two states."""
     cdef const double *weight = self.groups.three + self.groups.weight_of_three[g]
     cdef const int32_t *place = self.groups.place + 3 * self.groups.term[g]
     cdef ptrdiff_t k = self.groups.first[g], c, p
@@ -225,7 +238,10 @@ cdef inline void press_three_between(Data *self, ptrdiff_t g, const double *q0, 
     for p in range(3):
         self.force[k + p] = force_between(self, k + p, e0[p], e1[p], &self.slope[k + p])
     force = row_of(self.force + k, 1)
-    if self.friction > 0.0 and state.v != NULL:
+    if self.grip > 0.0:
+        face_three(self, end, after, n)
+        stick_three(self, k, x, end, n, force, rubbing)
+    elif self.friction > 0.0 and state.v != NULL:
         face_three(self, middle, distance, n)
         rub_three(self, g, state.v, middle, n, force, rubbing)
     else:
