@@ -180,7 +180,7 @@ def surface_power(contact, path):
     normals = vectors / sizes[..., None]
     sliding = sliding - (sliding * normals).sum(axis=-1)[..., None] * normals
     depths = contact.obstacle.radius + contact.radius - sizes
-    stiffness = stiffness_of(contact, path)
+    stiffness = part_of(contact, path).stiffness
     mass = contact.body.material.density * contact.body.section.area
     ratio = 2.0 * np.diff(path.t) / (np.pi * np.sqrt(mass / stiffness))
     most = depths.copy()
@@ -196,9 +196,10 @@ def surface_power(contact, path):
     return (contact.friction * pressure * np.maximum(along, 0.0)).sum(axis=1)
 
 
-def stiffness_of(contact, path):
+def part_of(contact, path):
+    """Return the part of the system of a run that is a contact."""
     parts = (each for each in path.system.contributions if hasattr(each, "contact"))
-    return next(each.stiffness for each in parts if each.contact is contact)
+    return next(each for each in parts if each.contact is contact)
 
 
 def judge_contacts(drawn, path, whole):
@@ -208,7 +209,7 @@ def judge_contacts(drawn, path, whole):
     next is not straight.
     """
     finds, deepest = [], deepest_of(drawn, path)
-    if deepest > MAX_DEPTH:
+    if deepest > MAX_DEPTH and not all(is_announced(each, path) for each in drawn.contacts):
         finds.append(f"a body is {deepest:.3g} radii inside")
     for contact in drawn.contacts:
         forces = path.contact_force(contact)
@@ -230,6 +231,12 @@ def judge_contacts(drawn, path, whole):
         friction = np.linalg.norm(forces.friction, axis=2)
         finds += judge_friction(friction, contact.friction * forces.pressure, "N/m")
     return finds
+
+
+def is_announced(contact, path):
+    """Return True if a run warns that a given stiffness is too small for it."""
+    is_given = isinstance(contact, Contact) and contact.stiffness is not None
+    return is_given and bool(part_of(contact, path).run_warnings())
 
 
 def judge_friction(friction, most, unit):
