@@ -101,8 +101,9 @@ def simulate(
     max_halvings : int, optional
         Maximum number of halvings of a step that cannot be solved, or only with a spurious increase
         of energy; each is listed in ``stats.events``.  By default 6 in scenes with contact, whose
-        bodies begin to touch within steps; in others such a step ends the run.  Only for implicit
-        integrators with a fixed step.
+        bodies begin to touch within steps; in others such a step ends the run.  Before that, other
+        solvers than `Newton` repeat the last steps by Newton's method, which may avoid the failed
+        step.  Only for implicit integrators with a fixed step.
     threads : int, optional
         Threads for systems of 16 000 unconstrained coordinates or more; smaller ones use one, and
         so do runs in a forked process, where OpenMP would wait forever for the threads of its
