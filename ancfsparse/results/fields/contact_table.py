@@ -128,7 +128,7 @@ def _pairs(
 ) -> Iterator[Touch]:
     """Yield the pairs of elements that touch."""
     contact = contribution.contact
-    elements, positions, forces, depths = contribution.compiled.touches(q)
+    elements, positions, forces, depths = contribution.compiled.touches(q, v)
     sizes = np.linalg.norm(forces, axis=1)
     friction = np.linalg.norm(contribution.friction(q, v, history), axis=1)
     # Each place is there twice, integrated along either axis.

@@ -15,7 +15,7 @@ from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
+from ancfsparse.scene.loads.attachment import Attachment, ContactLaw, check_coefficient
 
 # Arc over the radius within which a body does not touch itself: half a turn after which it lies at
 # its own side.
@@ -23,13 +23,13 @@ NEIGHBOUR_ARC_RATIO = math.pi
 
 
 @dataclass(frozen=True, eq=False)
-class BeamContact(Attachment):
+class BeamContact(ContactLaw):
     """Contact of a beam or a mesh with another one or with itself.
 
     Attributes
     ----------
-    body, other, stiffness, friction, slip_speed
-        As in `Scene.contact`; `other` is `body` if it touches itself.
+    body, other, stiffness, friction, slip_speed, restitution, static_friction
+        As in `Scene.contact` and `Contact`; `other` is `body` if it touches itself.
     radii : tuple of float
         Distances of the surfaces of both from their axes [m].
     separates : bool
@@ -42,8 +42,9 @@ class BeamContact(Attachment):
     radii: tuple[float, float]
     friction: float
     slip_speed: float
+    restitution: float
+    static_friction: float
     separates: bool
-    contribution = "force_elements.contact.contacts"
 
     @property
     def what(self) -> str:
@@ -55,11 +56,6 @@ class BeamContact(Attachment):
     def is_within(self) -> bool:
         """True if the body touches itself."""
         return self.body is self.other
-
-    @property
-    def sticks(self) -> bool:
-        """True if friction is that of bristles, which have deflections."""
-        return self.friction > 0.0 and self.slip_speed == 0.0
 
     def notes(self, joints: Iterable[Joint]) -> list[str]:
         """Return sentences on the parts that it leaves out."""
@@ -88,16 +84,23 @@ def make_beam_contact(
     radii: tuple[float, float],
     friction: float,
     slip_speed: float | None,
+    restitution: float | None,
+    static_friction: float | None,
     separates: bool,
     before: Iterable[Attachment],
 ) -> BeamContact:
     """Return the contact of two bodies of a scene, or of one with itself; see `Scene.contact`."""
-    stiffness = check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2")
-    friction = check_coefficient(f"friction of the contact of {body.name}", friction)
-    if slip_speed is not None:
-        slip_speed = check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
-    separates = check_flag("push_out", separates)
-    contact = BeamContact(body, other, stiffness, radii, friction, slip_speed or 0.0, separates)
+    contact = BeamContact(
+        body,
+        other,
+        check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
+        radii,
+        check_coefficient(f"friction of the contact of {body.name}", friction),
+        force_elements.check_slip_speed(body, slip_speed),
+        force_elements.check_restitution(body, restitution),
+        force_elements.check_static_friction(body, friction, static_friction, slip_speed),
+        check_flag("push_out", separates),
+    )
     for each in before:
         if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:
             raise InputError(f"{contact.what} was added before: leave one of them out")

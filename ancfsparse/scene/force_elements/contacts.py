@@ -16,7 +16,7 @@ from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.force_elements import obstacles
-from ancfsparse.scene.loads.attachment import Attachment, check_coefficient
+from ancfsparse.scene.loads.attachment import ContactLaw, check_coefficient
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, Record
 
@@ -59,6 +59,7 @@ class ContactSpec(Record):
             numbers = [made.stiffness, *made.radii]
             if made.friction:
                 numbers += [made.friction, made.slip_speed]
+            numbers += [each for each in (self.restitution, self.static_friction) if each]
             return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}{out}"
         numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
         numbers += [each for each in (self.restitution, self.static_friction) if each]
@@ -67,7 +68,7 @@ class ContactSpec(Record):
 
 
 @dataclass(frozen=True, eq=False)
-class Contact(Attachment):
+class Contact(ContactLaw):
     """Contact of a beam or a mesh with an obstacle.
 
     Attributes
@@ -90,22 +91,11 @@ class Contact(Attachment):
     restitution: float
     static_friction: float
     separates: bool
-    contribution = "force_elements.contact.contacts"
 
     @property
     def what(self) -> str:
         """Name in messages."""
         return f"the contact of {self.body.name} with the {self.obstacle.noun}"
-
-    @property
-    def sticks(self) -> bool:
-        """True if friction is that of bristles, which have deflections."""
-        return self.friction > 0.0 and self.slip_speed == 0.0
-
-    @property
-    def has_static_friction(self) -> bool:
-        """True if bristles that stick have a larger coefficient of friction."""
-        return self.static_friction > self.friction
 
     @property
     def points(self) -> list[Point]:
@@ -166,7 +156,9 @@ class Contacts(SceneBase):
         stiffness: float,
         radius: float | None = None,
         friction: float = 0.0,
+        static_friction: float | None = None,
         slip_speed: float | None = None,
+        restitution: float | None = None,
         push_out: bool = False,
     ) -> BeamContact: ...
 
@@ -213,17 +205,18 @@ class Contacts(SceneBase):
         friction : float, optional
             Coefficient of friction mu [-].
         static_friction : float, optional
-            Static coefficient of friction on an obstacle, at least `friction` [-]; by default equal
-            to it.  A point that slides sticks again where its sliding stops or reverses.
+            Static coefficient of friction, at least `friction` [-]; by default equal to it.  A
+            point, or pair of elements, that slides sticks again where its sliding stops or turns.
         slip_speed : float, optional
             Sliding velocity at which friction has 0.71 of its full force [m/s]; by default bodies
             stick.  Explicit integrators need it.
         restitution : float, optional
-            Coefficient of restitution eps of impacts on an obstacle, the speed after an impact over
-            that before it, larger than 0 and at most 1 [-].  The pressure is multiplied by
+            Coefficient of restitution eps of impacts, the relative speed after an impact over that
+            before it, larger than 0 and at most 1 [-].  The pressure is multiplied by
             1 + gamma tanh(e'/u) with gamma = (1 - eps^2)/(1 + eps^2), u = eps sqrt(k/m) (e + D)/20
-            and the mass m per length.  A fixed step must be at most eps/12 of the duration of an
-            impact, pi sqrt(m/k).  By default damping is numerical only, see the notes.
+            and the mass m per length; between beams see the notes.  A fixed step must be at most
+            eps/12 of the duration of an impact, pi sqrt(m/k), where m is the reduced mass of both
+            beams.  By default damping is numerical only, see the notes.
         on : RigidBody, optional
             The rigid body that the obstacle is a part of; the obstacle is given in its position at
             the start.  It moves and turns with the body, and the forces act on both.
@@ -253,7 +246,10 @@ class Contacts(SceneBase):
         with a `slip_speed` vanishes.
 
         Two bodies need a stiffness, and press on each other with k e per length, integrated where
-        they overlap; planar ones lie in one plane.  Two elements that touch have one bristle.
+        they overlap; planar ones lie in one plane.  Two elements that touch have one bristle, and
+        with a `restitution` one factor 1 + gamma tanh(10 W'/(eps sqrt(K/M) W)) of all pressures,
+        where W is their energy, K the stiffness of all touching points [N/m] and M the reduced mass
+        of both bodies [kg].
         Friction opposes the relative motion of points of both axes, without the motion of surfaces
         by rotation, and acts on these points, without a moment.  A body touches itself where the
         arc between two places is longer than half a turn of its radius and two elements.
@@ -273,15 +269,12 @@ class Contacts(SceneBase):
                 f"n_elements instead of 'auto' for {' and '.join(body.automatic)}"
             )
         if isinstance(obstacle, ElasticBody):
-            more = {"on": on, "restitution": restitution, "static_friction": static_friction}
-            for name, value in more.items():
-                if value is not None:
-                    raise InputError(
-                        f"{name}= of a contact is for obstacles: leave it out for {obstacle.name}"
-                    )
-            return self._contact_of_beams(
-                body, obstacle, stiffness, radius, friction, slip_speed, push_out
-            )
+            if on is not None:
+                raise InputError(
+                    f"on= of a contact is for obstacles: leave it out for {obstacle.name}"
+                )
+            law = friction, slip_speed, restitution, static_friction
+            return self._contact_of_beams(body, obstacle, stiffness, radius, *law, push_out)
         if not isinstance(obstacle, obstacles.Obstacle):
             raise InputError(
                 f"contact of {body.name} needs one of {', '.join(obstacles.OBSTACLE_TYPES)}, a "
@@ -335,6 +328,8 @@ class Contacts(SceneBase):
         radius: float | None,
         friction: float,
         slip_speed: float | None,
+        restitution: float | None,
+        static_friction: float | None,
         push_out: bool,
     ) -> BeamContact:
         self._own("a contact", other)
@@ -346,8 +341,9 @@ class Contacts(SceneBase):
         if stiffness is None:
             raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
         radii = force_elements.radius_of(body, radius), force_elements.radius_of(other, radius)
+        law = friction, slip_speed, restitution, static_friction
         contact = force_elements.make_beam_contact(
-            body, other, stiffness, radii, friction, slip_speed, push_out, self.attachments
+            body, other, stiffness, radii, *law, push_out, self.attachments
         )
         record = ContactSpec(
             BodyRef(body.name),
@@ -356,6 +352,8 @@ class Contacts(SceneBase):
             radius and radii[0],
             contact.friction,
             slip_speed if slip_speed is None else contact.slip_speed,
+            restitution=restitution if restitution is None else contact.restitution,
+            static_friction=static_friction if static_friction is None else contact.static_friction,
             push_out=contact.separates,
         )
         return self._attach(contact, record)

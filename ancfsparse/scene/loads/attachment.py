@@ -46,3 +46,23 @@ class Attachment(ABC):
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """Pairs of points between which pictures draw a line."""
         return ()
+
+
+class ContactLaw(Attachment):
+    """Friction and restitution of contacts with obstacles and of beams with each other."""
+
+    friction: float
+    slip_speed: float
+    static_friction: float
+    restitution: float
+    contribution: ClassVar[str] = "force_elements.contact.contacts"
+
+    @property
+    def sticks(self) -> bool:
+        """True if friction is that of bristles, which have deflections."""
+        return self.friction > 0.0 and self.slip_speed == 0.0
+
+    @property
+    def has_static_friction(self) -> bool:
+        """True if bristles that stick have a larger coefficient of friction."""
+        return self.static_friction > self.friction

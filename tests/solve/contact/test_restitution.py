@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import ancfsparse as ancf
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
-from ancfsparse.system.contributions.force_elements.contact.contacts import (
+from ancfsparse.system.contributions.force_elements.contact_steps import (
     RESTITUTION_STEPS,
     SLOW_RATIO,
 )
@@ -193,10 +193,3 @@ def test_steps_that_do_not_resolve_an_impact_are_refused():
 def test_other_numbers_are_refused(value, message):
     with pytest.raises(ancf.InputError, match=message):
         level(0.02, 1e5, restitution=value)
-
-
-def test_beams_have_none_among_each_other():
-    scene = ancf.Scene((0, 0, 0))
-    rod = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 8, SECTION, MATERIAL)
-    with pytest.raises(ancf.InputError, match="restitution= of a contact is for obstacles"):
-        scene.contact(rod, rod, stiffness=1e5, restitution=0.5)

@@ -1,10 +1,22 @@
-"""Steps of explicit integrators that resolve the stiffness of a contact."""
+"""Steps that resolve the stiffness of a contact, and its impacts with a restitution."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ancfsparse.errors import InputError
+
+# Damping ratio of the mass of the body on bristles with a static friction.  Without damping a body
+# that comes to rest swings on them and slides again at the kinetic friction; .3 and 1 do alike.
+BRISTLE_DAMPING = 1.0
+# Steps times the restitution that an impact needs.  The speed of a level rebound is then within 1 %
+# in all phases, for .25 to .9; with 8 it is off by up to 2 %, with 6 steps and .25 by 50 %.
+RESTITUTION_STEPS = 12.0
+# Speed below which an impact is damped less, near its deepest point, over the restitution and the
+# speed of an undamped impact as deep: with .25 the rebound is .4 % faster.  With half of it steps
+# are repeated, and with a constant small speed some do not converge.
+SLOW_RATIO = 0.05
+SAME_STEP = 1e-6  # relative difference of steps that are equal
 
 
 def check_contact_step(
@@ -31,4 +43,17 @@ def check_contact_step(
             f"dt of {dt:.3g} s does not resolve {what}: with the stiffness of {stiffness:.3g} N/m2 "
             f"this integrator needs a dt of at most {longest:.3g} s; take that, a smaller "
             "stiffness, or an implicit integrator such as EnergyMomentum()"
+        )
+
+
+def check_impact_step(
+    what: str, stiffness: float, impact_time: float, dt: float, restitution: float
+) -> None:
+    """Refuse a step that does not resolve impacts with a coefficient of restitution, 0 for none."""
+    longest = impact_time * restitution / RESTITUTION_STEPS
+    if restitution and dt > (1.0 + SAME_STEP) * longest:
+        raise InputError(
+            f"dt of {dt:.3g} s does not resolve the impacts of {what}, of {impact_time:.3g} s with "
+            f"the stiffness of {stiffness:.3g} N/m2: a restitution of {restitution:.3g} needs a dt "
+            f"of at most {longest:.3g} s, accuracy= in place of dt, or a smaller stiffness"
         )

@@ -21,7 +21,7 @@ from tests.solve.contact.friction.test_beam_friction_motion import (
 DAMPED = ancf.GeneralizedAlpha(0.5)
 
 
-def rod_on_rails(pull, friction=FRICTION, speed=0.0):
+def rod_on_rails(pull, friction=FRICTION, speed=0.0, **law):
     """A stiff rod across two rails, pulled along them by a multiple of mu times its weight."""
     scene = ancf.Scene((0.0, 0.0, -9.81))
     rails = []
@@ -38,8 +38,8 @@ def rod_on_rails(pull, friction=FRICTION, speed=0.0):
     rod = scene.add_beam("thin", start, end, 8, SECTION, stiff, velocity=(speed, 0.0, 0.0))
     force = ancf.Ramp((pull * FRICTION * weight / 0.8, 0.0, 0.0), 0.2, smooth=True)
     scene.distributed_force(rod, force)
-    contacts = [scene.contact(each, rod, stiffness=stiffness, friction=friction) for each in rails]
-    return scene, rod, contacts, weight
+    law = {"stiffness": stiffness, "friction": friction, **law}
+    return scene, rod, [scene.contact(each, rod, **law) for each in rails], weight
 
 
 def test_a_rod_that_is_pulled_by_less_than_mu_times_its_weight_does_not_creep():

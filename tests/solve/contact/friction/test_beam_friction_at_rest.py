@@ -14,7 +14,7 @@ MASS_PER_LENGTH = 5e3 * SECTION.area
 WEIGHT = 0.6 * MASS_PER_LENGTH * 9.81
 
 
-def across_rails(modulus=1e10, gravity=9.81, depth=5e-5, mu=MU):
+def across_rails(modulus=1e10, gravity=9.81, depth=5e-5, mu=MU, law=None):
     """A rod of 0.6 m across two rails 0.4 m apart, away from their nodes."""
     scene, wire = ancf.Scene((0.0, 0.0, -gravity)), ancf.Material(modulus, 5e3)
     rails = [
@@ -25,7 +25,8 @@ def across_rails(modulus=1e10, gravity=9.81, depth=5e-5, mu=MU):
         scene.clamp(rail.end)
     height = 2.0 * RADIUS - depth
     rod = scene.add_beam("thin", (0.013, -0.3, height), (0.013, 0.3, height), 6, SECTION, wire)
-    contacts = [scene.contact(rail, rod, stiffness=STIFFNESS, friction=mu) for rail in rails]
+    law = law or {"friction": mu}
+    contacts = [scene.contact(rail, rod, stiffness=STIFFNESS, **law) for rail in rails]
     return scene, rod, contacts
 
 

@@ -15,14 +15,14 @@ CONSERVING = ancf.EnergyMomentum()
 FRICTION, SLIP_SPEED = 0.3, 1e-3
 
 
-def rub(stiffness=1e7, friction=FRICTION, slip_speed=0.05, velocity=(2.0, 0.7, -1.0)):
+def rub(stiffness=1e7, friction=FRICTION, slip_speed=0.05, velocity=(2.0, 0.7, -1.0), **law):
     """Two free cables that meet at a right angle; the upper one moves askew."""
     scene = ancf.Scene((0.0, 0.0, 0.0))
     lower = scene.add_beam("thin", (-0.4, 0.05, 0), (0.6, 0.05, 0), 6, SECTION, MATERIAL)
     upper = scene.add_beam(
         "thin", (0, -0.5, 0.0105), (0, 0.5, 0.0105), 6, SECTION, MATERIAL, velocity=velocity
     )
-    options = {"stiffness": stiffness, "friction": friction, "slip_speed": slip_speed}
+    options = {"stiffness": stiffness, "friction": friction, "slip_speed": slip_speed, **law}
     return scene, scene.contact(lower, upper, **options)
 
 

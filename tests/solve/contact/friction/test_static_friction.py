@@ -193,13 +193,6 @@ def test_other_numbers_are_refused(options, message):
         block(**options)
 
 
-def test_beams_have_none_among_each_other():
-    scene = ancf.Scene((0, 0, 0))
-    rod = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 8, SECTION, MATERIAL)
-    with pytest.raises(ancf.InputError, match="static_friction= of a contact is for obstacles"):
-        scene.contact(rod, rod, stiffness=1e5, **FRICTION, slip_speed=0.1)
-
-
 def test_equal_coefficients_are_one():
     one, other = (block(friction=0.3, **more)[0] for more in ({}, {"static_friction": 0.3}))
     for scene in (one, other):

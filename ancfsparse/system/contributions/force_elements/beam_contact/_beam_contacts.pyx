@@ -15,10 +15,12 @@ theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 from ancfsparse.errors import InputError
 
 include "../../contribution.pxi"
+include "../contact/shared_rules.pxi"
 include "axis_overlap.pxi"
 include "pair_search.pxi"
 include "touching_points.pxi"
-include "coupled_pairs.pxi"
+include "matrix/coupled_pairs.pxi"
+include "restitution.pxi"
 include "mean_forces.pxi"
 include "bristles/forces.pxi"
 include "bristles/history.pxi"
@@ -26,6 +28,7 @@ include "bristles/tables.pxi"
 include "sliding.pxi"
 include "losses.pxi"
 include "separation.pxi"
+include "matrix/contact_matrix.pxi"
 include "accepted_states.pxi"
 
 CROWDED = (f"an element has more than {MOST_PER_ELEMENT} others within reach on average: take longer "
@@ -55,14 +58,22 @@ cdef class BeamContact(CompiledContribution):
         Masses per length of the elements [kg/m].
     stiffness : float
         Force per length and penetration [N/m2].
-    friction, slip_speed : float
-        Coefficient [-] and velocity [m/s]; friction without a velocity is that of bristles.
+    friction, slip_speed, friction0 : float
+        Kinetic coefficient [-], slip speed, 0 with bristles [m/s], and their static coefficient [-].
     grip : float
         Tangential stiffness of the bristles over the stiffness [-].
     following : (n, 2) int32
         Elements that continue the axis of an element before and after it, or -1.
     n_slots : int
         Number of pairs that can have a bristle, 0 without them.
+    settling : float
+        Twice the damping ratio of bodies on bristles with a static coefficient [-].
+    restitution : float
+        Coefficient of restitution eps, 0 for undamped pressures [-].
+    slow : float
+        Rate of penetrations below which the damping is less, over that of impacts [-].
+    body_mass : float
+        Reduced mass of both bodies [kg].
     """
 
     cdef Data data
@@ -72,7 +83,8 @@ cdef class BeamContact(CompiledContribution):
 
     def __cinit__(self, place, slot, length, radius, straight, group, tips, near_start, near,
                   bint within, mass, double stiffness, double friction, double slip_speed,
-                  double grip, following, ptrdiff_t n_slots):
+                  double friction0, double grip, following, ptrdiff_t n_slots, double settling,
+                  double restitution, double slow, double body_mass):
         cdef Data *data = &self.data
         cdef Search *search = &data.search
         cdef ptrdiff_t n = len(length)
@@ -80,6 +92,8 @@ cdef class BeamContact(CompiledContribution):
         data.place, data.slot, data.length = integers(place), integers(slot), reals(length)
         data.straight, data.tips, data.mass = integers(straight), integers(tips), reals(mass)
         data.friction, data.slip_speed, data.dt = friction, slip_speed, 0.0
+        data.friction0, data.settling, data.body_mass = friction0, settling, body_mass
+        data.gamma, data.slow = damped_share(restitution), slow
         search.n, search.radius, search.group = n, reals(radius), integers(group)
         search.within, search.near_start, search.near = within, integers(near_start), integers(near)
         search.skin = 2.0 * max(radius)
@@ -89,8 +103,9 @@ cdef class BeamContact(CompiledContribution):
         data.begin, data.halfway = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.end, data.middle = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
-        data.n_slots = n_slots
-        self.interface.n_history = data.n_slots * (2 + data.dim)
+        data.n_slots, data.has_two = n_slots, data.grip > 0.0 and friction0 > friction
+        data.width = 2 + data.dim + data.has_two
+        self.interface.n_history = n_slots * data.width
         data.slots = self.copy(np.zeros(self.interface.n_history + 24 * n))
         data.following, data.interval = integers(following), 0.0
         self.first_bristle = np.zeros(n, np.int32)
@@ -103,7 +118,8 @@ cdef class BeamContact(CompiledContribution):
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
         self.interface.n_memory = self.interface.n_history + (24 * n if friction > 0.0 else 12 * n)
-        self.interface.memory, self.interface.damped = data.slots, slip_speed > 0.0 and friction > 0.0
+        self.interface.memory = data.slots
+        self.interface.damped = data.gamma > 0.0 or slip_speed > 0.0 and friction > 0.0
         self.interface.begin, self.interface.accept = begin, accept
         if friction > 0.0:
             self.interface.work = work
@@ -153,8 +169,8 @@ cdef class BeamContact(CompiledContribution):
         """Return the potential of the pressures [J]."""
         return energy(&self.data, &q[0])
 
-    def touches(self, const double[::1] q):
-        """Return the Gauss points in contact.
+    def touches(self, const double[::1] q, const double[::1] v=None):
+        """Return the Gauss points in contact, with the forces of a restitution for velocities v.
 
         Returns
         -------
@@ -168,12 +184,16 @@ cdef class BeamContact(CompiledContribution):
             Penetrations [m].
         """
         cdef Data *data = &self.data
+        cdef const double *velocities = NULL
         cdef const Touch *each
         cdef ptrdiff_t k, c, dim = data.dim
         set_points(data, &q[0], data.now)
         if not cover(&data.search, data.now, NULL) or not collect(
                 data, data.now, NULL, &data.at_now):
             raise InputError(CROWDED)
+        if v is not None:
+            velocities = &v[0]
+        restrain_state(data, &data.at_now, velocities)
         k = data.at_now.n
         elements, places = np.zeros((k, 2), np.int32), np.zeros((k, 2))
         force, depth = np.zeros((k, dim)), np.zeros(k)
@@ -186,7 +206,7 @@ cdef class BeamContact(CompiledContribution):
             p_view[k, 0], p_view[k, 1] = each.z, each.u
             d_view[k] = each.e
             for c in range(dim):
-                f_view[k, c] = each.stiffness * each.e * each.n[c]
+                f_view[k, c] = pressure(each) * each.n[c]
         return elements, places, force, depth
 
     def friction(self, const double[::1] q, const double[::1] v, const double[::1] history):
@@ -195,7 +215,7 @@ cdef class BeamContact(CompiledContribution):
         Bristles have their history variables (n_history,), and no force if these are empty.
         """
         cdef Data *data = &self.data
-        force = np.zeros((len(self.touches(q)[0]), data.dim))
+        force = np.zeros((len(self.touches(q, v)[0]), data.dim))
         cdef double[:, ::1] view = force
         if data.grip > 0.0:
             if len(history):
@@ -219,7 +239,7 @@ cdef class BeamContact(CompiledContribution):
         """Let bristles be deflected by displacements from coordinates on."""
         cdef Data *data = &self.data
         if data.grip > 0.0:
-            memset(data.slots, 0, data.n_slots * (2 + data.dim) * sizeof(double))
+            memset(data.slots, 0, data.n_slots * data.width * sizeof(double))
             set_points(data, &q[0], data.before)
             data.is_static, data.ended = True, False
             data.dt, data.interval = 0.0, INFINITY
@@ -330,8 +350,6 @@ cdef void fail(const Data *self, double *r) noexcept nogil:
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef const Touch *each
-    cdef ptrdiff_t k
     set_points(self, x.q, self.end)
     self.stepped, self.ended = False, list_damped(self, self.end, &self.at_end)
     if not self.ended:
@@ -340,10 +358,9 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
     if self.at_end.n == 0:
         return
     list_pairs(self, &self.at_end)
+    restrain_state(self, &self.at_end, x.v)
     memset(self.push, 0, 12 * self.n * sizeof(double))
-    for k in range(self.at_end.n):
-        each = self.at_end.touch + k
-        push(self.push, each, each.stiffness * each.e, each.n)
+    push_all(self, &self.at_end, 1.0, self.push)
     if self.grip > 0.0:
         if not set_bristles(self, False):
             fail(self, r)
@@ -361,39 +378,3 @@ cdef double energy(void *context, const double *q) noexcept nogil:
     if not cover(&self.search, self.now, NULL) or not collect(self, self.now, NULL, &self.at_now):
         return NAN
     return stored(&self.at_now)
-
-
-cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
-    """Add the block of each element by itself, where the last residual was evaluated as there."""
-    cdef Data *self = <Data *>context
-    cdef bint slides = part == DAMPING and self.slip_speed > 0.0 and x.v != NULL
-    if part != STIFFNESS and part != MATERIAL and not slides:
-        return
-    if self.is_static or self.is_sticking:
-        if set_bristles_at(self, x.q):
-            add_blocks(self, &self.at_end, 1.0, values)
-            add_bristle_blocks(self, values)
-        return
-    set_points(self, x.q, self.now)
-    if slides:
-        set_points(self, x.v, self.speed)
-        if self.stepped and is_at(self, self.middle):
-            add_sliding_blocks(self, &self.at_begin, SIMPSON[0], values)
-            add_sliding_blocks(self, &self.at_halfway, SIMPSON[1], values)
-            add_sliding_blocks(self, &self.at_end, SIMPSON[2], values)
-        elif self.ended and is_at(self, self.end):
-            add_sliding_blocks(self, &self.at_end, 1.0, values)
-        elif cover(&self.search, self.now, NULL) and collect(self, self.now, NULL, &self.at_now):
-            add_sliding_blocks(self, &self.at_now, 1.0, values)
-    elif self.stepped and is_at(self, self.middle):
-        add_blocks(self, &self.at_halfway, 2.0 * SIMPSON[1] * 0.5, values)
-        add_blocks(self, &self.at_end, 2.0 * SIMPSON[2], values)
-        add_bristle_blocks(self, values)
-    elif self.stepped and is_at(self, self.begin):
-        add_blocks(self, &self.at_begin, 1.0, values)
-    elif self.ended and is_at(self, self.end):
-        add_blocks(self, &self.at_end, 1.0, values)
-        if not self.stepped:
-            add_bristle_blocks(self, values)
-    elif cover(&self.search, self.now, NULL) and collect(self, self.now, NULL, &self.at_now):
-        add_blocks(self, &self.at_now, 1.0, values)

@@ -3,8 +3,8 @@
 
 cdef void set_step(void *context, double dt) noexcept nogil:
     cdef Data *self = <Data *>context
-    self.ended = self.ended and (self.stepped or dt == self.dt)
-    self.dt = self.interval = dt
+    self.ended = self.ended and (self.stepped or dt == self.interval)
+    self.dt, self.interval = 0.0 if self.gamma > 0.0 else dt, dt
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
@@ -12,11 +12,11 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     self.stepped = self.ended = False
     empty_list(&self.coupling)
     if self.grip > 0.0:  # it begins without deflections
-        memset(self.slots, 0, self.n_slots * (2 + self.dim) * sizeof(double))
+        memset(self.slots, 0, self.n_slots * self.width * sizeof(double))
         memset(self.rubbed, 0, 12 * self.n * sizeof(double))
         set_points(self, x.q, self.before)
         self.crowded = 0
-        self.touching = self.at_end.n if find_end(self, x.q) else 0
+        self.touching = self.at_end.n if find_end(self, x.q, x.v) else 0
     else:
         accept(context, x)
 

@@ -77,10 +77,6 @@ cdef inline void slope_at(const Cubic *self, double z, double *x) noexcept nogil
         x[c] = self.factor[1][c] + z * (2.0 * self.factor[2][c] + 3.0 * z * self.factor[3][c])
 
 
-cdef inline double dot(const double *a, const double *b) noexcept nogil:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
 cdef inline double foot_residual(const Cubic *b, const double *x, double u, double *offset,
                           double *slope) noexcept nogil:
     """Return (x - b(u)) . b'(u), and set x - b and b'."""

@@ -20,7 +20,12 @@ from ancfsparse.scene.force_elements.beam_contacts import (
 from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
 from ancfsparse.scene.force_elements.fixed_ends import MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
-from ancfsparse.system.contributions.force_elements.contact_steps import check_contact_step
+from ancfsparse.system.contributions.force_elements.contact_steps import (
+    BRISTLE_DAMPING,
+    SLOW_RATIO,
+    check_contact_step,
+    check_impact_step,
+)
 from ancfsparse.system.contributions.interface import (
     Compiled,
     Contribution,
@@ -55,8 +60,13 @@ class CompiledBeamContact(Compiled, Protocol):
     def energy(self, q: Vector, /) -> float:
         """Return the potential of the pressures [J]."""
 
-    def touches(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
-        """Return elements, positions in them, forces and penetrations of points in contact."""
+    def touches(
+        self, q: Vector, v: Vector | None = None, /
+    ) -> tuple[Integers, Vector, Vector, Vector]:
+        """Return elements, positions in them, forces and penetrations of points in contact.
+
+        Forces have the damping of a restitution if velocities are given.
+        """
 
     def friction(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
         """Return friction on these points, (k, dim) [N]; bristles need their history variables."""
@@ -123,9 +133,14 @@ class BeamContactContribution(Contribution):
             contact.stiffness,
             contact.friction,
             contact.slip_speed,
+            contact.static_friction,
             GRIP_RATIO,
             np.concatenate(list(self._following())),
             self._n_slots,
+            2.0 * BRISTLE_DAMPING,
+            contact.restitution,
+            SLOW_RATIO * contact.restitution,
+            self._reduced_mass(lambda body: (_masses_per_length(body) * body.lengths).sum()),
         )
         if np.array_equal(system.q0, system.q_ref) and not self.separates:
             self._check_start(system.q0)
@@ -141,8 +156,11 @@ class BeamContactContribution(Contribution):
 
     @property
     def n_history(self) -> int:
-        """Number of history variables: code, stiffness and force of the bristle of each pair."""
-        return self._n_slots * (2 + self._system.dim)
+        """Number of history variables: code, stiffness and force of the bristle of each pair.
+
+        With a static friction also whether it slides.
+        """
+        return self._n_slots * (2 + self._system.dim + self.contact.has_static_friction)
 
     @property
     def _n_slots(self) -> int:
@@ -198,7 +216,7 @@ class BeamContactContribution(Contribution):
         resultant, sizes, deepest = np.zeros((n, self._system.dim)), np.zeros((2, n)), np.zeros(n)
         for k, state in enumerate(zip(q, v, strict=True)):
             q_row, v_row = map(np.ascontiguousarray, state)
-            elements, _, force, depths = self.compiled.touches(q_row)
+            elements, _, force, depths = self.compiled.touches(q_row, v_row)
             row = None if history is None else history[k]
             friction = self.friction(q_row, v_row, row)
             on_body = (elements < own).astype(float)
@@ -209,12 +227,20 @@ class BeamContactContribution(Contribution):
         return resultant, *sizes, deepest
 
     def check_step(self, dt: float, phase: float) -> None:
-        """Refuse a step at which the vibration of parallel lines on each other is not stable."""
-        contact = self.contact
-        lightest = [float(_masses_per_length(body).min()) for body in (contact.body, contact.other)]
-        mass = 1.0 / sum(1.0 / each for each in lightest)
+        """Refuse a step that does not resolve impacts of parallel lines, or is not stable."""
+        contact, mass = (
+            self.contact,
+            self._reduced_mass(lambda body: _masses_per_length(body).min()),
+        )
         impact_time = np.pi * np.sqrt(mass / contact.stiffness)
         check_contact_step(contact.what, contact.stiffness, impact_time, dt, phase)
+        check_impact_step(contact.what, contact.stiffness, impact_time, dt, contact.restitution)
+
+    def _reduced_mass(self, mass_of: Callable[[Any], float]) -> float:
+        """Return the reduced mass of both bodies by a mass of each."""
+        return 1.0 / sum(
+            1.0 / float(mass_of(each)) for each in (self.contact.body, self.contact.other)
+        )
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""
@@ -224,7 +250,8 @@ class BeamContactContribution(Contribution):
         self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
     ) -> tuple[Vector | float, Vector | None]:
         """Return losses between states (k - 1, 3) [J], and the memory."""
-        if self.contact.friction == 0.0 and (is_mean or step == 0.0):
+        contact = self.contact
+        if contact.friction == contact.restitution == 0.0 and (is_mean or step == 0.0):
             return 0.0, None
         q, v, t = map(np.ascontiguousarray, (q, v, t))
         return self.compiled.losses(q, v, t, step, is_mean, memory)

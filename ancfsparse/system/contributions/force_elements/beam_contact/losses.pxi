@@ -1,24 +1,15 @@
 """Energy that friction and the numerical damping of impacts take; an include file."""
 
-# Relative difference of an interval and a step below which they are equal: times are rounded, and
-# a step that counts as another interval changes the rule.
-cdef double SAME_STEP = 1e-6
-
 
 cdef bint set_braking(Data *self, const ancf_state *x, double *out) noexcept nogil:
-    """Set the forces of the numerical damping of impacts on control points; return if it succeeds."""
-    cdef ptrdiff_t k
+    """Set the forces of the damping of impacts on control points; return if it succeeds."""
     memset(out, 0, 12 * self.n * sizeof(double))
-    if self.dt == 0.0:
+    if self.dt == 0.0 and self.gamma == 0.0:
         return True
-    if not find_end(self, x.q) or not collect(self, self.end, NULL, &self.at_now):
+    if not find_end(self, x.q, x.v) or not collect(self, self.end, NULL, &self.at_now):
         return False
-    for k in range(self.at_end.n):
-        push(out, self.at_end.touch + k,
-             self.at_end.touch[k].stiffness * self.at_end.touch[k].e, self.at_end.touch[k].n)
-    for k in range(self.at_now.n):
-        push(out, self.at_now.touch + k,
-             -self.at_now.touch[k].stiffness * self.at_now.touch[k].e, self.at_now.touch[k].n)
+    push_all(self, &self.at_end, 1.0, out)
+    push_all(self, &self.at_now, -1.0, out)
     return True
 
 
@@ -40,11 +31,11 @@ cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, cons
     cdef bint is_step
     cdef double[::1] braking = np.zeros(12 * self.n), start = np.zeros(12 * self.n)
     self.start = &start[0]
-    self.dt = 0.0 if is_mean else step
+    self.dt = 0.0 if is_mean or self.gamma > 0.0 else step
     x1.q, x1.v = &q[0, 0], &v[0, 0]
     self.interval = 0.0
     if begins:
-        memset(self.slots, 0, self.n_slots * (2 + self.dim) * sizeof(double))
+        memset(self.slots, 0, self.n_slots * self.width * sizeof(double))
         look_back(self, &x1, self.dt)  # of a run that continues, the memory is not known
         set_friction(self, &x1, self.rubbed)
         set_braking(self, &x1, braked)
@@ -64,8 +55,13 @@ cdef add_losses(Data *self, const double[:, ::1] q, const double[:, ::1] v, cons
                 keep_bristles(self)
             self.interval = 0.0
             set_friction(self, &x1, self.rubbed)
-        if self.dt > 0.0 and set_braking(self, &x1, &braking[0]):
+        if (self.dt > 0.0 or self.gamma > 0.0) and set_braking(self, &x1, &braking[0]):
             set_points(self, x0.q, self.begin)
             for k in range(12 * self.n):
                 out[j - 1, 2] -= 0.5 * (braked[k] + braking[k]) * (self.end[k] - self.begin[k])
                 braked[k] = braking[k]
+        if self.gamma > 0.0 and is_mean and is_step:
+            self.interval = t[j] - t[j - 1]
+            if list_between(self, x0.q, x1.q):
+                set_means(self)
+                out[j - 1, 2] = self.lost

@@ -33,12 +33,36 @@ cdef double total_work(Data *self, Touches *list, double share, double *square) 
     return sum
 
 
-cdef void push_all(Data *self, const Touches *list, double share, double factor) noexcept nogil:
+cdef void push_all(const Data *self, const Touches *list, double share, double *out) noexcept nogil:
     cdef const Touch *each
     cdef ptrdiff_t k
     for k in range(list.n):
         each = list.touch + k
-        push(self.push, each, share * each.stiffness * (each.e + factor * each.change), each.n)
+        push(out, each, share * each.ratio * each.force, each.n)
+
+
+cdef void set_forces(Data *self, Touches *list, double share) noexcept nogil:
+    """Set the forces with the correction and the restitution, and add the loss by the latter."""
+    cdef Touch *each
+    cdef ptrdiff_t k
+    for k in range(list.n):
+        each = list.touch + k
+        each.force = each.stiffness * (each.e + self.factor * each.change)
+    self.lost += share * restrain(self, list, self.interval)
+
+
+cdef void set_means(Data *self) noexcept nogil:
+    """Set the forces of the touching points for the mean force between two states."""
+    cdef double square = 0.0, missing = stored(&self.at_end) - stored(&self.at_begin)
+    missing -= total_work(self, &self.at_begin, SIMPSON[0], &square)
+    missing -= total_work(self, &self.at_halfway, SIMPSON[1], &square)
+    missing -= total_work(self, &self.at_end, SIMPSON[2], &square)
+    square += (central(self, &self.at_begin, 0.0) + central(self, &self.at_halfway, 0.0)
+               + central(self, &self.at_end, 0.0))
+    self.factor, self.lost = missing / square if square > 0.0 else 0.0, 0.0
+    set_forces(self, &self.at_begin, SIMPSON[0])
+    set_forces(self, &self.at_halfway, SIMPSON[1])
+    set_forces(self, &self.at_end, SIMPSON[2])
 
 
 cdef double central(Data *self, const Touches *list, double factor) noexcept nogil:
@@ -106,7 +130,6 @@ cdef bint list_way(Data *self) noexcept nogil:
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
                   double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
-    cdef double missing, square = 0.0, factor
     set_points(self, x.q, self.middle)
     if not list_between(self, q0, q1):
         fail(self, r)
@@ -116,20 +139,14 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     list_pairs(self, &self.at_begin)
     list_pairs(self, &self.at_halfway)
     list_pairs(self, &self.at_end)
-    missing = stored(&self.at_end) - stored(&self.at_begin)
-    missing -= total_work(self, &self.at_begin, SIMPSON[0], &square)
-    missing -= total_work(self, &self.at_halfway, SIMPSON[1], &square)
-    missing -= total_work(self, &self.at_end, SIMPSON[2], &square)
+    set_means(self)
     memset(self.push, 0, 12 * self.n * sizeof(double))
-    square += (central(self, &self.at_begin, 0.0) + central(self, &self.at_halfway, 0.0)
-               + central(self, &self.at_end, 0.0))
-    factor = missing / square if square > 0.0 else 0.0
-    push_all(self, &self.at_begin, SIMPSON[0], factor)
-    push_all(self, &self.at_halfway, SIMPSON[1], factor)
-    push_all(self, &self.at_end, SIMPSON[2], factor)
-    central(self, &self.at_begin, factor)
-    central(self, &self.at_halfway, factor)
-    central(self, &self.at_end, factor)
+    push_all(self, &self.at_begin, SIMPSON[0], self.push)
+    push_all(self, &self.at_halfway, SIMPSON[1], self.push)
+    push_all(self, &self.at_end, SIMPSON[2], self.push)
+    central(self, &self.at_begin, self.factor)
+    central(self, &self.at_halfway, self.factor)
+    central(self, &self.at_end, self.factor)
     if self.grip > 0.0:
         if not set_bristles(self, True):
             fail(self, r)

@@ -26,12 +26,11 @@ cdef void rub(const Data *self, const Touches *list, double share, double *out) 
     for k in range(list.n):
         each = list.touch + k
         size = slide(self, each, u)
-        size = -self.friction * share * each.stiffness * each.e / size
-        push(out, each, size, u)
+        push(out, each, -self.friction * share * pressure(each) / size, u)
 
 
-cdef bint find_end(Data *self, const double *q) noexcept nogil:
-    """List the touching points at the end of a step, if the last residual did not.
+cdef bint find_end(Data *self, const double *q, const double *v) noexcept nogil:
+    """List the touching points at the end of a step, if the last residual did not; v can be NULL.
 
     Returns whether that succeeds.
     """
@@ -39,6 +38,7 @@ cdef bint find_end(Data *self, const double *q) noexcept nogil:
     if not (self.ended and not self.stepped and is_at(self, self.end)):
         memcpy(self.end, self.now, 12 * self.n * sizeof(double))
         self.stepped, self.ended = False, list_damped(self, self.end, &self.at_end)
+    restrain_state(self, &self.at_end, v)
     return self.ended
 
 
@@ -46,9 +46,9 @@ cdef void set_friction(Data *self, const ancf_state *x, double *out) noexcept no
     """Set the friction on control points at the end of a step."""
     memset(out, 0, 12 * self.n * sizeof(double))
     if self.grip > 0.0:
-        if find_end(self, x.q) and set_bristles(self, False):
+        if find_end(self, x.q, x.v) and set_bristles(self, False):
             push_bristles(self, out)
-    elif x.v != NULL and find_end(self, x.q):
+    elif x.v != NULL and find_end(self, x.q, x.v):
         set_points(self, x.v, self.speed)
         rub(self, &self.at_end, 1.0, out)
 
@@ -68,7 +68,7 @@ cdef double stored_energy(const Data *self) noexcept nogil:
     if self.grip == 0.0:
         return 0.0
     for k in range(self.n_slots):
-        slot = self.slots + k * (2 + self.dim)
+        slot = self.slots + k * self.width
         if slot[0] != 0.0 and slot[1] > 0.0:
             square = 0.0
             for c in range(self.dim):
@@ -83,7 +83,7 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
 
     In a step that does not resolve the motion the scheme gains the rest.
     """
-    cdef double square = 0.0, sum = 0.0
+    cdef double sum = 0.0
     cdef ptrdiff_t k
     if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
         return 0.0
@@ -95,9 +95,7 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
         return min(sum, stored_energy(self))
     if not list_between(self, x0.q, x1.q):
         return NAN
-    total_work(self, &self.at_begin, SIMPSON[0], &square)
-    total_work(self, &self.at_halfway, SIMPSON[1], &square)
-    total_work(self, &self.at_end, SIMPSON[2], &square)
+    set_means(self)
     memset(self.push, 0, 12 * self.n * sizeof(double))
     if self.grip > 0.0:
         if not set_bristles(self, True):
@@ -126,10 +124,12 @@ cdef void add_sliding_blocks(const Data *self, const Touches *list, double share
     cdef double size, speed
     cdef ptrdiff_t k
     cdef int c, e
+    if self.slip_speed == 0.0:
+        return
     for k in range(list.n):
         each = list.touch + k
         speed = slide(self, each, u)
-        size = self.friction * share * each.stiffness * each.e / speed
+        size = self.friction * share * pressure(each) / speed
         for c in range(3):
             for e in range(3):
                 block[3 * c + e] = size * ((c == e) - each.n[c] * each.n[e]

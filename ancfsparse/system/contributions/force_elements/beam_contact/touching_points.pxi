@@ -2,9 +2,6 @@
 from libc.math cimport M_PI
 from libc.string cimport memcmp
 
-# Steps per impact below which it is damped fully, as in a contact with an obstacle.
-cdef double STEPS_PER_IMPACT = 2.0
-
 cdef enum:
     GAUSS = 5  # points of an overlap
 cdef double[GAUSS] GAUSS_PLACE = [
@@ -21,7 +18,9 @@ cdef struct Touch:
     double e  # penetration, at the end of a step with the numerical damping of impacts
     double theta  # of that damping
     double stiffness  # times the length of the point [N/m]
-    double change  # of the penetration in a step
+    double change  # of the penetration in a step, or its rate in a state
+    double force  # without restitution [N]
+    double ratio, s  # of the force with restitution to it, and what sets it
 
 
 cdef struct Touches:
@@ -51,8 +50,17 @@ cdef struct Data:
     const double *mass  # per length, of the elements [kg/m]
     double stiffness
     double friction, slip_speed
+    double friction0  # static coefficient of friction
+    bint has_two  # whether it is larger
+    double gamma  # share of forces that changes its sign in an impact, 0 without restitution
+    double slow  # rate of penetrations below which forces change less, over the rate of impacts
+    double body_mass  # reduced mass of both bodies [kg]
+    double settling  # twice the damping ratio of that mass on bristles
+    double delay  # damping of bristles over their stiffness and the step
+    double factor, lost  # of the correction of mean forces, and what restitution takes in the step [J]
     double grip  # stiffness of bristles over that of their points, 0 without them
     double *slots  # their history
+    ptrdiff_t width  # numbers of a slot
     ptrdiff_t n_slots, crowded  # slots, and the number of pairs if they were too few
     const int32_t *following  # (n, 2): elements that continue an axis before and after, or -1
     Bristle *bristle  # of the last step, or of a state
@@ -225,8 +233,14 @@ cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t 
                 continue
             memcpy(each.n, foot.n, 3 * sizeof(double))
             each.stiffness = 0.5 * self.stiffness * self.length[of_a] * span * GAUSS_WEIGHT[k]
+            each.force, each.ratio, each.s = each.stiffness * each.e, 1.0, 0.0
             out.n += 1
     return True
+
+
+cdef inline double pressure(const Touch *self) noexcept nogil:
+    """Return the normal force of a touching point, between two states without the correction."""
+    return self.ratio * self.stiffness * self.e
 
 
 cdef double stored(const Touches *self) noexcept nogil:
@@ -269,51 +283,3 @@ cdef void distribute(const Data *self, double *r) noexcept nogil:
                 r[place[dim + c]] -= third * f[3 + c]
                 r[place[2 * dim + c]] -= f[6 + c] + f[9 + c]
                 r[place[3 * dim + c]] += third * f[6 + c]
-
-
-cdef void add_blocks(const Data *self, const Touches *list, double factor,
-                     double *values) noexcept nogil:
-    cdef const Touch *each
-    cdef double stiffness
-    cdef ptrdiff_t k
-    for k in range(list.n):
-        each = list.touch + k
-        stiffness = factor * (1.0 + each.theta) * each.stiffness
-        add_block(self, each.a, each.z, each, stiffness, values)
-        add_block(self, each.b, each.u, each, stiffness, values)
-    add_coupling(self, list, factor, values)
-
-
-cdef inline void weigh(const Data *self, ptrdiff_t e, double z, double *of_nodes) noexcept nogil:
-    """Set the weights of position and slope at both ends of an element in one of its points."""
-    cdef double[4] w
-    bernstein(z, w)
-    if self.straight[e]:
-        of_nodes[0], of_nodes[1], of_nodes[2], of_nodes[3] = 1.0 - z, 0.0, z, 0.0
-    else:
-        of_nodes[0], of_nodes[1] = w[0] + w[1], self.length[e] / 3.0 * w[1]
-        of_nodes[2], of_nodes[3] = w[2] + w[3], -self.length[e] / 3.0 * w[2]
-
-
-cdef inline void set_gradient(const Data *self, ptrdiff_t e, double z, const double *n,
-                              double *g) noexcept nogil:
-    """Set S^T n of a point of an element."""
-    cdef double[4] of_nodes
-    cdef ptrdiff_t i, j
-    weigh(self, e, z, of_nodes)
-    for i in range(4):
-        for j in range(self.dim):
-            g[self.dim * i + j] = of_nodes[i] * n[j]
-
-
-cdef void add_block(const Data *self, ptrdiff_t e, double z, const Touch *each, double stiffness,
-                    double *values) noexcept nogil:
-    """Add s (S^T n) (S^T n)^T of one element to the matrix."""
-    cdef double[12] g
-    cdef ptrdiff_t dim = self.dim, i, j
-    cdef const int32_t *slot = self.slot + e * (2 * dim * (4 * dim + 1))
-    set_gradient(self, e, z, each.n, g)
-    for i in range(4 * dim):
-        for j in range(i + 1):
-            values[slot[0]] += stiffness * g[i] * g[j]
-            slot += 1

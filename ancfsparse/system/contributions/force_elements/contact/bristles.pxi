@@ -11,28 +11,11 @@ returns more energy than k_t z^2 / 2.
 Outside of a step x is zero.
 """
 
-# Relative distance of a deflection to its limit below which a bristle of a saved state slides: the
-# damped pressure, which limited it, differs from the pressure in the state by up to 1e-4.
-cdef double SLIDING_RATIO = 1e-3
 
-
-# Square of the sine of an angle below which a rotation changes no length by more than rounding error.
-cdef double LEVEL = 1e-16
-
-
-cdef inline void transport(const Data *self, const double *n, double *u) noexcept nogil:
+cdef inline void turn_to(const Data *self, const double *n, double *u) noexcept nogil:
     """Rotate a vector of another tangent plane into that with the normal n."""
-    cdef double before, normal, after, ratio
-    if self.is_flat:
-        return
-    before, normal = dot(u, u), remove_normal(n, u)
-    if normal * normal > LEVEL * before:
-        after = dot(u, u)
-        if after > 0.0:
-            ratio = sqrt(before / after)
-            u[0] *= ratio
-            u[1] *= ratio
-            u[2] *= ratio
+    if not self.is_flat:
+        transport(n, u)
 
 
 cdef inline void take_bristle(const Data *self, const double *z, double *u) noexcept nogil:
@@ -55,23 +38,10 @@ cdef inline double limit_of(const Data *self, ptrdiff_t k, double pressure) noex
     return limit_if(self, k, self.slides != NULL and self.slides[k] > 0.0, pressure)
 
 
-cdef inline void shorten(double limit, double *z) noexcept nogil:
-    """Scale a deflection to a limit, if it is longer."""
-    cdef double square = dot(z, z), ratio
-    if square > limit * limit:
-        ratio = limit / sqrt(square)
-        z[0] *= ratio
-        z[1] *= ratio
-        z[2] *= ratio
-
-
 cdef inline void grip(const Data *self, ptrdiff_t k, double limit, double *z) noexcept nogil:
     """Replace a deflection, which is not longer than a limit, by the friction on the point."""
-    cdef double factor = -self.grip * self.stiffness[k]
     shorten(limit, z)
-    z[0] *= factor
-    z[1] *= factor
-    z[2] *= factor
+    scale(-self.grip * self.stiffness[k], z)
 
 
 cdef inline double delay_of(const Data *self, ptrdiff_t k) noexcept nogil:
@@ -129,8 +99,8 @@ cdef inline void stick(const Data *self, ptrdiff_t k, const double *q1, Place *b
     if self.is_mean:
         shorten(limit_of(self, k, pressure), &u[0])
     else:
-        transport(self, end.n, &x[0])
-    transport(self, place.n, &u[0])
+        turn_to(self, end.n, &x[0])
+    turn_to(self, place.n, &u[0])
     for c in range(3):
         u[c] += share * x[c]
         self.trial[3 * k + c] = u[c]
@@ -170,8 +140,8 @@ cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, const Place *
     cdef ptrdiff_t c, dim = self.points.dim
     cdef double[3] u
     cdef double[3] x
-    cdef double[3] trial
-    cdef double limit, square, share = share_of(self, k), delay = delay_of(self, k)
+    cdef double limit, square
+    cdef bint slides
     cdef double *z = self.z + dim * k
     if self.is_mean:
         recall(self, k, &begin)
@@ -190,20 +160,12 @@ cdef void deflect(const Data *self, ptrdiff_t k, const double *q1, const Place *
     creep(self, k, q1, &begin, end, &x[0])
     if self.is_mean:
         shorten(limit, &u[0])
-    transport(self, end.n, &u[0])
-    transport(self, end.n, &x[0])
-    for c in range(3):
-        trial[c] = u[c] + share * x[c]
+    turn_to(self, end.n, &u[0])
+    turn_to(self, end.n, &x[0])
+    slides = self.slides != NULL and self.slides[k] > 0.0
+    slides = stretch_by(&x[0], share_of(self, k), delay_of(self, k), limit, slides, square, &u[0])
     if self.slides != NULL:
-        self.slides[k] = dot(trial, trial) > (square if self.slides[k] > 0.0 else limit * limit)
-    if dot(trial, trial) > limit * limit:
-        shorten(limit, &trial[0])
-        for c in range(3):
-            u[c] = (delay * u[c] + trial[c]) / (1.0 + delay)
-    else:
-        for c in range(3):
-            u[c] += x[c]
-        shorten(limit, &u[0])
+        self.slides[k] = slides
     for c in range(dim):
         z[c] = u[c]
 

@@ -1,9 +1,5 @@
 """Energy lost by friction and the damping of impacts; included by `_contacts.pyx`."""
 
-# Relative difference of an interval and a step below which they are equal: times are rounded, and
-# a step that counts as another interval changes the rule.
-cdef double SAME_STEP = 1e-6
-
 
 cdef double turned(const Data *self, const Place *here, const double *f) noexcept nogil:
     """Power that a turning obstacle supplies by the friction f on a point."""

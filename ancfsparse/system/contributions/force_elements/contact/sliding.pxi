@@ -42,15 +42,6 @@ cdef void push_friction(const Data *self, ptrdiff_t k, const double *f, double *
             r[points.place[c * points.m + i]] -= self.weights[i - first] * f[c]
 
 
-cdef inline double remove_normal(const double *n, double *u) noexcept nogil:
-    """Project a vector on the tangent plane; return its component along n."""
-    cdef double normal = dot(n, u)
-    u[0] -= normal * n[0]
-    u[1] -= normal * n[1]
-    u[2] -= normal * n[2]
-    return normal
-
-
 cdef inline void add_turning(const Data *self, const Place *here, double factor,
                              double *u) noexcept nogil:
     """Add a factor times the velocity of the surface of a turning obstacle."""
@@ -69,10 +60,7 @@ cdef inline double slide(const Data *self, const Place *here, double *u) noexcep
 
 cdef inline void rub(const Data *self, const Place *here, double pressure, double *f) noexcept nogil:
     """Replace the velocity of a point by the friction on it."""
-    cdef double factor = -self.friction * pressure / slide(self, here, f)
-    f[0] *= factor
-    f[1] *= factor
-    f[2] *= factor
+    scale(-self.friction * pressure / slide(self, here, f), f)
 
 
 cdef inline void displace(const Data *self, ptrdiff_t k, const double *q0, const double *q1,

@@ -11,14 +11,13 @@ K grows with the overlap, and S remains.  It does not shrink with the overlap: b
 creep while overlaps oscillate.  But pairs of elements that continue the axes take over, as they grow, the
 part of K beyond the present overlap, with its part of S: an overlap that moves along an axis keeps its
 force.  The energy S^2 / 2 K of all can only fall by this, as it is convex in (S, K).
+
+With a static coefficient bristles have a damper, and stick and slide as on obstacles (../../contact/bristles.pxi);
+a pair that takes over a part of one that slides slides too.  The damper makes the reduced
+mass of both bodies on all bristles critically damped.
 """
 
 from libc.math cimport INFINITY, atan2, cos, sin
-
-# Square of the sine of an angle below which a rotation changes no length by more than rounding error.
-cdef double LEVEL = 1e-16
-# Relative distance of S to its limit below which a bristle of a saved state slides, as on obstacles.
-cdef double SLIDING_RATIO = 1e-3
 
 
 cdef struct Bristle:
@@ -26,6 +25,8 @@ cdef struct Bristle:
     double stiffness, before  # K now and in the last accepted state [N/m]
     double surplus  # what others can take over of K
     double pressure, limit  # sum of normal forces, and mu times the size of their resultant [N]
+    double mu  # coefficient of the present step
+    bint slides, will_slide  # in the last accepted state, and at the end of the step
     double[3] n  # from b to a
     double share  # part of the displacement since the last equilibrium in contact
     double[4] of_a  # weights of control points
@@ -81,7 +82,7 @@ cdef bint add_to_bristles(Data *self, const Touches *list, double share) noexcep
             if i < 0:
                 return False
             each = self.bristle + i
-        force = share * touch.stiffness * touch.e
+        force = share * pressure(touch)
         each.stiffness += self.grip * share * touch.stiffness
         each.pressure += force
         sign = force if touch.a == a else -force
@@ -130,6 +131,7 @@ cdef void take_over(Data *self, Bristle *each, int32_t a, int32_t b, double *gai
         return
     other = self.bristle + k
     part = fmin(gain[0], other.surplus)
+    each.slides = each.slides or (other.slides and part > 0.0)
     other.surplus -= part
     gain[0] -= part
     part = (part if a < b else -part) / other.before
@@ -156,39 +158,20 @@ cdef void pass_on(Data *self, Bristle *each) noexcept nogil:
             take_over(self, each, of_a[i], of_b[j], &gain)
 
 
-cdef void begin_with(Bristle *each) noexcept nogil:
-    """Set K, and S at the begin of a step in `trial`, by the history and the parts of other pairs."""
+cdef void begin_with(const Data *self, Bristle *each) noexcept nogil:
+    """Set mu, K, and S at the begin of a step in `trial`, by the history and the parts of other pairs."""
     cdef double ratio = 1.0
     cdef int c
+    each.mu = self.friction
+    if self.has_two and not each.slides:
+        each.mu = self.friction0
+        each.limit *= self.friction0 / self.friction
     transport(each.n, each.kept)
     if each.stiffness < each.before:
         each.stiffness += each.surplus
         ratio = each.stiffness / each.before
     for c in range(3):
         each.trial[c] += ratio * each.kept[c]
-
-
-cdef inline void shorten(double limit, double *s) noexcept nogil:
-    """Scale a vector to a limit, if it is longer."""
-    cdef double square = dot(s, s), ratio
-    cdef int c
-    if square > limit * limit:
-        ratio = limit / sqrt(square)
-        for c in range(3):
-            s[c] *= ratio
-
-
-cdef inline void transport(const double *n, double *s) noexcept nogil:
-    """Rotate a vector of another tangent plane into that with the normal n."""
-    cdef double before = dot(s, s), normal = dot(n, s), after, ratio
-    cdef int c
-    for c in range(3):
-        s[c] -= normal * n[c]
-    if normal * normal > LEVEL * before:
-        after = dot(s, s)
-        ratio = sqrt(before / after) if after > 0.0 else 1.0
-        for c in range(3):
-            s[c] *= ratio
 
 
 cdef void blended(const double *points, int32_t e, const double *w, double *x) noexcept nogil:
@@ -266,11 +249,12 @@ cdef void stretch(Data *self, Bristle *each, const double *start, const double *
     cdef double[3] x
     cdef double[3] of_b
     cdef double[3] before
-    cdef double angle = 0.0, share = 0.5 if is_mean else 1.0, normal
+    cdef double angle = 0.0, share = 0.5 if is_mean else 1.0, normal, square
     cdef int c
     if each.limit == 0.0:
         for c in range(3):
             each.f[c] = each.trial[c] = each.end[c] = 0.0
+        each.will_slide = False
         return
     x[0] = x[1] = x[2] = 0.0
     each.share = 1.0
@@ -286,17 +270,19 @@ cdef void stretch(Data *self, Bristle *each, const double *start, const double *
             x[c] -= before[c]
         normal, each.share = dot(x, each.n), touching_share(self, each, before)
         for c in range(3):
-            x[c] = each.share * (x[c] - normal * each.n[c])
+            x[c] = each.stiffness * each.share * (x[c] - normal * each.n[c])
         angle = spin(each, start, end)
+    square = dot(each.trial, each.trial)
     turn(each.n, share * angle, each.trial)
     if is_mean:
         shorten(each.limit, each.trial)
+    memcpy(each.end, each.trial, sizeof(each.end))
+    each.will_slide = stretch_by(
+        x, share + self.delay, self.delay, each.limit, each.slides, square, each.end)
     for c in range(3):
-        each.end[c] = each.trial[c] + each.stiffness * x[c]
-        each.trial[c] += share * each.stiffness * x[c]
+        each.trial[c] += (share + self.delay) * x[c]
         each.f[c] = -each.trial[c]
     shorten(each.limit, each.f)
-    shorten(each.limit, each.end)
     turn(each.n, (1.0 - share) * angle, each.end)
 
 
@@ -322,16 +308,21 @@ cdef bint set_bristles(Data *self, bint is_mean) noexcept nogil:
 cdef bint stretch_all(Data *self, const double *start, const double *end,
                       bint is_mean) noexcept nogil:
     cdef ptrdiff_t k, n_touching = 0
+    cdef double stiffness = 0.0
     for k in range(self.n_bristles):
         average(self, self.bristle + k)
         n_touching += self.bristle[k].limit > 0.0
+        stiffness += self.bristle[k].stiffness
+    self.delay = 0.0
+    if self.has_two and self.interval > 0.0 and stiffness > 0.0:
+        self.delay = self.settling * sqrt(self.body_mass / stiffness) / self.interval
     if n_touching > self.n_slots:
         self.crowded = n_touching
         return False
     for k in range(self.n_bristles):
         pass_on(self, self.bristle + k)
     for k in range(self.n_bristles):
-        begin_with(self.bristle + k)
+        begin_with(self, self.bristle + k)
         stretch(self, self.bristle + k, start, end, is_mean)
     return True
 
@@ -365,6 +356,7 @@ cdef void bristle_block(const Data *self, const Bristle *each, double *block) no
     cdef double square = dot(each.trial, each.trial), factor = each.share * each.stiffness
     cdef double share = 0.0, limit = each.limit
     cdef int c, e
+    factor *= 1.0 + (2.0 if self.stepped else 1.0) * self.delay
     if self.is_sticking:
         limit *= 1.0 - SLIDING_RATIO
     if square > limit * limit:

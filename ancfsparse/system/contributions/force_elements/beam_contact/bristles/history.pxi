@@ -1,6 +1,6 @@
 """History of the bristles of pairs of elements, from one accepted step to the next; an include file.
 
-A pair has its code, K and S of forces.pxi in one slot while it touches.
+A pair has its code, K and S of forces.pxi in one slot while it touches; with a static coefficient also 1 if it slides.
 """
 
 
@@ -16,7 +16,7 @@ cdef bint recall(Data *self) noexcept nogil:
     """
     cdef const double *slot
     cdef Bristle *each
-    cdef ptrdiff_t k, i, c, width = 2 + self.dim
+    cdef ptrdiff_t k, i, c, width = self.width
     cdef double code
     memset(self.first_bristle, -1, self.n * sizeof(int32_t))
     self.n_bristles = 0
@@ -31,6 +31,7 @@ cdef bint recall(Data *self) noexcept nogil:
             return False
         each = self.bristle + i
         each.before = slot[1]
+        each.slides = self.has_two and slot[2 + self.dim] > 0.0
         for c in range(self.dim):
             each.kept[c] = slot[2 + c]
     return True
@@ -40,7 +41,7 @@ cdef void keep_bristles(Data *self) noexcept nogil:
     """Write the history of an accepted state; new pairs take slots that were free before."""
     cdef const Bristle *each
     cdef double *slot
-    cdef ptrdiff_t k, c, cursor = 0, width = 2 + self.dim
+    cdef ptrdiff_t k, c, cursor = 0, width = self.width
     cdef bint is_full = False
     for k in range(self.n_bristles):
         each = self.bristle + k
@@ -60,13 +61,15 @@ cdef void keep_bristles(Data *self) noexcept nogil:
         slot[0], slot[1] = code_of(self, each), each.stiffness
         for c in range(self.dim):
             slot[2 + c] = each.end[c]
+        if self.has_two:
+            slot[2 + self.dim] = each.will_slide
     clear_slots(self)
 
 
 cdef void clear_slots(Data *self) noexcept nogil:
     """Free the slots of pairs that touch no longer."""
     cdef const Bristle *each
-    cdef ptrdiff_t k, width = 2 + self.dim
+    cdef ptrdiff_t k, width = self.width
     for k in range(self.n_bristles):
         each = self.bristle + k
         if each.slot >= 0 and each.limit == 0.0 and (
@@ -76,7 +79,6 @@ cdef void clear_slots(Data *self) noexcept nogil:
 
 cdef void settle(Data *self, const ancf_state *x) noexcept nogil:
     """Move the history to an accepted state, and set the friction on control points there."""
-    cdef double square = 0.0
     cdef bint is_mean = self.stepped
     self.crowded = 0
     if not is_mean:
@@ -90,8 +92,6 @@ cdef void settle(Data *self, const ancf_state *x) noexcept nogil:
         memcpy(self.now, self.before, 12 * self.n * sizeof(double))
         if not list_way(self):
             return
-        total_work(self, &self.at_begin, SIMPSON[0], &square)
-        total_work(self, &self.at_halfway, SIMPSON[1], &square)
-        total_work(self, &self.at_end, SIMPSON[2], &square)
+        set_means(self)
     if set_bristles(self, True):
         keep_bristles(self)

@@ -3,7 +3,7 @@
 
 cdef bint set_bristles_at(Data *self, const double *q) noexcept nogil:
     """Set the touching points and the bristles of a state; return whether that succeeds."""
-    return find_end(self, q) and set_bristles(self, False)
+    return find_end(self, q, NULL) and set_bristles(self, False)
 
 
 cdef bristle_table(Data *data, const double *q):
@@ -30,7 +30,7 @@ cdef bristle_table(Data *data, const double *q):
         e_view[i, 0], e_view[i, 1] = each.a, each.b
         size = sqrt(dot(each.trial, each.trial))
         for c in range(dim if data.is_static and size > each.limit else 0):
-            s_view[i, c] = -data.friction * each.trial[c] / size
+            s_view[i, c] = -each.mu * each.trial[c] / size
         for c in range(dim):
             for e in range(dim):
                 b_view[i, c, e] = block[3 * c + e]
@@ -60,7 +60,7 @@ cdef set_bristle_forces(Data *data, const double[::1] history, double[:, ::1] ou
     for k in range(data.at_now.n):
         touch = data.at_now.touch + k
         each = data.bristle + find_bristle(data, min(touch.a, touch.b), max(touch.a, touch.b))
-        share = touch.stiffness * touch.e / each.pressure
+        share = pressure(touch) / each.pressure
         for c in range(data.dim):
             out[k, c] = share * each.f[c] if touch.a < touch.b else -share * each.f[c]
 
@@ -73,6 +73,6 @@ cdef set_sliding_forces(Data *data, double[:, ::1] out):
     cdef ptrdiff_t k, c
     for k in range(data.at_now.n):
         touch = data.at_now.touch + k
-        size = data.friction * touch.stiffness * touch.e / slide(data, touch, u)
+        size = data.friction * pressure(touch) / slide(data, touch, u)
         for c in range(data.dim):
             out[k, c] = -size * u[c]

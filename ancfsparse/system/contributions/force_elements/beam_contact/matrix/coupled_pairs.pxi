@@ -94,34 +94,26 @@ cdef void leave_out_idle_pairs(Coupling *self, const Touches *touches) noexcept 
             append_pair(self, low, high)
 
 
-cdef void add_coupling(const Data *self, const Touches *list, double factor,
-                       double *values) noexcept nogil:
-    """Add - s (S_a^T n) (S_b^T n)^T of the elements of each touching point."""
-    cdef const Touch *each
-    cdef double *block
-    cdef double[12] g
-    cdef double[12] h
-    cdef double stiffness
-    cdef ptrdiff_t k, i, j, n = 4 * self.dim, where = -1
+cdef double *block_of(const Data *self, int32_t a, int32_t b, double *values) noexcept nogil:
+    """Return the block that couples two elements, or NULL."""
+    cdef ptrdiff_t where
     if not self.coupling.list.used:
+        return NULL
+    where = find_pair(&self.coupling, a, b)
+    return NULL if where < 0 else (
+        values + self.coupling.list.first + where * self.coupling.list.size)
+
+
+cdef void add_coupling(const Data *self, int32_t low, int32_t high, const double *g,
+                       const double *h, double stiffness, double *values) noexcept nogil:
+    """Add - s g h^T of two elements."""
+    cdef double *block = block_of(self, low, high, values)
+    cdef ptrdiff_t i, j, n = 4 * self.dim
+    if block == NULL:
         return
-    for k in range(list.n):
-        each = list.touch + k
-        if k == 0 or each.a != list.touch[k - 1].a or each.b != list.touch[k - 1].b:
-            where = find_pair(&self.coupling, each.a, each.b)
-        if where < 0:
-            continue
-        block = values + self.coupling.list.first + where * self.coupling.list.size
-        if each.a < each.b:
-            set_gradient(self, each.a, each.z, each.n, g)
-            set_gradient(self, each.b, each.u, each.n, h)
-        else:
-            set_gradient(self, each.b, each.u, each.n, g)
-            set_gradient(self, each.a, each.z, each.n, h)
-        stiffness = factor * (1.0 + each.theta) * each.stiffness
-        for i in range(n):
-            for j in range(n):
-                block[n * i + j] -= stiffness * g[i] * h[j]
+    for i in range(n):
+        for j in range(n):
+            block[n * i + j] -= stiffness * g[i] * h[j]
 
 
 cdef void add_sliding_coupling(const Data *self, const Touch *each, const double *block,
@@ -129,20 +121,16 @@ cdef void add_sliding_coupling(const Data *self, const Touch *each, const double
     """Add - S_a^T B S_b of the elements of a touching point, for a symmetric B (3, 3)."""
     cdef double[4] of_a
     cdef double[4] of_b
-    cdef double *out
+    cdef double *out = block_of(self, each.a, each.b, values)
     cdef const double *of_low = of_a
     cdef const double *of_high = of_b
-    cdef ptrdiff_t dim = self.dim, n = 4 * dim, i, j, where
-    if not self.coupling.list.used:
-        return
-    where = find_pair(&self.coupling, each.a, each.b)
-    if where < 0:
+    cdef ptrdiff_t dim = self.dim, n = 4 * dim, i, j
+    if out == NULL:
         return
     weigh(self, each.a, each.z, of_a)
     weigh(self, each.b, each.u, of_b)
     if each.a > each.b:
         of_low, of_high = of_b, of_a
-    out = values + self.coupling.list.first + where * self.coupling.list.size
     for i in range(n):
         for j in range(n):
             out[n * i + j] -= of_low[i // dim] * of_high[j // dim] * block[3 * (i % dim) + j % dim]
