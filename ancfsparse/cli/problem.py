@@ -108,7 +108,7 @@ def _quantities(
         raise InputError(
             f"a time of --at is {distance:.3g} s away from the nearest step of {dt:g} s"
         )
-    return {each: np.asarray(v[rows]) for each, v in mechanism.quantities(run).items()}
+    return mechanism.quantities(run, rows)
 
 
 def _convert_like(default: object, value: float) -> float | int:

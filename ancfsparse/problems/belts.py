@@ -208,7 +208,7 @@ def belt_drive(
     scene = Scene((0.0, 0.0))
     driver, driven = _drive(scene, 0.1, 0.4, load, omega)
     belt = _wrap(scene, (driven, driver), replace(BELT, friction=mu), n_elements)
-    return Mechanism(scene, _two_pulleys(belt, driver, driven))
+    return _two_pulleys(scene, belt, driver, driven)
 
 
 def belt_drive_pechstein(n_elements: int = 120, stiffness: float = 3.2e8) -> Mechanism:
@@ -231,7 +231,7 @@ def belt_drive_pechstein(n_elements: int = 120, stiffness: float = 3.2e8) -> Mec
     scene.point_moment(driven.body.origin, Ramp(25.0, 1.5, 1.0, smooth=True))
     data = replace(PUBLISHED_BELT, stiffness=stiffness)
     belt = _wrap(scene, (driven, driver), data, n_elements)
-    return Mechanism(scene, {**_two_pulleys(belt, driver, driven), "tension": belt.forces})
+    return _two_pulleys(scene, belt, driver, driven, tension=belt.forces)
 
 
 def timing_belt(load: float = 20.0, omega: float = 100.0, n_elements: int = 160) -> Mechanism:
@@ -251,7 +251,7 @@ def timing_belt(load: float = 20.0, omega: float = 100.0, n_elements: int = 160)
     def ratio(run: Trajectory) -> Vector:
         return driver.angular_velocity(run) / np.maximum(driven.angular_velocity(run), 1e-9)
 
-    return Mechanism(scene, {**_two_pulleys(belt, driver, driven), "ratio": ratio})
+    return _two_pulleys(scene, belt, driver, driven, ratio=ratio)
 
 
 def serpentine(
@@ -263,8 +263,7 @@ def serpentine(
     an idler, its back on tensioner and idler.  The crank reaches `omega` [rad/s] after 0.1 s;
     moments of `alternator` and `pump` [N m] resist these pulleys from 0.2 s on.  The arm has
     30 N m/rad, a damping of 0.5 N m s/rad, and 7 N m at the start.  By the torque balance the
-    tension rises by moment over radius at each load; the arm is in equilibrium with the two spans
-    at its pulley.
+    tension rises by moment over radius at each load; the arm is in equilibrium with two spans.
 
     Quantities: ``spans``, tensions in the order of the belt from crank to tensioner to idler to
     crank [N]; ``arm``, rotation of the arm since the start [rad]; ``omegas`` of all pulleys
@@ -287,18 +286,17 @@ def serpentine(
     for name, moment in (("alternator", alternator), ("pump", pump)):
         scene.point_moment(pulleys[name].body.origin, Ramp(moment, 0.2, 0.1, smooth=True))
     belt = _wrap(scene, list(pulleys.values()), SERPENTINE_BELT, n_elements)
-    spans = [belt.tension(k) for k in (1, 2, 3, 4, 0)]
 
     def rotation(run: Trajectory) -> Vector:
         x, y = (run.position(arm.at(hub)) - PIVOT).T
         return np.asarray(np.arctan2(hub[0] * y - hub[1] * x, hub[0] * x + hub[1] * y))
 
     watched = {
-        "spans": lambda run: np.stack([tension(run) for tension in spans], axis=1),
+        "spans": lambda run: np.stack([belt.tension(k)(run) for k in (1, 2, 3, 4, 0)], axis=1),
         "arm": rotation,
         "omegas": lambda run: np.stack([p.angular_velocity(run) for p in belt.pulleys], axis=1),
     }
-    return Mechanism(scene, watched)
+    return Mechanism(scene, watched, separate=True)
 
 
 def _disc(
@@ -313,20 +311,22 @@ def _disc(
 
 
 def _two_pulleys(
-    belt: Belt, driver: Pulley, driven: Pulley
-) -> dict[str, Callable[[Trajectory], Vector]]:
+    scene: Scene, belt: Belt, driver: Pulley, driven: Pulley, **more: Callable[[Trajectory], Vector]
+) -> Mechanism:
     def loss(run: Trajectory) -> Vector:
         rims = [p.radius * p.angular_velocity(run) for p in (driver, driven)]
         return 1.0 - rims[1] / np.maximum(rims[0], 1e-9)
 
-    return {
+    watched = {
         "tight": belt.tension(1),
         "slack": belt.tension(0),
         "omega_driven": driven.angular_velocity,
         "loss": loss,
         "slip_driver": belt.slip_arc(driver),
         "slip_driven": belt.slip_arc(driven),
+        **more,
     }
+    return Mechanism(scene, watched, separate=True)
 
 
 def _wrap(scene: Scene, pulleys: Sequence[Pulley], data: BeltData, n_elements: int) -> Belt:
@@ -364,9 +364,8 @@ def _wrap(scene: Scene, pulleys: Sequence[Pulley], data: BeltData, n_elements: i
     ]
     for before, after in zip(parts, [*parts[1:], parts[0]], strict=True):
         scene.connect(before.end, after.start)
-    half = 0.5 * data.thickness
+    half, contacts = 0.5 * data.thickness, []
     law: Any = {"stiffness": data.stiffness, "radius": half, "friction": data.friction}
-    contacts = []
     for pulley in pulleys:
         drum = Drum(tuple(pulley.centre.tolist()), pulley.radius - half)
         contacts += [scene.contact(part, drum, on=pulley.body, **law) for part in parts]

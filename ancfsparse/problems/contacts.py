@@ -131,7 +131,7 @@ def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mecha
         "loop": loop,
         "pressing": lambda run: run.contact_force(contact).size,
     }
-    return Mechanism(scene, watched)
+    return Mechanism(scene, watched, separate=True)
 
 
 def _overhand(loop: float, radius: float, tail: float) -> Vector:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import signature
 from typing import Any
@@ -12,6 +12,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.integrators import EnergyMomentum, Implicit
 from ancfsparse.results import Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import Scene
 from ancfsparse.scene.bodies.body import Body
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -47,20 +48,29 @@ class Mechanism:
         Quantities of a run by name, each (k,) or (k, n).
     settles : bool
         True if a run starts in equilibrium instead of the reference shape.
+    separate : bool
+        True if each quantity depends on the state at its own time alone, not on those before as
+        energies lost and angles of several turns do.
     """
 
     scene: Scene
     watched: Mapping[str, Callable[[Trajectory], Vector]]
     settles: bool = False
+    separate: bool = False
 
     @property
     def bodies(self) -> dict[str, Body]:
         """Bodies of the scene by name."""
         return {body.name: body for body in self.scene.bodies}
 
-    def quantities(self, run: Trajectory) -> dict[str, Vector]:
-        """Return all quantities of a run by name, at its saved times."""
-        return {name: quantity(run) for name, quantity in self.watched.items()}
+    def quantities(self, run: Trajectory, rows: Sequence[int] | None = None) -> dict[str, Vector]:
+        """Return all quantities of a run by name, at its saved times or at those of some rows."""
+        if rows is None:
+            return {name: quantity(run) for name, quantity in self.watched.items()}
+        if not self.separate:
+            return {name: values[rows] for name, values in self.quantities(run).items()}
+        # Forces in long belts at all times take as long as the run.
+        return self.quantities(select_states(run, np.asarray(rows)))
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,17 @@ def test_known_numbers(name, capsys):
     np.testing.assert_allclose(value, case.value, rtol=0.0, atol=case.tolerance)
 
 
+@pytest.mark.parametrize("name", [name for name in MECHANISMS if MECHANISMS[name].make().separate])
+def test_quantities_at_some_times_are_those_of_all(name):
+    """They are evaluated for the asked states alone, which holds if they need no others."""
+    case = MECHANISMS[name]
+    made = case.make()
+    run = ancf.simulate(made.scene, 8 * case.dt, case.dt, integrator=case.integrator)
+    rows = [8, 3]
+    for each, values in made.quantities(run).items():
+        np.testing.assert_array_equal(made.quantities(run, rows)[each], values[rows], each)
+
+
 @pytest.mark.parametrize(
     ("name", "times", "words"),
     [

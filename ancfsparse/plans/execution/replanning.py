@@ -15,9 +15,9 @@ from ancfsparse.plans.execution.run_plan import run_once
 from ancfsparse.plans.execution.validity_range import validity_range
 from ancfsparse.plans.execution.verification import STEP_RATIO, differences, refine_model
 from ancfsparse.plans.models.model import build_model, refine_given_meshes
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR

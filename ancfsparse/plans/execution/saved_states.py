@@ -13,9 +13,9 @@ import numpy as np
 
 from ancfsparse.checks import check_count, check_flag
 from ancfsparse.plans.execution.plan_data import PlanData
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod, Statics
 from ancfsparse.results import Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.solve.preparation.threads import check_threads
 from ancfsparse.solve.stepping.state_recorder import RunStorage, check_nodes, check_output
 

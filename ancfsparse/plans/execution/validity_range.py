@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import ElasticBody
 from ancfsparse.system import System
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.plans.quantities.quantity import Quantity
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import State, System
 

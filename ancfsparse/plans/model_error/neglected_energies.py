@@ -31,8 +31,8 @@ from ancfsparse.plans.quantities.quantity import (
     StaticDeflection,
     Strain,
 )
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.scene.sections.cross_section import principal_axes
 from ancfsparse.scene.sections.standard_sections import Section

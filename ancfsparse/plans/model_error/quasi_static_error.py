@@ -10,8 +10,8 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import ApproximateModesWarning
 from ancfsparse.plans.quantities.quantity import Quantity, largest_norm
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import Scene
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState

@@ -23,12 +23,12 @@ from ancfsparse.plans.models.model import (
 )
 from ancfsparse.plans.models.prolongation import prolongate
 from ancfsparse.plans.quantities.quantity import AtPoint, Quantity
-from ancfsparse.plans.quantities.states import select_states
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.choose_solver import select_solver
 from ancfsparse.plans.trial_runs.cost_model import RunCost, cost_of_run
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import Equilibrium, Trajectory
+from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import Request, check_request

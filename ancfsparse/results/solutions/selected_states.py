@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.results import Trajectory
+from ancfsparse.results.solutions.trajectory import Trajectory
 from ancfsparse.system.coordinates.state import StateHistory
 
 
