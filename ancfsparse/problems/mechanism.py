@@ -69,7 +69,7 @@ class Mechanism:
             return {name: quantity(run) for name, quantity in self.watched.items()}
         if not self.separate:
             return {name: values[rows] for name, values in self.quantities(run).items()}
-        # Forces in long belts at all times take as long as the run.
+        # At all times, the forces in a rod that touches itself took longer than its run.
         return self.quantities(select_states(run, np.asarray(rows)))
 
 

@@ -69,7 +69,9 @@ def folder_of(module):
     return ".".join(file.parent.relative_to(ROOT).parts)
 
 
-FILES = {m: imported(m) for m, f in MODULES.items() if f.name != "__init__.py"}
+@cache  # not when tests are collected, which each process does
+def imports_of_files():
+    return {m: imported(m) for m, f in MODULES.items() if f.name != "__init__.py"}
 
 
 def circle(graph):
@@ -82,13 +84,13 @@ def circle(graph):
 
 
 def test_no_circle_of_files():
-    assert circle(FILES) is None
+    assert circle(imports_of_files()) is None
 
 
 def test_no_circle_of_folders():
     # A folder with the face of its room, such as scene/ with scene.py, is above its subfolders.
     folders = {}
-    for module, targets in FILES.items():
+    for module, targets in imports_of_files().items():
         here = folder_of(module)
         folders.setdefault(here, set()).update({folder_of(t) for t in targets} - {here})
     assert circle(folders) is None

@@ -35,10 +35,11 @@ WEIGHTS = {
 def main():
     given = arguments()
     if given.index is not None:
-        report = one(given.kind[0], given.seed, given.index)
+        report = one(given.kind[0][0], given.seed, given.index)
         print(report.outcome, report.tried, *report.finds, sep="\n  ")
         return bool(report.finds)
-    tallies, finds = soak(given.seed, given.seconds, given.kind or list(KINDS), given.most)
+    most = dict(given.kind or dict.fromkeys(KINDS, math.inf))
+    tallies, finds = soak(given.seed, given.seconds, most)
     print(table(tallies, finds))
     given.json.parent.mkdir(parents=True, exist_ok=True)
     kinds = {kind: vars(tally) for kind, tally in tallies.items()}
@@ -48,16 +49,16 @@ def main():
     return bool(finds)
 
 
-def soak(seed, seconds, kinds, most=math.inf):
-    """Make trials until the time is over, one of each kind at least and no more than `most`.
+def soak(seed, seconds, most):
+    """Make trials until the time is over: of each kind one at least, and at most `most[kind]`.
 
     Next is always that kind which is furthest behind its share of the time.
     """
-    tallies = {kind: Tally() for kind in kinds}
+    tallies = {kind: Tally() for kind in most}
     finds, end = [], time.monotonic() + seconds
     with Worker() as worker:
         while time.monotonic() < end or not all(tally.trials for tally in tallies.values()):
-            open_kinds = [kind for kind in kinds if tallies[kind].trials < most]
+            open_kinds = [kind for kind in most if tallies[kind].trials < most[kind]]
             if not open_kinds:
                 break
             kind = min(open_kinds, key=lambda each: tallies[each].seconds / WEIGHTS[each])
@@ -70,12 +71,21 @@ def soak(seed, seconds, kinds, most=math.inf):
     return tallies, finds
 
 
+def kind_and_most(text):
+    kind, _, most = text.partition(":")
+    if kind not in KINDS:
+        raise argparse.ArgumentTypeError(f"{kind!r} is none of the kinds {', '.join(KINDS)}")
+    return kind, int(most) if most else math.inf
+
+
 def arguments():
     parser = argparse.ArgumentParser(prog="make soak", description=__doc__.split("\n")[0])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=120.0)
-    parser.add_argument("--most", type=int, default=math.inf, help="trials of each kind")
-    parser.add_argument("--kind", choices=KINDS, action="append", help="only this; may be repeated")
+    parser.add_argument(
+        "--kind", type=kind_and_most, action="append", metavar="KIND[:MOST]",
+        help=f"only this, with so many trials at most; may be repeated: {', '.join(KINDS)}",
+    )  # fmt: skip
     parser.add_argument("--index", type=int, help="make this one trial of one kind again")
     parser.add_argument("--json", type=Path, default=Path("results/soak.json"))
     given = parser.parse_args()

@@ -35,8 +35,8 @@ def test_errors_and_warnings_are_finds(monkeypatch, trial, what):
 
 
 def test_trials_can_be_bounded_by_their_number():
-    tallies, finds = soak(0, 60.0, ["statics", "files"], most=3)
-    assert [tally.trials for tally in tallies.values()] == [3, 3]
+    tallies, finds = soak(0, 60.0, {"statics": 3, "files": 2})
+    assert [tally.trials for tally in tallies.values()] == [3, 2]
     assert finds == []
 
 
@@ -58,7 +58,7 @@ def test_every_kind_is_tried_however_short_the_time_is(monkeypatch):
     monkeypatch.setattr(
         worker.Worker, "trial", lambda *_: (Report("broke", ["1.5 N"], "beam"), 1.0)
     )
-    tallies, finds = soak(0, 0.0, ["odd-calls", "statics"])
+    tallies, finds = soak(0, 0.0, {"odd-calls": 5, "statics": 5})
     assert [tally.trials for tally in tallies.values()] == [1, 1]
     text = table(tallies, finds)
     assert "statics 0: 1.5 N\n  tried: beam\n" in text
