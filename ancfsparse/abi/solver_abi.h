@@ -105,6 +105,9 @@ typedef struct {
      * no larger now */
     int (*refine)(void *context, double share);
     const double *extra; /* operations of all solves so far in excess of single sweeps */
+    /* All columns of the inverse, `stride` apart; space[8 n] is overwritten.  NULL where solves for unit
+     * vectors are not slower. */
+    void (*inverse)(void *context, double *columns, ptrdiff_t stride, double *space);
 } ancf_seed;
 
 typedef struct {

@@ -51,6 +51,7 @@ cdef extern from "solver_abi.h":
         int (*mend)(void *, const double *) noexcept nogil
         int (*refine)(void *, double) noexcept nogil
         const double *extra
+        void (*inverse)(void *, double *, ptrdiff_t, double *) noexcept nogil
 
     ctypedef struct ancf_equations:
         void *context

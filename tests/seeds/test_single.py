@@ -39,6 +39,20 @@ def factored(name, threads, rng):
     return a, values, seed
 
 
+@pytest.mark.parametrize("name", CASES)
+def test_the_inverse_is_that_of_the_factor(name, rng):
+    """Four columns at a time, of which the parts before their diagonal follow by symmetry."""
+    a, _, seed = factored(name, 1, rng)
+    expected = np.linalg.inv(a)
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(seed.own.inverse(), expected, rtol=0.0, atol=1e-11 * size)
+    seed.own.round_to_single()
+    found = seed.own.inverse()
+    solved = np.stack([seed.solve(unit) for unit in np.eye(len(a))], axis=1)
+    np.testing.assert_allclose(found, solved, rtol=0.0, atol=1e-11 * size)
+    assert np.abs(found - expected).max() > 1e-11 * size
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("name", CASES)
 def test_a_rounded_factor_loses_the_digits_that_the_condition_costs(name, threads, rng):

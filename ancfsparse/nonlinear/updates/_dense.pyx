@@ -1,6 +1,6 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, cdivision=True, initializedcheck=False
 """The quasi-Newton inverse as a dense matrix; each pair adds terms ``a w^T`` (the paper's form)."""
-from libc.string cimport memcpy
+from libc.string cimport memcpy, memset
 
 cdef extern from "simd.h":
     const int LANES "ANCF_LANES"
@@ -19,7 +19,7 @@ cdef struct DenseData:
     double *a  # two terms of `padded` numbers each, like w
     double *w
     double *product
-    double *unit
+    double *space  # of `ancf_seed.inverse`
     const double *weights  # inner product of Broyden's update, NULL for the plain one
 
 
@@ -63,7 +63,7 @@ cdef class Dense(SecantInverse):
         data.a = aligned(self.own, "a", 2 * data.padded)
         data.w = aligned(self.own, "w", 2 * data.padded)
         data.product = aligned(self.own, "product", data.padded)
-        data.unit = aligned(self.own, "unit", data.padded)
+        data.space = aligned(self.own, "space", 8 * data.n)
         if weights is not None:
             self.own["weights"] = weights_view = np.array(weights, dtype=float)
             data.weights = &weights_view[0]
@@ -94,10 +94,14 @@ cdef int dense_reseed(void *context) noexcept nogil:
     cdef DenseData *self = <DenseData *>context
     cdef ptrdiff_t j
     self.pending = 0
+    if self.seed.inverse != NULL:
+        self.seed.inverse(self.seed.context, self.columns, self.padded, self.space)
+        return <int>self.n
+    memset(self.space, 0, self.n * sizeof(double))
     for j in range(self.n):
-        self.unit[j] = 1.0
-        self.seed.solve(self.seed.context, self.unit, self.columns + j * self.padded)
-        self.unit[j] = 0.0
+        self.space[j] = 1.0
+        self.seed.solve(self.seed.context, self.space, self.columns + j * self.padded)
+        self.space[j] = 0.0
     return <int>self.n
 
 

@@ -55,6 +55,9 @@ cdef extern from "ldl_factor.h":
 cdef extern from "ldl_sweeps.h":
     void solve "ldl_solve" (void *, const double *, double *) noexcept nogil
 
+cdef extern from "ldl_inverse.h":
+    void inverse "ldl_inverse" (void *, double *, ptrdiff_t, double *) noexcept nogil
+
 cdef extern from "ldl_single.h":
     void round_to_single "ldl_round" (void *) noexcept nogil
 
@@ -141,6 +144,8 @@ cdef class Ldl:
             data.place_of_entry = ints(a["place_of_entry"])
         self.interface.context, self.interface.n = data, n
         self.interface.factor, self.interface.solve = factor, solve
+        if root == n:  # without rows of images
+            self.interface.inverse = inverse
         if may_round:
             self.interface.round_to_single = round_to_single
         self.capsule = PyCapsule_New(&self.interface, "ancf_seed", NULL)
@@ -173,6 +178,16 @@ cdef class Ldl:
         cdef double[::1] view = x
         solve(&self.data, &r[0], &view[0])
         return x
+
+    def inverse(self):
+        """Return the inverse (n, n) of the matrix, on one thread."""
+        if self.interface.inverse == NULL:
+            raise ValueError("with several threads, solve for unit vectors")
+        columns, space = np.empty((self.data.n, self.data.n)), np.empty(8 * self.data.n)
+        cdef double[:, ::1] view = columns
+        cdef double[::1] space_view = space
+        inverse(&self.data, &view[0, 0], self.data.n, &space_view[0])
+        return columns.T
 
     @property
     def pivots(self):
