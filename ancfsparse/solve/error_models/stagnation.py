@@ -6,7 +6,7 @@ import math
 
 from ancfsparse.errors import AccuracyError
 
-MIN_DECREASE = 0.7  # error over the smallest before, above which a run brings no progress
+MIN_DECREASE = 0.7  # largest ratio of errors by which a run brings progress
 MAX_STAGNANT_RUNS = 4  # such runs in a row
 
 
@@ -14,7 +14,9 @@ class StagnationCheck:
     """Estimated errors of the runs of one candidate.
 
     A chaotic motion amplifies rounding: the errors of its runs have no trend.  So each is compared
-    with the smallest before it, not with the last.
+    with the error at the last progress, from which it must have decreased for every run since.
+    (Without that, half of an error with 49 times as many steps counted as progress, and 12 runs of
+    a chaotic motion took 88 s, instead of 8 runs and 2 s.)
 
     Parameters
     ----------
@@ -28,7 +30,8 @@ class StagnationCheck:
     """
 
     def __init__(self, accuracy: float) -> None:
-        self._accuracy, self._smallest, self.stagnant_runs = accuracy, math.inf, 0
+        self._accuracy, self.stagnant_runs = accuracy, 0
+        self._smallest = self._last = math.inf
 
     def add(self, error: float, is_stagnant: bool = False) -> AccuracyError | None:
         """Add the error of a run; return an error after too many runs without progress.
@@ -40,8 +43,11 @@ class StagnationCheck:
         is_stagnant : bool, optional
             Whether the run shows otherwise that there is no progress.
         """
-        is_stagnant = is_stagnant or error > MIN_DECREASE * self._smallest
-        self.stagnant_runs = self.stagnant_runs + 1 if is_stagnant else 0
+        is_stagnant = is_stagnant or error > MIN_DECREASE ** (1 + self.stagnant_runs) * self._last
+        if is_stagnant:
+            self.stagnant_runs += 1
+        else:
+            self.stagnant_runs, self._last = 0, error
         self._smallest = min(self._smallest, error)
         if self.stagnant_runs < MAX_STAGNANT_RUNS:
             return None
