@@ -288,6 +288,10 @@ GIVEN = {
     "Scene.contact, with static friction": lambda w: {
         "radius": 0.01, "friction": 0.1, "static_friction": 0.2
     },
+    "Scene.contact, of beams that return and stick": lambda w: {
+        "obstacle": w.net, "radius": 0.01, "stiffness": 1.0, "restitution": 0.9,
+        "friction": 0.1, "static_friction": 0.2,
+    },
     "Scene.drive_joint": lambda w: {"value": 0.0},
     "Scene.joint_spring": lambda w: {"stiffness": 1.0},
     "Scene.joint_friction": lambda w: {"size": 0.1},

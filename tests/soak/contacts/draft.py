@@ -10,16 +10,19 @@ from tests.soak import scenes
 GRAVITY = 9.81  # [m/s2]
 SINKING = 0.1  # of a given stiffness in an impact, over the radius, as of the default one
 REST = 0.01  # and under loads at rest
+MAX_STEPS = 4000  # of a run
+RESOLVED = 12.0  # steps of an impact times its restitution, which contact needs
 
 
 class Draft:
     """Numbers that the parts of a scene share, in axes that are turned at random.
 
-    All its friction has a slip speed if it must, or else less than half of it.
+    All its friction has a slip speed if it must, or else less than half of it.  The generator
+    `laws` draws restitution and static friction, without changing the rest of the scene.
     """
 
-    def __init__(self, rng, layout, slips):
-        self.rng, self.layout, self.slips = rng, layout, slips
+    def __init__(self, rng, layout, slips, laws=None):
+        self.rng, self.layout, self.slips, self.laws = rng, layout, slips, laws
         spatial = layout in ("ropes", "net") or (layout != "pulley" and rng.random() < 0.4)
         self.dim = 3 if spatial else 2
         self.length = float(10 ** rng.uniform(-3, 2))
@@ -116,6 +119,7 @@ class Draft:
         if self.needs_radius:
             options["radius"] = self.radius
         options |= self.draw_friction(square, slips=self.slips or self.rng.random() < 0.4)
+        options = self.draw_law(options, mass / options.get("stiffness", needed))
         self.contacts.append(self.scene.contact(body, obstacle, **options))
         self.words |= {"obstacle": obstacle, **options, "on": on is not None}
 
@@ -129,6 +133,27 @@ class Draft:
             typical = math.sqrt(square + 1e-3 * GRAVITY * self.length)
             options["slip_speed"] = float(typical * 10 ** rng.uniform(-2.5, -0.5))
         return options
+
+    def draw_law(self, options, ratio):
+        """Return options with a static friction above that of bristles, a restitution, or neither.
+
+        Ropes can stick to each other then.  The ratio of mass and stiffness [s2] of an impact
+        decides whether a run has time for its steps.
+        """
+        laws, more = self.laws, dict(options)
+        if laws is None:
+            return options
+        if self.layout == "ropes" and not self.slips and laws.random() < 0.6:
+            more.pop("slip_speed", None)
+            more.setdefault("friction", float(laws.uniform(0.05, 0.8)))
+        if "friction" in more and "slip_speed" not in more and laws.random() < 0.5:
+            more["static_friction"] = float(more["friction"] * laws.uniform(1.0, 2.5))
+        if self.layout in ("fall", "throw", "ropes", "net") and laws.random() < 0.5:
+            restitution = float(laws.uniform(0.2, 1.0))
+            steps = 3.0 * self.duration * RESOLVED / (restitution * math.pi * math.sqrt(ratio))
+            if steps < MAX_STEPS:
+                more["restitution"] = restitution
+        return more
 
 
 def turn(rng, dim):

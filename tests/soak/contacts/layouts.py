@@ -208,6 +208,7 @@ def ropes(draft):
     stiffness = float(needed * 10 ** rng.uniform(-0.3, 1))
     options = {"radius": draft.radius} if draft.needs_radius else {}
     options |= draft.draw_friction(square)
+    options = draft.draw_law(options, 0.5 * draft.density * draft.section.area / stiffness)
     draft.contacts.append(draft.scene.contact(lower, upper, stiffness=stiffness, **options))
     draft.words |= {"n": n, "stiffness": stiffness, "angle": angle, **options}
     return draft.draw_duration(3)

@@ -4,13 +4,14 @@ import math
 from dataclasses import dataclass, field
 
 import ancfsparse as ancf
+from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.system import System
 from tests.soak import scenes
-from tests.soak.contacts.draft import Draft
+from tests.soak.contacts.draft import MAX_STEPS, RESOLVED, Draft
 from tests.soak.contacts.layouts import PARTS
 
 LAYOUTS = ("fall", "fall", "fall", "hang", "wrap", "pulley", "throw", "ropes", "ropes", "net")
-MAX_EXPLICIT_STEPS = 4000
+RESOLVED_SHARE = 0.999  # of the longest step that resolves impacts
 EXPLICIT_FRACTION = 0.2  # of the stable step: contacts stiffen a mesh after the start
 
 
@@ -28,11 +29,11 @@ class Touching(scenes.Drawn):
         return self.explicit is not None
 
 
-def draw(rng):
-    """Draw a scene with contacts."""
+def draw(rng, laws=None):
+    """Draw a scene with contacts; those with restitution or static friction need a generator."""
     layout = str(rng.choice(LAYOUTS))
     wants_explicit = rng.random() < 0.2
-    draft = Draft(rng, layout, slips=wants_explicit)
+    draft = Draft(rng, layout, slips=wants_explicit, laws=laws)
     duration = PARTS[layout](draft)
     steps = int(rng.integers(20, 80))
     dt = duration / steps
@@ -42,6 +43,10 @@ def draw(rng):
     )  # fmt: skip
     if layout == "ropes":
         drawn.max_halvings = 6
+    longest = RESOLVED_SHARE * longest_step(drawn.scene)
+    if drawn.dt > longest:
+        drawn.steps = math.ceil(duration / longest)
+        drawn.dt = duration / drawn.steps
     if wants_explicit:
         take_explicit_steps(drawn)
     drawn.words |= {
@@ -51,6 +56,28 @@ def draw(rng):
         "max_halvings": drawn.max_halvings,
     }  # fmt: skip
     return drawn
+
+
+def contacts_of(scene):
+    """Yield the contacts, the masses per length [kg/m], and the stiffnesses [N/m2]."""
+    for each in System(scene).contributions:
+        contact = getattr(each, "contact", None)
+        if contact is not None:
+            mass = contact.body.material.density * contact.body.section.area
+            yield contact, mass, getattr(each, "stiffness", contact.stiffness)
+
+
+def longest_step(scene):
+    """Return the longest step that resolves impacts with a restitution [s], of equal ropes too."""
+    return min(
+        (
+            contact.restitution / RESOLVED * math.pi
+            * math.sqrt(mass / stiffness / (1 + isinstance(contact, BeamContact)))
+            for contact, mass, stiffness in contacts_of(scene)
+            if contact.restitution
+        ),
+        default=math.inf,
+    )  # fmt: skip
 
 
 def take_explicit_steps(drawn):
@@ -63,12 +90,10 @@ def take_explicit_steps(drawn):
             continue
     else:
         return
-    for each in System(drawn.scene).contributions:
-        contact = getattr(each, "contact", None)
-        if contact is not None:
-            mass = contact.body.material.density * contact.body.section.area
-            limit = min(limit, math.sqrt(mass / getattr(each, "stiffness", contact.stiffness)))
-    steps = math.ceil(drawn.t_end / (EXPLICIT_FRACTION * limit))
-    if steps <= MAX_EXPLICIT_STEPS:
+    for _, mass, stiffness in contacts_of(drawn.scene):
+        limit = min(limit, math.sqrt(mass / stiffness))
+    limit = min(EXPLICIT_FRACTION * limit, RESOLVED_SHARE * longest_step(drawn.scene))
+    steps = math.ceil(drawn.t_end / limit)
+    if steps <= MAX_STEPS:
         drawn.dt, drawn.steps, drawn.explicit = drawn.t_end / steps, steps, integrator
         drawn.max_halvings = 0

@@ -55,9 +55,23 @@ def test_all_parts_are_drawn():
     assert 0.3 < np.mean([each.sticks for each, _ in rubbing]) < 0.7
     assert not any(each.sticks and drawn.is_explicit for each, drawn in rubbing)
     assert any(drawn.is_explicit for _, drawn in rubbing)
+    assert not any(each.restitution for each, _ in rubbing)
     lengths = [drawn.words["length"] for drawn in drawings]
     assert min(lengths) < 3e-3
     assert max(lengths) > 30.0
+
+
+@pytest.mark.parametrize("kind", [trials.Contact, trials.BeamContact])
+def test_restitution_and_static_friction_are_drawn_without_changing_the_rest(kind):
+    streams = ([np.random.default_rng([3, index, k]) for k in range(2)] for index in range(120))
+    drawings = [draw(*pair) for pair in streams]
+    contacts = [each for drawn in drawings for each in drawn.contacts if isinstance(each, kind)]
+    assert 0.05 < np.mean([each.restitution > 0.0 for each in contacts]) < 0.5
+    assert any(each.has_static_friction for each in contacts)
+    plain = draw(np.random.default_rng([3, 0, 0]))
+    assert (
+        plain.words.items() <= {**drawings[0].words, "dt": plain.dt, "steps": plain.steps}.items()
+    )
 
 
 def test_random_contacts_are_judged_without_a_find():
@@ -86,7 +100,7 @@ def test_random_contacts_are_judged_without_a_find():
     ],
 )
 def test_contacts_that_once_were_found_are_not(seed, index):
-    assert trials.run(seed, index).finds == []
+    assert trials.run(seed, index, has_laws=False).finds == []
 
 
 def test_a_contact_that_is_far_too_soft_is_seen(monkeypatch):

@@ -28,10 +28,13 @@ MOST_CHORDS = 256  # of an element
 PLACES = (0.001, 0.25, 0.5, 0.75, 0.999)  # on each element, where its side is followed
 
 
-def run(seed, index):
-    """Run a random scene with contacts by a random integrator and solver."""
+def run(seed, index, has_laws=True):
+    """Run a random scene with contacts by a random integrator and solver.
+
+    Some contacts have restitution or static friction, or else none has.
+    """
     rng = np.random.default_rng([seed, index])
-    drawn = draw(rng)
+    drawn = draw(rng, np.random.default_rng([seed, index, 1]) if has_laws else None)
     integrator, solver = draw_integrator(rng), draw_solver(rng)
     if drawn.is_explicit:
         integrator, solver = drawn.explicit, "auto"
@@ -193,7 +196,13 @@ def surface_power(contact, path):
     else:
         speed = np.sqrt((sliding**2).sum(axis=-1) + contact.slip_speed**2)
         along = -(sliding * surface).sum(axis=-1) / speed
-    return (contact.friction * pressure * np.maximum(along, 0.0)).sum(axis=1)
+    largest = contact.static_friction * (1.0 + damped_share(contact.restitution))
+    return (largest * pressure * np.maximum(along, 0.0)).sum(axis=1)
+
+
+def damped_share(restitution):
+    """Return the share of the pressure that a restitution adds to it, at most [-]."""
+    return (1.0 - restitution**2) / (1.0 + restitution**2) if restitution else 0.0
 
 
 def part_of(contact, path):
@@ -218,7 +227,7 @@ def judge_contacts(drawn, path, whole):
             one, other = (polygon(whole, each, allowed) for each in contact.bodies)
             if (k := passes_between(one, other)) is not None:
                 finds.append(f"ropes pass through each other before t = {whole.t[k]:.6g} s")
-            finds += judge_friction(forces.friction, contact.friction * forces.size, "N")
+            finds += judge_friction(forces.friction, contact.static_friction * forces.size, "N")
             continue
         # An end sinks into a plane by a part of an element (docs/limits.md), but no part of an axis
         # comes out of the other side of a round obstacle.
@@ -229,7 +238,7 @@ def judge_contacts(drawn, path, whole):
             noun = contact.obstacle.noun
             finds.append(f"the axis passes through the {noun} before t = {whole.t[k]:.6g} s")
         friction = np.linalg.norm(forces.friction, axis=2)
-        finds += judge_friction(friction, contact.friction * forces.pressure, "N/m")
+        finds += judge_friction(friction, contact.static_friction * forces.pressure, "N/m")
     return finds
 
 

@@ -183,6 +183,19 @@ def test_a_rod_that_is_drawn_slowly_resists_with_both_coefficients():
     np.testing.assert_allclose(scaled[85:95], -KINETIC, rtol=1e-2)
 
 
+def test_a_rod_that_is_drawn_slowly_over_nodes_slides_on():
+    """The pair that takes over the overlap does not stick anew, up to mu_s N."""
+    depth, stiffness = 1e-4, 1e6
+    scene, rod, _ = at_rest(1e13, 0.0, depth, law=FRICTION)
+    for end in (rod.start, rod.end):
+        way = np.outer([0.0, -0.016], (1.0, 0.0, 0.0))  # past the nodes of both rails at x = 0
+        scene.drive(end, ancf.Table([0.0, 1.0], (end.position + way).tolist(), smooth=True))
+    run = ancf.quasi_static(scene, 1.0, 0.0125)
+    pull = sum(run.reaction(end)[:, 0] for end in (rod.start, rod.end))
+    normal = 4.0 / 3.0 * math.sqrt(2.0 * (2.0 * RADIUS - depth)) * stiffness * depth**1.5
+    np.testing.assert_allclose(pull[20:] / (2.0 * normal), -KINETIC, rtol=2e-2)
+
+
 def test_modes_have_the_bristles_of_rods_that_stick_above_the_kinetic_friction():
     """And lack them where a rod slides with it."""
     stuck, rod, _ = on_rails()
