@@ -207,9 +207,13 @@ def difference_steps(system: System) -> Vector:
 def iteration_costs(
     system: System, integrator: Implicit, seed: Seed | Fill, frame: Frame | None
 ) -> Costs:
-    """Return the costs of an iteration and a seed by the kernels that an integrator calls."""
+    """Return the costs of an iteration and a seed by the kernels that an integrator calls.
+
+    Contributions have about the same in the residual and in the matrix.
+    """
     residual, tangent = (
         sum(calls * system.operations(kernel) for kernel, calls in kernels.items())
         for kernels in (integrator.residual_kernels, integrator.matrix_kernels)
     )
-    return Costs.from_counts(residual, tangent, seed, frame)
+    others = sum(each.operations() for each in system.contributions)
+    return Costs.from_counts(residual + others, tangent + others, seed, frame)

@@ -63,6 +63,10 @@ class Contribution(ABC):
         """Return the compiled lists of touching elements, and the unknowns of each element."""
         return []
 
+    def operations(self) -> int:
+        """Return the arithmetic operations of its forces at present, zero if they are few."""
+        return 0
+
     @property
     def gyroscopic(self) -> Any:
         """The skew-symmetric gyroscopic matrix, sparse (n_free, n_free) [kg/s], or None."""

@@ -44,6 +44,7 @@ class CompiledBeamContact(Compiled, Protocol):
 
     renewals: int
     is_sticking: bool
+    coupled_pairs: Integers
 
     def begin_equilibria(self, q: Vector, /) -> None:
         """Let bristles be deflected by displacements from coordinates on."""
@@ -83,6 +84,12 @@ class CompiledBeamContact(Compiled, Protocol):
         """Return whether no axes pass through each other between two states."""
 
 
+# In piles forces take 11 us for each pair that touches, with the search for others, and elements
+# 0.08 ns for an operation.  With 100 000 a pile and a knot take 4 % less and 9 % less time than
+# with none, with 200 000 18 % and 19 % less.
+OPERATIONS_PER_PAIR = 140_000
+
+
 class BeamContactContribution(Contribution):
     """A contact of beams of a system."""
 
@@ -112,6 +119,10 @@ class BeamContactContribution(Contribution):
     def coupled_pairs(self) -> list[tuple[Any, Indices]]:
         """Return the compiled list of touching elements, and the unknowns of each element."""
         return [(self.compiled, self.cliques()[0])]
+
+    def operations(self) -> int:
+        """Return the arithmetic operations of its forces, by the pairs that touch."""
+        return OPERATIONS_PER_PAIR * len(self.compiled.coupled_pairs)
 
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled contact; raise if bodies begin inside each other."""
