@@ -85,7 +85,7 @@ class ExplicitRun(FixedStepRun):
                 "methods amplify rounding, and no long step across it resolves the loads and "
                 "vibrations: compare with GeneralizedAlpha(0.9)",
                 RedundantConstraintsWarning,
-                stacklevel=6,
+                stacklevel=8,
             )
 
     def _count_costs(self) -> None:

@@ -124,8 +124,8 @@ class FixedStepRun(ABC):
             self._before = crossing.step, self._time_loop.steps
         return pause
 
-    def _abandon_trial(self) -> bool:
-        """Give up steps on trial, if there are any; return whether there were."""
+    def _end_trial(self) -> bool:
+        """Accept or discard steps on trial; return whether some were discarded."""
         return False
 
     def integrate(self, recorder: StateRecorder) -> Outcome:
@@ -155,8 +155,8 @@ class FixedStepRun(ABC):
             self._count()
             raise
         except BaseException:  # an interruption may come between any two lines
-            self._abandon_trial()
             self._collect()
+            self._end_trial()
             self._keep_last()
             self._count()
             raise

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ancfsparse.results import Event, Trajectory
 from ancfsparse.solve import initial_conditions, motion, preparation, stepping
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
-from ancfsparse.solve.motion.repetition import Failure, Repetition
+from ancfsparse.solve.motion.repetition import Checkpoint, Failure, Repetition
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
 from ancfsparse.solve.preparation.threads import usable_threads
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
@@ -26,16 +26,16 @@ from ancfsparse.solve.stepping.outcome_reporting import (
     recovery_events,
     step_error,
 )
-from ancfsparse.solve.stepping.state_recorder import MemoryRecorder
+from ancfsparse.solve.stepping.state_recorder import StateRecorder, TrialRecorder
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
     from ancfsparse.solve.motion.singular_crossing import Crossing
 
-# Of six random runs with contact that failed where Newton's method finishes, two repeated steps are
-# enough in five, and sixteen in the other.  Checkpoints take 128 bytes per coordinate; systems with
-# more than 40 000 coordinates, where that would count, have shorter chunks.
+# Of six random runs with contact that failed although Newton's method completed them, five needed
+# two to four repeated steps, and one needed 16 to 32.  Checkpoints take 128 bytes per coordinate;
+# chunks are shorter than this in systems with more than 40 000 coordinates, which have none.
 MIN_REPEATED_CHUNK = 100  # steps, at least half of which are repeated
 
 
@@ -63,7 +63,7 @@ class ImplicitRun(FixedStepRun):
         )
         self._integrator, self._loop, self._iteration = integrator, ready.time_loop, ready.iteration
         self._solved_with: list[Seed] = [ready.seed]
-        self._back, self._switches = ready.back, list[Event]()
+        self._back, self._switches, self._solved = ready.back, list[Event](), list[Event]()
         self._repetition: Repetition | None = None
         self._failure: Failure | None = None
         if self._chunk >= MIN_REPEATED_CHUNK:
@@ -119,14 +119,17 @@ class ImplicitRun(FixedStepRun):
         for recovery in (self._compliant, self._halving):
             if recovery and outcome in RECOVERABLE_OUTCOMES:
                 outcome = self._recover_step(recovery, outcome)
-        if outcome == Outcome.CONVERGED and self._stats.steps == self._n_steps:
-            outcome = self._check_end()
+        is_last = self._stats.steps == self._n_steps
+        if outcome == Outcome.CONVERGED and is_last and self._loop.gained_energy():
+            outcome = Outcome.HAD_GAINED
         if outcome != Outcome.CONVERGED:
             return self._repeat(outcome)
         if self._failure and self._stats.steps >= self._failure.step:
-            self._accept_trial(self._failure)
-        if self._repetition:
-            self._repetition.keep(self._stats.steps)
+            self._end_trial()
+        if self._repetition and self._repetition.is_due(self._stats.steps):
+            self._repetition.keep(self._save(self._stats.steps))
+        if self._compliant and is_last:
+            self._compliant.warn()
         wait = max(0, self._projection_step - self._stats.steps)
         self._steps_to_pause = min(wait or pause, pause or wait)
         return outcome
@@ -196,9 +199,9 @@ class ImplicitRun(FixedStepRun):
 
     def _repeat(self, outcome: Outcome) -> Outcome:
         """Repeat the last steps by Newton's method after a failed one, on trial."""
-        if self._failure and self._abandon_trial():
+        if self._failure and self._end_trial():
             return self._failure.report.outcome
-        stats, request, system = self._stats, self._request, self._system
+        stats = self._stats
         failed = stats.steps + (outcome in RECOVERABLE_OUTCOMES)
         rate, cause = self._iteration.contraction, CAUSE_NAMES[outcome]
         outcome = self._withdraw(outcome)
@@ -206,51 +209,63 @@ class ImplicitRun(FixedStepRun):
             return outcome
         self._check_functions(failed)
         report = FailedStep.record(self._loop, self._iteration, outcome)
-        end, inside, self._before = self._repetition.save(stats.steps), self._before is None, None
+        end, inside, self._before = self._save(stats.steps), self._before is None, None
         back = self._repetition.begin(failed)
         if back is None:
             self._before = None if inside else (stats.steps, self._time_loop.steps)
             return outcome
         self._count_costs()
-        self._failure = Failure(failed, report, stats.events, end, inside, self._recorder, back)
-        name = f"Newton from step {back + 1} on"
+        self._failure = Failure(
+            failed, report, stats.events, end, inside, self._recorder, back.step
+        )
+        self._discard_events(back.step)
+        name = f"Newton from step {back.step + 1} on"
         self._switches.append(Event(failed, self._clock.at(failed), name, cause, rate))
-        self._crossings = [each for each in self._crossings if each.step <= back]
-        history = system.assembly.n_history
-        trial = MemoryRecorder(request.rows, system.n_all, system.n_multipliers, None, history)
-        trial.rows = back // self._save_every + 1
-        self._recorder, stats.steps, self._projection_step = trial, back, 0
+        self._recorder = TrialRecorder(back.step // self._save_every + 1)
+        stats.steps, self._projection_step = back.step, back.next_projection
+        if self._compliant:
+            self._compliant.steps_to_projection = back.projection_interval
         self._search_singularities()
-        self._before = back, self._time_loop.steps
+        self._before = back.step, self._time_loop.steps
         return Outcome.CONVERGED
 
-    def _accept_trial(self, failure: Failure) -> None:
-        """Record the repeated steps, which have led beyond the failed one."""
-        trial, self._recorder, self._failure = self._recorder, failure.recorder, None
-        row = failure.back // self._save_every + 1
-        self._recorder.append(*cast("MemoryRecorder", trial).states_from(row), begin=row)
+    def _save(self, step: int) -> Checkpoint:
+        assert self._repetition is not None
+        interval = self._compliant.steps_to_projection if self._compliant else 0
+        return self._repetition.save(step, self._projection_step, interval)
 
-    def _abandon_trial(self) -> bool:
-        failure = self._failure
-        if not failure or not self._repetition or self._recorder is failure.recorder:
+    def _end_trial(self) -> bool:
+        failure, trial = self._failure, self._recorder
+        if not failure or not isinstance(trial, TrialRecorder) or not self._repetition:
+            return False
+        if self._stats.steps >= failure.step:
+            # An interruption may come here, and this is done again.
+            row, states = failure.back // self._save_every + 1, trial.states()
+            self._discard_states(failure.recorder, row)
+            if states:
+                failure.recorder.append(*states)
+            self._recorder, self._failure = failure.recorder, None
             return False
         self._before = None
         self._repetition.restore(failure.end)
+        self._system.assembly.forget()  # errors of functions in these steps
         self._recorder, self._stats.steps = failure.recorder, failure.end.step
         if not failure.is_inside_step:
             self._before = self._stats.steps, self._time_loop.steps
         return True
 
-    def _discard_states(self) -> None:
-        """Discard recorded states after the present step."""
-        wide, narrow = np.empty((0, self._system.n_all)), np.empty((0, self._system.n_multipliers))
-        rows = self._stats.steps // self._save_every + 1
-        self._recorder.append(np.empty(0), wide, wide, wide, narrow, begin=rows)
+    def _discard_events(self, step: int) -> None:
+        """Discard the events after a step."""
+        dt, begin = self._dt, self._clock.begin
+        self._solved += recovery_events(self._iteration.take_events(), begin, dt)
+        recovered = [each.events for each in (self._compliant, self._halving) if each]
+        for events in (self._solved, self._switches, self._crossings, *recovered):
+            events[:] = [event for event in events if event.step <= step]
 
-    def _check_end(self) -> Outcome:
-        if self._compliant:
-            self._compliant.warn()
-        return Outcome.HAD_GAINED if self._loop.gained_energy() else Outcome.CONVERGED
+    def _discard_states(self, recorder: StateRecorder, rows: int) -> None:
+        """Keep a number of recorded states."""
+        wide, narrow = np.empty((0, self._system.n_all)), np.empty((0, self._system.n_multipliers))
+        recorder.append(np.empty(0), wide, wide, wide, narrow, begin=rows)
 
     def _withdraw(self, outcome: Outcome) -> Outcome:
         """Discard the steps since one that was accepted on trial."""
@@ -259,7 +274,7 @@ class ImplicitRun(FixedStepRun):
         if not steps:
             return outcome
         stats.steps = max(0, stats.steps - steps)
-        self._discard_states()
+        self._discard_states(self._recorder, stats.steps // self._save_every + 1)
         self._before = None  # the time loop is ahead of the states
         return Outcome.WOULD_GAIN
 
@@ -268,7 +283,7 @@ class ImplicitRun(FixedStepRun):
         recovered = [event for recovery in recoveries if recovery for event in recovery.events]
         count_costs(stats, self._iteration, *self._solved_with)
         solved = recovery_events(self._iteration.events, self._clock.begin, self._dt)
-        listed = solved + self._switches + recovered + self._crossings
+        listed = self._solved + solved + self._switches + recovered + self._crossings
         stats.events = [event for event in listed if event.step <= stats.steps + 1]
         if self._failure:  # also in steps repeated in vain
             stats.events = self._failure.events

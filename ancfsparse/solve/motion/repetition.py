@@ -19,20 +19,23 @@ if TYPE_CHECKING:
 
 
 class Checkpoint(NamedTuple):
-    """State of a run after a step, with all that its next steps need.
+    """State of a run after a step, with all data on which its next steps depend.
 
     Attributes
     ----------
     step : int
-        Number of steps before.
+        Number of steps taken before this state.
     state : tuple of float arrays
         Coordinates, velocities, accelerations and multipliers.
     memory : dict
-        Memory of the time loop, with arrays of its own.
+        Memory of the time loop, copied.
     contributions : (k,) float
         Internal variables of contributions.
     rate, measured : float
-        Contraction of the corrections, and the length it holds for, see `NonlinearLoop`.
+        Contraction of the corrections, and the length of the first correction for which it was
+        measured, see `NonlinearLoop`.
+    next_projection, projection_interval : int
+        Step after which velocities are projected next, and the steps between (`ImplicitRun`).
     """
 
     step: int
@@ -41,10 +44,12 @@ class Checkpoint(NamedTuple):
     contributions: Vector
     rate: float
     measured: float
+    next_projection: int
+    projection_interval: int
 
 
 class Failure(NamedTuple):
-    """Failure of the selected method, which remains if Newton's method fails too.
+    """Failure of the selected method, which is reported if Newton's method fails too.
 
     Attributes
     ----------
@@ -53,11 +58,11 @@ class Failure(NamedTuple):
     report : FailedStep
         Its outcome, and a record of the loops after it.
     events : list of Event
-        Recovered steps before.
+        Events before the repetition.
     end : Checkpoint
-        State after the last step that is kept.
+        Last state that is kept.
     is_inside_step : bool
-        Whether that is a state inside a step, not one of the run.
+        Whether that state lies inside a step, which was divided, and is not one of the run.
     recorder : StateRecorder
         Recorder of the run, with its states.
     back : int
@@ -74,11 +79,12 @@ class Failure(NamedTuple):
 
 
 class Repetition:
-    """Two checkpoints of a run, the older of which its steps can be repeated from.
+    """Two checkpoints of a run; its steps can be repeated from the older one.
 
-    Equations of a step can have several solutions, above all in contact.  A solution that is
-    accepted can lead to a step that has none, or only solutions that gain energy, while another one
-    can be continued.  In its first steps, a repetition is the run by Newton's method, bit for bit.
+    The equations of a step can have several solutions, above all in contact.  An accepted solution
+    can lead to a later step that has no solution, or only solutions that gain energy, although
+    another one could have been continued.  A repetition from the start is identical to the run by
+    Newton's method.
 
     Parameters
     ----------
@@ -95,18 +101,21 @@ class Repetition:
         self._interval, self._failed = interval, 0
         self._newer = self._older = self.save(0)
 
-    def keep(self, step: int) -> None:
-        """Take a checkpoint after a step if one is due."""
-        if step < self._newer.step + self._interval:
-            return
-        self._older, self._newer = self._newer, self.save(step)
-        if self._failed and step > self._failed:
+    def is_due(self, step: int) -> bool:
+        """Return whether the next checkpoint is due after a step."""
+        return step >= self._newer.step + self._interval
+
+    def keep(self, checkpoint: Checkpoint) -> None:
+        """Keep a checkpoint, and return to the selected method after the failed step."""
+        self._older, self._newer = self._newer, checkpoint
+        if self._failed and checkpoint.step > self._failed:
             self._iteration.newton, self._failed = False, 0
 
-    def begin(self, failed: int) -> int | None:
-        """Return to the older checkpoint after a failed step, for steps by Newton's method.
+    def begin(self, failed: int) -> Checkpoint | None:
+        """Return to the older checkpoint after a failed step, and select Newton's method.
 
-        Return the number of steps before it; None if a repetition would be in vain.
+        Returns None if that would change nothing, because Newton's method failed or only the failed
+        step would be repeated.
         """
         back = self._older
         if self._iteration.newton or back.step >= failed - 1:
@@ -114,15 +123,22 @@ class Repetition:
         self._failed, self._newer = failed, back
         self.restore(back)
         self._iteration.newton = True
-        return back.step
+        return back
 
-    def save(self, step: int) -> Checkpoint:
+    def save(self, step: int, next_projection: int = 0, projection_interval: int = 0) -> Checkpoint:
         """Return a checkpoint of the present state, after a number of steps."""
         loop, iteration = self._time_loop, self._iteration
         memory = {name: value.copy() for name, value in loop.memory.items()}
         contributions = np.array(self._system.assembly.memory)
         return Checkpoint(
-            step, loop.state, memory, contributions, iteration.rate, iteration.measured
+            step,
+            loop.state,
+            memory,
+            contributions,
+            iteration.rate,
+            iteration.measured,
+            next_projection,
+            projection_interval,
         )
 
     def restore(self, back: Checkpoint) -> None:

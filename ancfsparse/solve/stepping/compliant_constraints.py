@@ -166,7 +166,7 @@ class CompliantConstraints:
                 f"with compliant constraints, violated by up to {self._largest:.2g} m, so that "
                 "inertia selects one; shorter steps reduce that",
                 RedundantConstraintsWarning,
-                stacklevel=5,
+                stacklevel=8,
             )
 
     def _is_near(self) -> bool:

@@ -101,16 +101,53 @@ class MemoryRecorder:
         """Store the statistics of the run at its end, and its last state if that is known."""
         self._stats, self._last = stats, last
 
-    def states_from(self, row: int) -> list[Vector]:
-        """Return the arguments of `append` for the states from a row on."""
-        return [table[row : self.rows] for table in self._tables]
-
     def trajectory(self, system: System, settings: Mapping[str, Any]) -> Trajectory:
         """Return the stored states."""
         t, q, v, a, lam, history = (table[: self.rows] for table in self._tables)
         if self._columns is not None:
             q, v, a = (cast(Vector, SelectedColumns(x, self._columns, self._n)) for x in (q, v, a))
         return Trajectory(system, t, q, v, a, lam, self._stats, settings, self._last, history)
+
+
+class TrialRecorder:
+    """Stores states on trial, as many as come.
+
+    Parameters
+    ----------
+    rows : int
+        Number of states before.
+    """
+
+    def __init__(self, rows: int) -> None:
+        self.rows = rows
+        self._parts: list[list[Vector]] = []
+
+    def append(
+        self,
+        t: Vector,
+        q: Vector,
+        v: Vector,
+        a: Vector,
+        lam: Vector,
+        history: Vector | None = None,
+        *,
+        begin: int | None = None,
+    ) -> None:
+        """Store copies of states at the times `t`, after the others."""
+        assert begin is None
+        tables = [t, q, v, a, lam]
+        if history is not None and history.shape[1]:
+            tables.append(history)
+        self._parts.append([np.array(table) for table in tables])
+        self.rows += len(t)
+
+    def finish(self, stats: RunStats, last: State | None = None) -> None:
+        """Not for states on trial."""
+        raise AssertionError
+
+    def states(self) -> list[Vector]:
+        """Return the arguments of `append` for all states, nothing if there are none."""
+        return [np.concatenate(tables) for tables in zip(*self._parts, strict=True)]
 
 
 class RunStorage:

@@ -56,7 +56,7 @@ def recorded_parts():
         def begin(self, step):
             back = super().begin(step)
             if back is not None and clocks:
-                last = clocks[-1].at(back)
+                last = clocks[-1].at(back.step)
                 states[:] = [each for each in states if each[0] <= last]
             return back
 

@@ -9,7 +9,9 @@ def test_costs_grow_with_the_pairs_that_touch(monkeypatch):
     costs = []
 
     def recorded(system, *args):
-        costs.append((sum(each.operations() for each in system.contributions), given(system, *args)))
+        costs.append(
+            (sum(each.operations() for each in system.contributions), given(system, *args))
+        )
         return costs[-1][1]
 
     given = implicit_setup.iteration_costs

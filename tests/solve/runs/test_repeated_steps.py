@@ -37,8 +37,11 @@ def failure(monkeypatch):
     return failure
 
 
-def dragged_over_drum():
-    """Return a cable that is dragged over a turning drum, with friction of bristles."""
+def dragged_over_drum(stop=lambda t: None):
+    """Return a cable that is dragged over a turning drum, with friction of bristles.
+
+    The function is called with the times of the force at its end.
+    """
     scene = ancf.Scene(gravity=(0.0, -9.81))
     cable = scene.add_beam(
         "thin", (-0.5, 0.105), (0.5, 0.105), 10,
@@ -51,7 +54,7 @@ def dragged_over_drum():
         cable.start, lambda t: (-0.5 + 2.0 * t * t, 0.105),
         rate=lambda t: (4.0 * t, 0.0), second_rate=lambda t: (4.0, 0.0),
     )  # fmt: skip
-    scene.point_force(cable.end, lambda t: (0.1 * np.sin(40.0 * t), 0.0))
+    scene.point_force(cable.end, lambda t: stop(t) or (0.1 * np.sin(40.0 * t), 0.0))
     return scene
 
 
@@ -109,3 +112,47 @@ def test_large_systems_have_no_checkpoints(failure, monkeypatch):
     monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", 11)
     with pytest.raises(ancf.ConvergenceError):
         simulate(dragged_over_drum())
+
+
+def test_an_interruption_before_the_failed_step_returns_to_the_first_states(failure):
+    def stop(t):
+        if failure.step and t > 45 * DT:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        simulate(dragged_over_drum(stop))
+    path = stopped.value.trajectory
+    assert len(path.t) == failure.step + 1 == 51
+    assert path.stats.steps == 50
+    assert not any("Newton from" in each.rung for each in path.stats.events)
+    np.testing.assert_array_equal(path.q[:], simulate(dragged_over_drum(), t_end=50 * DT).q[:])
+    np.testing.assert_array_equal(path.last.q, path.q[-1])
+
+
+@pytest.mark.parametrize("every", [1, 4])
+def test_a_load_that_fails_after_the_failed_step_ends_the_repeated_states(failure, every):
+    def stop(t):
+        if failure.step and t > 55.5 * DT:
+            raise ValueError("no load")
+
+    with pytest.raises(ancf.LoadError) as stopped:
+        simulate(dragged_over_drum(stop), save_every=every)
+    path = stopped.value.trajectory
+    (event,) = [each for each in path.stats.events if "Newton from" in each.rung]
+    back = int(event.rung.split()[3]) - 1
+    assert path.stats.steps == 55
+    first = simulate(dragged_over_drum(), t_end=back * DT)
+    last = simulate(dragged_over_drum(), ancf.Newton(), start=first.last)
+    states = np.concatenate([first.q[:], last.q[1 : 56 - back]])
+    rows = [*range(0, 56, every), 55] if every > 1 else range(56)
+    np.testing.assert_array_equal(path.q[:], states[rows])
+
+
+def test_a_load_that_fails_in_the_repeated_steps_returns_to_the_first_states(failure):
+    def stop(t):
+        if failure.step and 35.5 * DT < t < 36.5 * DT:
+            raise ValueError("no load")
+
+    with pytest.raises(ancf.LoadError) as stopped:
+        simulate(dragged_over_drum(stop))
+    assert len(stopped.value.trajectory.t) == failure.step + 1
