@@ -6,17 +6,17 @@ import math
 
 from ancfsparse.errors import AccuracyError
 
-MIN_DECREASE = 0.7  # largest ratio of errors by which a run brings progress
+MIN_DECREASE = 0.7  # largest ratio of the errors of successive runs that counts as progress
 MAX_STAGNANT_RUNS = 4  # such runs in a row
 
 
 class StagnationCheck:
     """Estimated errors of the runs of one candidate.
 
-    A chaotic motion amplifies rounding: the errors of its runs have no trend.  So each is compared
-    with the error at the last progress, from which it must have decreased for every run since.
-    (Without that, half of an error with 49 times as many steps counted as progress, and 12 runs of
-    a chaotic motion took 88 s, instead of 8 runs and 2 s.)
+    A chaotic motion amplifies rounding: the errors of its runs have no trend.  Each error is
+    therefore compared with that of the last run that made progress, and must be smaller by this
+    factor for every run since.  (Otherwise half the error with 49 times as many steps counts as
+    progress: a chaotic motion took 12 runs and 88 s instead of 8 runs and 2 s.)
 
     Parameters
     ----------

@@ -209,7 +209,7 @@ def iteration_costs(
 ) -> Costs:
     """Return the costs of an iteration and a seed by the kernels that an integrator calls.
 
-    Contributions have about the same in the residual and in the matrix.
+    Contributions are assumed to take as many operations in the matrix as in the residual.
     """
     residual, tangent = (
         sum(calls * system.operations(kernel) for kernel, calls in kernels.items())

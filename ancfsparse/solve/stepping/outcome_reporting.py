@@ -69,7 +69,10 @@ def recovery_events(
 
 
 class FailedStep(NamedTuple):
-    """Outcome of a failed step, and properties of the compiled loops after it, see there."""
+    """Outcome of a failed step, with the properties of the compiled loops after it.
+
+    The energy gain is that of the refused solution if the step would gain energy.
+    """
 
     outcome: Outcome
     energy_gain: tuple[float, float]

@@ -64,7 +64,7 @@ class Contribution(ABC):
         return []
 
     def operations(self) -> int:
-        """Return the arithmetic operations of its forces at present, zero if they are few."""
+        """Return the operations of its forces in the present state, zero if negligible."""
         return 0
 
     @property
