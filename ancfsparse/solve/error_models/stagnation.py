@@ -14,9 +14,9 @@ class StagnationCheck:
     """Estimated errors of the runs of one candidate.
 
     A chaotic motion amplifies rounding: the errors of its runs have no trend.  Each error is
-    therefore compared with that of the last run that made progress, and must be smaller by this
-    factor for every run since.  (Otherwise half the error with 49 times as many steps counts as
-    progress: a chaotic motion took 12 runs and 88 s instead of 8 runs and 2 s.)
+    therefore compared with the error of the last run that made progress, and must be smaller by
+    this factor for every run since.  (Otherwise half the error with 49 times as many steps counts
+    as progress: a chaotic motion took 12 runs and 88 s instead of 8 runs and 2 s.)
 
     Parameters
     ----------

@@ -114,8 +114,8 @@ class Repetition:
     def begin(self, failed: int) -> Checkpoint | None:
         """Return to the older checkpoint after a failed step, and select Newton's method.
 
-        Returns None if that would change nothing, because Newton's method failed or only the failed
-        step would be repeated.
+        Returns None if that is in vain, because Newton's method failed, or only the failed step
+        would be repeated.
         """
         back = self._older
         if self._iteration.newton or back.step >= failed - 1:

@@ -71,7 +71,7 @@ def recovery_events(
 class FailedStep(NamedTuple):
     """Outcome of a failed step, with the properties of the compiled loops after it.
 
-    The energy gain is that of the refused solution if the step would gain energy.
+    If the step would gain energy, the gain is the one of the refused solution.
     """
 
     outcome: Outcome

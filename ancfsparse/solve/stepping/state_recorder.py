@@ -146,7 +146,7 @@ class TrialRecorder:
         raise AssertionError
 
     def states(self) -> list[Vector]:
-        """Return the arguments of `append` for all states, nothing if there are none."""
+        """Return the arguments of `append` for all states, none without states."""
         return [np.concatenate(tables) for tables in zip(*self._parts, strict=True)]
 
 
