@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from ancfsparse.scene.force_elements.beam_contacts import (
 from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
 from ancfsparse.scene.force_elements.fixed_ends import MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
+from ancfsparse.system.contributions.force_elements.beam_contact.compiled_interface import (
+    CompiledBeamContact,
+)
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
     SLOW_RATIO,
@@ -37,51 +40,6 @@ from ancfsparse.system.coordinates.discretization import Discretization
 
 # Pairs that touch and stick, per element: in dense packings of parallel cables up to 6.
 SLOTS_PER_ELEMENT = 8
-
-
-class CompiledBeamContact(Compiled, Protocol):
-    """A contact of beams as a contribution (_beam_contacts.pyx)."""
-
-    renewals: int
-    is_sticking: bool
-    coupled_pairs: Integers
-
-    def begin_equilibria(self, q: Vector, /) -> None:
-        """Let bristles be deflected by displacements from coordinates on."""
-
-    def accept_equilibrium(self, q: Vector, /) -> None:
-        """Update the deflections of bristles to an equilibrium."""
-
-    def end_equilibria(self) -> None:
-        """Let bristles keep their deflections."""
-
-    def bristles(self, q: Vector, /) -> tuple[Integers, Vector, Vector, Vector]:
-        """Return elements, nodal weights and two derivatives of bristles outside of steps."""
-
-    def energy(self, q: Vector, /) -> float:
-        """Return the potential of the pressures [J]."""
-
-    def touches(
-        self, q: Vector, v: Vector | None = None, /
-    ) -> tuple[Integers, Vector, Vector, Vector]:
-        """Return elements, positions in them, forces and penetrations of points in contact.
-
-        Forces have the damping of a restitution if velocities are given.
-        """
-
-    def friction(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
-        """Return friction on these points, (k, dim) [N]; bristles need their history variables."""
-
-    def losses(
-        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None, /
-    ) -> tuple[Vector, Vector]:
-        """Return energies as `Contribution.contact_losses`, and the memory at the end."""
-
-    def pairs(self, q: Vector, /) -> Integers:
-        """Return the pairs of elements that may touch, (k, 2)."""
-
-    def admits(self, q0: Vector, q1: Vector, /) -> bool:
-        """Return whether no axes pass through each other between two states."""
 
 
 # In piles the forces of a touching pair, with the search, take 11 us, the time of 140 000 of an
