@@ -30,7 +30,7 @@ def test_sections_have_their_size_and_axes_their_directions(tmp_path):
     assert run.position(rod.end)[-1, 1] < -0.5
     # x to the right and y upwards: where it is clamped it is highest.
     assert rows[columns == columns.min()].mean() < rows[columns == columns.max()].mean()
-    with Image.open(run.render(tmp_path / "c.png", strain=True)) as image:
+    with Image.open(run.render(tmp_path / "c.png", colour="strain")) as image:
         assert len(np.unique(np.asarray(image).reshape(-1, 3), axis=0)) > 500
 
 

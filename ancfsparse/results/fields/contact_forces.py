@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
+from ancfsparse.scene import ElasticBody, Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import Contact
 from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
@@ -34,12 +35,12 @@ class ForceOfStates:
 
 @dataclass(frozen=True, eq=False)
 class ContactForce(ForceOfStates):
-    """Force of an obstacle on a body, at the quadrature points of the body.
+    """Force of an obstacle on the quadrature points of a body, or of all contacts on its elements.
 
     Attributes
     ----------
     s : ndarray, shape (n,)
-        Arc coordinates of the points [m].
+        Arc coordinates of the points, or of the middles of the elements [m].
     pressure : ndarray, shape (k, n)
         Normal force per length [N/m].
     friction : ndarray, shape (k, n, dim)
@@ -80,9 +81,12 @@ def contact_force(
     system: System, contact: object, states: StateHistory
 ) -> ContactForce | BeamContactForce:
     """Return the forces of a contact, see `Solution.contact_force`."""
+    if isinstance(contact, ElasticBody):
+        return force_on_elements(system, contact, states)
     if not isinstance(contact, Contact | BeamContact):
         raise InputError(
-            f"contact_force needs what scene.contact(...) returned, got {format_value(contact)}"
+            "contact_force needs what scene.contact(...) returned, or a beam or a mesh, got "
+            f"{format_value(contact)}"
         )
     kinds = ContactContribution, BeamContactContribution
     contributions = (each for each in system.contributions if isinstance(each, kinds))
@@ -100,4 +104,36 @@ def contact_force(
         np.linalg.norm(per_length[:, 0], axis=2),
         per_length[:, 1],
         forces.sum(axis=(1, 2)),
+    )
+
+
+def force_on_elements(system: System, of: ElasticBody, states: StateHistory) -> ContactForce:
+    """Return the forces of all contacts on a body, as mean values of its elements."""
+    body: Any = system.resolve(of)
+    q, v, history = np.asarray(states.q), np.asarray(states.v), states.history
+    k, n, dim = len(q), len(system.elements(body)), system.scene.dim
+    sizes, normal, friction = np.zeros((k, n)), np.zeros((k, n, dim)), np.zeros((k, n, dim))
+    for each in system.contributions:
+        if isinstance(each, ContactContribution) and each.contact.body is body:
+            forces = each.forces(q, v, history).reshape(k, 2, n, -1, dim)
+            sizes += np.linalg.norm(forces[:, 0], axis=-1).sum(axis=-1)
+            normal += forces[:, 0].sum(axis=2)
+            friction += forces[:, 1].sum(axis=2)
+        elif isinstance(each, BeamContactContribution) and body in each.contact.bodies:
+            first = 0 if each.contact.body is body else each.contact.body.n_elements
+            for row in range(k):
+                state = np.ascontiguousarray(q[row]), np.ascontiguousarray(v[row])
+                elements, _, force, _ = each.compiled.touches(*state)
+                along = each.friction(*state, None if history is None else history[row])
+                # The first of both elements has the point, the second one its foot.
+                for element, sign in zip((elements - first).T, (1.0, -1.0), strict=True):
+                    here = (element >= 0) & (element < n)
+                    np.add.at(sizes[row], element[here], np.linalg.norm(force[here], axis=1))
+                    np.add.at(normal[row], element[here], sign * force[here])
+                    np.add.at(friction[row], element[here], sign * along[here])
+    return ContactForce(
+        np.array([body.arc(Point(body, e, 0.5)) for e in range(n)]),
+        sizes / body.lengths,
+        friction / body.lengths[:, None],
+        (normal + friction).sum(axis=1),
     )

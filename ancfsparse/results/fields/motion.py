@@ -42,6 +42,11 @@ class Motion(Protocol):
         ...
 
     @property
+    def history(self) -> Vector:
+        """History variables, (k, h)."""
+        ...
+
+    @property
     def energy(self) -> Energy:
         """The energy balance."""
         ...

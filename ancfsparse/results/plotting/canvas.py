@@ -94,7 +94,7 @@ class Canvas:
         self.film = of
         self.axes = _select_components(of, view, of.box)
         limits = axis_limits(of.frame[:, self.axes])
-        self._new = ax is None
+        self.is_new = ax is None
         if ax is None:
             self.ax = _make_axes(limits, LEGEND_WIDTH if legend else RIGHT)
         elif isinstance(ax, Axes):
@@ -110,7 +110,7 @@ class Canvas:
             elevation, azimuth = view if isinstance(view, tuple) else VIEWPOINT
             self.ax.view_init(elev=elevation, azim=azimuth)
             _set_label_pads(self.ax, np.ptp(limits, axis=0))
-            if self._new:
+            if self.is_new:
                 left = LEGEND_WIDTH if legend else 0.0
                 _fill_figure(self.ax, self.figure, limits, LABEL_MARGINS["left"] + left)
 
@@ -139,12 +139,12 @@ class Canvas:
 
     def add_legend(self, title: str | None = None) -> None:
         """Add a legend, next to the axes of a new figure."""
-        if self._new and len(self.axes) == 2:
+        if self.is_new and len(self.axes) == 2:
             self.ax.legend(
                 title=title, fontsize="small", frameon=False, loc="upper left",
                 bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0,
             )  # fmt: skip
-        elif self._new:
+        elif self.is_new:
             self.ax.legend(
                 title=title, fontsize="small", frameon=False, loc="upper left",
                 bbox_to_anchor=(0.0, 1.0), bbox_transform=self.figure.transFigure,

@@ -14,37 +14,32 @@ from ancfsparse.checks import check_choice, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.motion import UNITS, Motion
-from ancfsparse.results.fields.section_forces import (
-    SectionPoints,
-    curvature,
-    locate_points,
-    section_force,
-    strain,
-)
+from ancfsparse.results.fields.section_forces import locate_points
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline, make_outline
 from ancfsparse.results.plotting.canvas import Canvas
+from ancfsparse.results.plotting.colours import draw_coloured, evaluate_colours
+from ancfsparse.results.plotting.quantities import (
+    ELEMENT_MEANS,
+    QUANTITIES,
+    components_of,
+    evaluate_quantity,
+    label_of,
+    select_states,
+)
 from ancfsparse.results.plotting.traced_scene import trace_scene
 from ancfsparse.scene import Beam, Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
-SECTION_QUANTITIES = {
-    "N": ("axial force", "N"),
-    "Q": ("shear force", "N"),
-    "M": ("bending moment", "N m"),
-    "T": ("torsion", "N m"),
-    "strain": ("strain", "-"),
-    "curvature": ("curvature", "1/m"),
-}
-"""Section quantities, over time or along a beam, with name and unit."""
 ENERGIES = (
     "kinetic", "elastic", "potential", "contact", "work", "dissipated", "friction",
     "impact_damping", "total",
 )  # fmt: skip
 N_TIMES = 6  # shapes by default
+RANGE = "least", "mean", "greatest"  # curves of a range graph
 MODE_AMPLITUDE = 0.1  # of a mode, over the extent of the scene
 
 
@@ -56,13 +51,17 @@ def plot_motion(
     times: ArrayLike | None = None,
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
+    colour: str | None = None,
 ) -> Axes:
     """Plot shapes at some times, or a quantity; see `Trajectory.plot`."""
-    check_choice("what to plot", what, ("shape", "energy", *UNITS, *SECTION_QUANTITIES))
-    if what == "shape":
+    check_choice("what to plot", what, ("shape", "energy", *UNITS, *QUANTITIES))
+    if what == "shape" and colour is None:
         return draw_shapes(outline_for(run.system, of), run.t, run.q, times, ax, view)
-    if view is not None:
-        raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
+    if what == "shape":
+        rows = nearest_rows(run.t, run.t[-1] if times is None else times)
+        states, outline = select_states(run, rows), outline_for(run.system, of)
+        return _draw_coloured(run.system, outline, states, colour, ax, view)
+    _refuse_options_of_shapes(what, view=view, colour=colour)
     if what == "energy":
         return _plot_energies(run, of, times, ax)
     if isinstance(of, Point):
@@ -73,10 +72,11 @@ def plot_motion(
         raise InputError(
             f"{what} is a quantity of a point, such as rod.end, got {format_value(of)}"
         )
+    if isinstance(times, str) and times == "range":
+        return _plot_along(run.system, select_states(run), what, of, ax, RANGE)
     rows = nearest_rows(run.t, times)
-    colours, labels = _time_colours(len(rows)), [f"{run.t[row]:.3g} s" for row in rows]
-    q, v = read_rows(run.q, rows), read_rows(run.v, rows)
-    ax = _plot_along(run.system, q, v, run.t[rows], what, of, ax, colours, labels)
+    labels = [f"{run.t[row]:.3g} s" for row in rows]
+    ax = _plot_along(run.system, select_states(run, rows), what, of, ax, labels)
     ax.legend(title="time", fontsize="small")
     return ax
 
@@ -99,25 +99,41 @@ def draw_shapes(
     return canvas.ax
 
 
+def _draw_coloured(
+    system: System,
+    outline: Outline,
+    states: StateHistory,
+    colour: object,
+    ax: Axes | None,
+    view: str | tuple[float, float] | None,
+) -> Axes:
+    """Plot shapes with colours for a quantity of the elements."""
+    colours = evaluate_colours(system, states, colour, outline)
+    canvas = Canvas(trace_scene(outline, states.q, states.t), ax, view)
+    draw_coloured(canvas, colours)
+    canvas.draw_supports(len(states.t) - 1)
+    return canvas.ax
+
+
 def plot_equilibrium(
     system: System,
-    q: Vector,
-    t: float,
+    states: StateHistory,
     what: str = "shape",
     of: Body | None = None,
     *,
     ax: Axes | None = None,
     view: str | tuple[float, float] | None = None,
+    colour: str | None = None,
 ) -> Axes:
     """Plot an equilibrium and its reference shape, or a quantity; see `Equilibrium.plot`."""
-    check_choice("what to plot", what, ("shape", *SECTION_QUANTITIES))
+    check_choice("what to plot", what, ("shape", *QUANTITIES))
     if what != "shape":
-        if view is not None:
-            raise InputError(f"view is for shapes and does not apply to {what!r}: leave it out")
-        rest = np.zeros((1, len(q)))
-        return _plot_along(system, q[None, :], rest, np.array([t]), what, of, ax, ["C0"], [""])
+        _refuse_options_of_shapes(what, view=view, colour=colour)
+        return _plot_along(system, states, what, of, ax, [""])
     outline = outline_for(system, of)
-    canvas = Canvas(trace_scene(outline, np.stack([system.q_ref, q])), ax, view)
+    if colour is not None:
+        return _draw_coloured(system, outline, states, colour, ax, view)
+    canvas = Canvas(trace_scene(outline, np.stack([system.q_ref, states.q[0]])), ax, view)
     canvas.draw(0, "0.7", label="reference")
     canvas.draw(1, "C0", label="equilibrium")
     canvas.draw_supports(1)
@@ -192,10 +208,10 @@ def _plot_over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Ax
     else:
         if not isinstance(point.beam, ElasticBody):
             raise InputError(f"{what} needs a point of a beam or a mesh, got {point!r}")
-        values = _evaluate_section(run.system, run.q, run.v, run.t, what, point.beam, [point])[:, 0]
-        label = "{} [{}]".format(*SECTION_QUANTITIES[what])
+        values = evaluate_quantity(run.system, select_states(run), what, point.beam, [point])[:, 0]
+        label = label_of(what)
     ax = _prepare_axes(ax)
-    for values_of, name in _components(values, what, point.beam):
+    for values_of, name in components_of(values, what, point.beam):
         ax.plot(run.t, values_of, linewidth=1.4, label=name or None)
     ax.set_title(repr(point), fontsize="medium")
     ax.set_xlabel("time [s]")
@@ -207,19 +223,16 @@ def _plot_over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Ax
 
 def _plot_along(
     system: System,
-    q: Readable,
-    v: Readable,
-    t: Readable,
+    states: StateHistory,
     what: str,
     of: object,
     ax: Axes | None,
-    colours: Sequence[object],
     labels: Sequence[str],
 ) -> Axes:
-    """Plot a section quantity along a beam, one curve for every state.
+    """Plot a quantity along a beam, one curve for every state, or for the `RANGE` of them.
 
-    Strains are mean values of elements, drawn in their middles; other quantities also at both ends
-    of the beam, where moments are often largest.
+    Mean values of elements are drawn in their middles; other quantities also at both ends of the
+    beam, where moments are often largest.
     """
     if not isinstance(of, Beam):
         raise InputError(
@@ -229,57 +242,32 @@ def _plot_along(
     own = locate_points(system, of, None)[0]
     ends = np.cumsum(own.lengths)
     arcs = ends - 0.5 * own.lengths
-    if what != "strain":
+    if what not in ELEMENT_MEANS:
         arcs = np.concatenate([[0.0], arcs, ends[-1:]])
-    values = _evaluate_section(system, q, v, t, what, of, arcs)
+    values = evaluate_quantity(system, states, what, of, arcs)
     ax = _prepare_axes(ax)
-    styles = ("-", "--", ":")
+    if labels is RANGE:
+        values = np.stack([values.min(axis=0), values.mean(axis=0), values.max(axis=0)])
+        for low, high in zip(*(np.atleast_2d(each.T) for each in values[::2]), strict=True):
+            ax.fill_between(arcs, low, high, color="C0", alpha=0.1, linewidth=0.0)
+    styles, colours = ("-", "--", ":"), ["C0"] if len(labels) == 1 else _time_colours(len(labels))
     for state, colour, label in zip(values, colours, labels, strict=True):
-        for (component, name), style in zip(_components(state, what, of), styles, strict=False):
+        for (component, name), style in zip(components_of(state, what, of), styles, strict=False):
             text = ", ".join(part for part in (label, name) if part)
             ax.plot(arcs, component, style, marker=".", color=colour, linewidth=1.4, label=text)
     ax.set_title(of.name, fontsize="medium")
     ax.set_xlabel("arc coordinate s [m]")
-    ax.set_ylabel("{} [{}]".format(*SECTION_QUANTITIES[what]))
-    if values.ndim > 2:
+    ax.set_ylabel(label_of(what))
+    if values.ndim > 2 or labels is RANGE:
         ax.legend(fontsize="small")
     return ax
 
 
-def _evaluate_section(
-    system: System,
-    q: Readable,
-    v: Readable,
-    t: Readable,
-    what: str,
-    body: ElasticBody,
-    s: SectionPoints,
-) -> Vector:
-    """Evaluate a section quantity, (k, p) or (k, p, components)."""
-    if what == "strain":
-        return strain(system, q, body, s)
-    if what == "curvature":
-        return curvature(system, q, body, s)
-    values: Vector | None = getattr(section_force(system, q, v, t, body, s), what)
-    if values is None:
-        raise InputError(
-            f"{body.name} has no torsion: it is "
-            + ("planar" if body.dim == 2 else f"made of {body.element!r}; take 'thick'")
-        )
-    return values
-
-
-def _components(values: Vector, what: str, body: Body) -> list[tuple[Vector, str]]:
-    """Return the components of values (n, c) with their names; a scalar (n,) has no name.
-
-    Section quantities of thick beams are in the axes of the section, all others in space.
-    """
-    if values.ndim == 1:
-        return [(values, "")]
-    names = ["x", "y", "z"][: values.shape[1]]
-    if what in SECTION_QUANTITIES and not body.kind.is_cable:
-        names = ["twist", "about y", "about z"] if what == "curvature" else ["y", "z"]
-    return list(zip(values.T, names, strict=True))
+def _refuse_options_of_shapes(what: str, **options: object) -> None:
+    """Refuse options of shapes for a quantity."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name} is for shapes and does not apply to {what!r}: leave it out")
 
 
 def nearest_rows(t: Vector, times: ArrayLike | None) -> NDArray[np.intp]:

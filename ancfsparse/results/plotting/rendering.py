@@ -8,16 +8,21 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_finite, check_flag
+from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
+from ancfsparse.results.fields.motion import Motion
 from ancfsparse.results.geometry.body_outlines import RigidOutline
-from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements, trace_slopes
+from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements
 from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
 from ancfsparse.results.plotting.canvas import VIEWPOINT, axis_limits, upright_components
+from ancfsparse.results.plotting.colours import COLOUR_MAP, evaluate_colours
+from ancfsparse.results.plotting.plot import outline_for
+from ancfsparse.results.plotting.quantities import select_states
 from ancfsparse.results.plotting.traced_scene import trace_scene
+from ancfsparse.scene import Body
 
 try:
     import pyvista as pv
@@ -28,6 +33,8 @@ except ImportError as missing:
     ) from missing
 
 TUBE_SIDES = 24
+VALUES = "values"  # name of the values of elements in a mesh
+BEAM_COLOUR = "#1f77b4"
 BODY_COLOUR = "#ff9d3c"
 ROPE_COLOUR = "#404040"
 OBSTACLE_COLOUR = "#999999"
@@ -37,16 +44,17 @@ IMAGE_SIZES = range(16, 10_000)  # pixels
 
 
 def render(
-    outline: Outline,
-    q: Vector,
+    run: Motion,
+    row: int,
     path: str | Path,
     *,
+    of: Body | None = None,
     view: tuple[float, float] | None = None,
     size: tuple[int, int] = (1000, 750),
-    strain: bool = False,
-    time: float = 0.0,
+    colour: str | None = None,
 ) -> Path:
-    """Render one state with coordinates q (n,) at a time [s]; see `Trajectory.render`."""
+    """Render one saved state; see `Trajectory.render`."""
+    outline = outline_for(run.system, of)
     target = check_target("an image", path, (".png", ".jpg"))
     view = VIEWPOINT if view is None else view
     if not (isinstance(view, tuple) and len(view) == 2):
@@ -58,7 +66,10 @@ def render(
         raise InputError(
             f"size must be two numbers of pixels such as (1000, 750), got {format_value(size)}"
         )
-    check_flag("strain", strain)
+    states = select_states(run, np.array([row]))
+    q, colours = states.q[0], None
+    if colour is not None:
+        colours = evaluate_colours(run.system, states, colour, outline)
     axes = upright_components(outline.gravity) if outline.dim == 3 else [0, 1, 2]
     if outline.dim == 2:  # seen from the front
         tilt, turn, axes = 0.0, 0.5 * np.pi, [0, 2, 1]
@@ -68,17 +79,22 @@ def render(
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size))
     try:
         pieces = count_pieces(outline.parts)
-        for part in outline.parts:
-            tube = _tube(q[None, :], part, pieces)
-            bar = {"title": "strain [-]\n", "color": "black", "fmt": "%.2g"}
-            look = {"scalars": "strain", "scalar_bar_args": bar} if strain else {"color": "#1f77b4"}
+        for k, part in enumerate(outline.parts):
+            look: dict[str, Any] = {"color": BEAM_COLOUR}
+            values = np.zeros(len(part.lengths))
+            if colours is not None:
+                values = colours.values[k][0]
+                bar = {"title": f"{colours.label}\n", "color": "black", "fmt": "%.3g"}
+                look = {"scalars": VALUES, "scalar_bar_args": bar}
+                look |= {"cmap": COLOUR_MAP, "clim": colours.limits}
+            tube = _tube(q[None, :], part, pieces, values)
             plotter.add_mesh(tube, smooth_shading=True, specular=0.3, **look)
         for solid in outline.solids:
             for mesh in _meshes(q[None, :], solid):
                 plotter.add_mesh(mesh, color=BODY_COLOUR, specular=0.3)
         for rope in _ropes(outline, q, np.ptp(np.reshape(plotter.bounds, (3, 2)), axis=1).max()):
             plotter.add_mesh(rope, color=ROPE_COLOUR)
-        for lines in _obstacles(outline, q, time):
+        for lines in _obstacles(outline, q, float(states.t[0])):
             plotter.add_mesh(lines, color=OBSTACLE_COLOUR, lighting=False)
         plotter.set_background("white")
         centre = np.array(plotter.center)
@@ -90,16 +106,16 @@ def render(
     return target
 
 
-def _tube(q: Vector, part: BodyAxis, pieces: int) -> Any:
-    """Return a tube with the area of the section of a body."""
-    lines, stretch = trace_elements(q, part, pieces)[0], trace_slopes(q, part, pieces)[0]
+def _tube(q: Vector, part: BodyAxis, pieces: int, values: Vector) -> Any:
+    """Return a tube with the area of the section of a body, and values of its elements."""
+    lines = trace_elements(q, part, pieces)[0]
     n_elements, n_points, dim = lines.shape
     points = np.zeros((n_elements * n_points, 3))
     points[:, :dim] = lines.reshape(-1, dim)
     links = np.arange(n_elements * n_points).reshape(n_elements, n_points)
     cells = np.column_stack([np.full(n_elements, n_points), links])
     mesh = pv.PolyData(points, lines=cells.ravel())
-    mesh["strain"] = np.linalg.norm(stretch, axis=-1).ravel() - 1.0
+    mesh[VALUES] = np.repeat(values, n_points)
     return mesh.tube(radius=part.radius, n_sides=TUBE_SIDES, capping=True)
 
 

@@ -110,21 +110,25 @@ class Equilibrium(Solution):
         *,
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,
+        colour: str | None = None,
     ) -> Axes:
         """Plot the deformed and the reference shape, or a quantity along a beam.
 
         Parameters
         ----------
         what : str, optional
-            ``"shape"``, ``"N"``, ``"Q"``, ``"M"``, ``"T"``, ``"strain"`` or ``"curvature"``.
+            ``"shape"``, ``"N"``, ``"Q"``, ``"M"``, ``"T"``, ``"strain"``, ``"curvature"``,
+            ``"pressure"`` or ``"friction"``.
         of : Beam or Mesh, optional
             Body; by default all.
-        ax, view
-            As in `Trajectory.plot`.
+        ax, view, colour
+            As in `Trajectory.plot`; with a `colour` without the reference shape.
 
         Returns
         -------
         Axes
             The axes.
         """
-        return plotting.plot_equilibrium(self.system, self.q, self.t, what, of, ax=ax, view=view)
+        return plotting.plot_equilibrium(
+            self.system, self._states, what, of, ax=ax, view=view, colour=colour
+        )

@@ -171,18 +171,18 @@ class Solution(Configurations):
         return self._select(fields.tension(self.system, rope, states))
 
     @overload
-    def contact_force(self, contact: Contact) -> ContactForce: ...
+    def contact_force(self, contact: Contact | ElasticBody) -> ContactForce: ...
 
     @overload
     def contact_force(self, contact: BeamContact) -> BeamContactForce: ...
 
-    def contact_force(self, contact: Contact | BeamContact) -> Any:
-        """Return pressure, friction and resultant force of a contact.
+    def contact_force(self, contact: Contact | BeamContact | ElasticBody) -> Any:
+        """Return pressure, friction and resultant force of a contact, or of all contacts of a body.
 
         Parameters
         ----------
-        contact : Contact or BeamContact
-            A contact of the scene, as ``scene.contact`` returned it.
+        contact : Contact, BeamContact, Beam or Mesh
+            A contact of the scene, as ``scene.contact`` returned it, or a body.
 
         Returns
         -------
@@ -192,11 +192,14 @@ class Solution(Configurations):
             (k, dim) [N].
             Of two bodies, the resultant ``force`` (k, dim) on the first one, the sum of the sizes
             of all forces ``size`` (k,) [N], and the largest ``penetration`` (k,) [m].
+            Of a body, the same as of an obstacle, from all its contacts with obstacles and bodies:
+            ``pressure`` and ``friction`` are the mean values of its n elements, whose middles are
+            at ``s``.
 
         Raises
         ------
         InputError
-            If the contact does not belong to the scene.
+            If the contact or the body does not belong to the scene.
         """
         values: Any = fields.contact_force(self.system, contact, self._states)
         return self._select(values)

@@ -27,6 +27,7 @@ class TrajectoryOutput(Solution):
 
     t: Vector
     v: Vector
+    history: Vector
 
     @property
     @abstractmethod
@@ -41,6 +42,7 @@ class TrajectoryOutput(Solution):
         times: ArrayLike | None = None,
         ax: Axes | None = None,
         view: str | tuple[float, float] | None = None,
+        colour: str | None = None,
     ) -> Axes:
         """Plot shapes at some times, or a quantity, into axes of matplotlib.
 
@@ -49,17 +51,22 @@ class TrajectoryOutput(Solution):
         what : str, optional
             ``"shape"``; ``"energy"``; of a point, over time, ``"position"``, ``"velocity"``,
             ``"acceleration"``, ``"slope"`` or ``"reaction"``; ``"N"``, ``"Q"``, ``"M"``, ``"T"``,
-            ``"strain"`` or ``"curvature"``, over time at a point or along a beam at some times.
+            ``"strain"``, ``"curvature"``, or the size of ``"pressure"`` or ``"friction"`` of all
+            contacts, over time at a point or along a beam at some times.
         of : Beam, Mesh, RigidBody or Point, optional
             Body or point, such as ``rod`` or ``rod.end``; by default all bodies.
         times : array_like, optional
             Times [s] of shapes and of quantities along a beam, rounded to those of saved states.
-            By default six, from the first to the last.
+            By default six, from the first to the last, with a `colour` the last.  ``"range"`` plots
+            the least, mean and greatest values along a beam of all saved states.
         ax : Axes, optional
             Axes to plot into; by default those of a new figure.
         view : str or (float, float), optional
             For shapes in space: a plane such as ``"xz"``, or elevation and azimuth of the viewpoint
             [degrees].  By default the plane of a planar motion, else perspective.
+        colour : str, optional
+            Colour the elements of shapes by ``"N"``, ``"strain"``, ``"pressure"`` or
+            ``"friction"``.
 
         Returns
         -------
@@ -82,7 +89,7 @@ class TrajectoryOutput(Solution):
         become smaller than a third of the picture, half-spaces where they are near the bodies.  The
         radius of a turning drum shows its rotation since t = 0.
         """
-        return plotting.plot_motion(self, what, of, times=times, ax=ax, view=view)
+        return plotting.plot_motion(self, what, of, times=times, ax=ax, view=view, colour=colour)
 
     def animate(
         self,
@@ -145,7 +152,7 @@ class TrajectoryOutput(Solution):
         of: Body | None = None,
         view: tuple[float, float] | None = None,
         size: tuple[int, int] = (1000, 750),
-        strain: bool = False,
+        colour: str | None = None,
     ) -> Path:
         """Render one state with sections in true size, by PyVista, without a display.
 
@@ -161,8 +168,8 @@ class TrajectoryOutput(Solution):
             Elevation and azimuth of the viewpoint in a spatial scene [degrees].
         size : (int, int), optional
             Width and height in pixels.
-        strain : bool, optional
-            Colour beams by the strain of the axis.
+        colour
+            As in `plot`.
 
         Returns
         -------
@@ -179,11 +186,8 @@ class TrajectoryOutput(Solution):
         Sections are drawn as circles of equal area; thin rods and the lines of bodies without shape
         have a visible thickness.
         """
-        row = plotting.nearest_rows(self.t, [self.t[-1] if time is None else time])[0]
-        outline = plotting.outline_for(self.system, of)
-        return plotting.render(
-            outline, self.q[row], path, view=view, size=size, strain=strain, time=float(self.t[row])
-        )
+        row = plotting.nearest_row(self.t, self.t[-1] if time is None else time)
+        return plotting.render(self, row, path, of=of, view=view, size=size, colour=colour)
 
     def to_vtk(self, path: str | Path, *, per_element: int = 4, progress: bool = True) -> Path:
         """Write all states as a VTKHDF file with time steps.

@@ -1,0 +1,90 @@
+"""Quantities of points and elements of beams, over time, along a beam, or as colours."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ancfsparse.array_types import Vector
+from ancfsparse.errors import InputError
+from ancfsparse.results.fields.contact_forces import force_on_elements
+from ancfsparse.results.fields.motion import Motion
+from ancfsparse.results.fields.section_forces import (
+    SectionPoints,
+    curvature,
+    locate_points,
+    section_force,
+    strain,
+)
+from ancfsparse.results.geometry.deformed_shape import read_rows
+from ancfsparse.scene import Body, ElasticBody
+from ancfsparse.system.coordinates.state import StateHistory
+from ancfsparse.system.system import System
+
+QUANTITIES = {
+    "N": ("axial force", "N"),
+    "Q": ("shear force", "N"),
+    "M": ("bending moment", "N m"),
+    "T": ("torsion", "N m"),
+    "strain": ("strain", "-"),
+    "curvature": ("curvature", "1/m"),
+    "pressure": ("pressure of contacts", "N/m"),
+    "friction": ("friction of contacts", "N/m"),
+}
+"""Quantities of beams, over time or along a beam, with name and unit."""
+CONTACT_QUANTITIES = "pressure", "friction"
+ELEMENT_MEANS = ("strain", *CONTACT_QUANTITIES)
+"""Quantities that are mean values of elements."""
+
+
+def label_of(what: str) -> str:
+    """Return the name of a quantity with its unit."""
+    return "{} [{}]".format(*QUANTITIES[what])
+
+
+def select_states(run: Motion, rows: NDArray[np.intp] | None = None) -> StateHistory:
+    """Return the states of a run that quantities follow from, or some rows of them."""
+    none = np.empty((len(run.t), 0))
+    if rows is None:
+        return StateHistory(run.q, run.v, none, none, run.t, run.history)
+    q, v, history = (read_rows(table, rows) for table in (run.q, run.v, run.history))
+    return StateHistory(q, v, none[rows], none[rows], run.t[rows], history)
+
+
+def evaluate_quantity(
+    system: System, states: StateHistory, what: str, body: ElasticBody, s: SectionPoints = None
+) -> Vector:
+    """Evaluate a quantity at points of a body, (k, p) or (k, p, components).
+
+    Friction has its size; that and pressure are mean values of the element of each point.
+    """
+    if what in CONTACT_QUANTITIES:
+        own, where = locate_points(system, body, s)
+        forces = force_on_elements(system, own, states)
+        sizes = forces.pressure if what == "pressure" else np.linalg.norm(forces.friction, axis=2)
+        return np.asarray(sizes[:, where.elements])
+    if what == "strain":
+        return strain(system, states.q, body, s)
+    if what == "curvature":
+        return curvature(system, states.q, body, s)
+    inside = section_force(system, states.q, states.v, states.t, body, s)
+    values: Vector | None = getattr(inside, what)
+    if values is None:
+        raise InputError(
+            f"{body.name} has no torsion: it is "
+            + ("planar" if body.dim == 2 else f"made of {body.element!r}; take 'thick'")
+        )
+    return values
+
+
+def components_of(values: Vector, what: str, body: Body) -> list[tuple[Vector, str]]:
+    """Return the components of values (n, c) with their names; a scalar (n,) has no name.
+
+    Quantities of sections of thick beams are in the axes of the section, all others in space.
+    """
+    if values.ndim == 1:
+        return [(values, "")]
+    names = ["x", "y", "z"][: values.shape[1]]
+    if what in QUANTITIES and not body.kind.is_cable:
+        names = ["twist", "about y", "about z"] if what == "curvature" else ["y", "z"]
+    return list(zip(values.T, names, strict=True))
