@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from scipy.special import exprel
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Circle, Material, Rectangle, Scene
+from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
 from ancfsparse.scene.force_elements.obstacles import Drum
 from ancfsparse.scene.geometry.curves import Arc
 from ancfsparse.scene.records.signals import Ramp, Table
@@ -19,6 +21,7 @@ from ancfsparse.scene.records.signals import Ramp, Table
 DRUM_RADIUS = 0.1  # [m]
 WIRE_RADIUS = 1e-3  # [m]
 TAIL_LENGTH = 0.05  # of the straight ends [m]
+FLEXIBLE_RATIO = 3e-4  # of the bending stiffness of a wire in space to that in the plane
 LOAD_TIME = 0.05  # until the force has its full value [s]
 ROD_RADIUS = 0.01  # [m]
 LOOP_RADIUS = 0.5  # of the knot at the start [m]
@@ -41,6 +44,7 @@ def capstan(
     turning: float = 2.0,
     n_elements: int = 48,
     slip_speed: float = 0.0,
+    pitch: float = 0.0,
 ) -> Mechanism:
     """Return a wire around a turning drum, one end of which is fixed and the other one pulled.
 
@@ -50,20 +54,37 @@ def capstan(
     ``tension * exp(mu * angle)`` (Euler, Eytelwein), else ``tension * exp(-mu * angle)``.
     The wire can stick, or with a `slip_speed` [m/s] its friction depends on the velocity.
 
+    With a `pitch` [m] of its pulled end, the wire lies in space and has almost no bending
+    stiffness.  The drum slides along circles, so friction has no component along its axis: this
+    component of the tension is constant, the one around the drum grows by
+    ``exp(mu * angle)``, and the pitch decreases by that factor.
+
     Quantities: the ``held`` tension at the fixed end [N].
     """
-    phi, reach = math.radians(angle), DRUM_RADIUS + WIRE_RADIUS
-    growth = mu * phi if turning > 0.0 else 0.0
-    start, end = np.array([-reach, 0.0]), reach * np.array([-math.cos(phi), math.sin(phi)])
-    leaving = np.array([math.sin(phi), math.cos(phi)])
-    scene = Scene((0.0, 0.0))
-    section, material = Rectangle(2 * WIRE_RADIUS, 2 * WIRE_RADIUS), Material(2.5e10, 2.5e4)
+    phi, reach, dim = math.radians(angle), DRUM_RADIUS + WIRE_RADIUS, 3 if pitch else 2
+    growth = math.copysign(mu, turning)
+    slope = pitch / (2.0 * math.pi * reach)  # of the pulled end
+
+    def wind(fraction: Vector) -> Vector:
+        turned = phi * np.asarray(fraction)
+        height = slope * math.exp(-growth * phi) * turned * exprel(growth * turned)
+        return reach * np.stack([-np.cos(turned), np.sin(turned), height], axis=-1)[..., :dim]
+
+    start, end = wind(np.array([0.0, 1.0]))
+    arriving = _unit((0.0, 1.0, slope * math.exp(-growth * phi))[:dim])
+    leaving = _unit((math.sin(phi), math.cos(phi), slope)[:dim])
+    scene = Scene((0.0,) * dim)
+    square, material = Rectangle(2 * WIRE_RADIUS, 2 * WIRE_RADIUS), Material(2.5e10, 2.5e4)
+    section: Rectangle | Section = square
+    shape: dict[str, Any] = {"curve": Arc((0.0, 0.0), tuple(start[:2].tolist()), -phi)}
+    if pitch:
+        section = Section(square.area, *(3 * [FLEXIBLE_RATIO * square.inertia_z]))
+        shape = {"curve": wind, "rest": "straight"}
     fixed_end = scene.add_beam(
-        "thin", start - (0.0, TAIL_LENGTH), start, 8, section, material, name="fixed end"
+        "thin", start - TAIL_LENGTH * arriving, start, 8, section, material, name="fixed end"
     )
-    curve = Arc((0.0, 0.0), tuple(start.tolist()), -phi)
     arc = scene.add_beam(
-        "thin", curve=curve, n_elements=n_elements, section=section, material=material, name="arc"
+        "thin", n_elements=n_elements, section=section, material=material, name="arc", **shape
     )
     pulled_end = scene.add_beam(
         "thin", end, end + TAIL_LENGTH * leaving, 8, section, material, name="pulled end"
@@ -75,8 +96,9 @@ def capstan(
     force = Ramp(tuple((tension * leaving).tolist()), LOAD_TIME, smooth=True)
     scene.point_force(pulled_end.end, force)
     # Penetrations are 1 % of the radius of the wire, at the tighter end up to exp(growth / 2) %.
-    stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * growth)
-    drum = Drum((0.0, 0.0), DRUM_RADIUS, angular_velocity=-turning)
+    stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * max(growth * phi, 0.0))
+    axis = (0.0, 0.0, 1.0) if pitch else None
+    drum = Drum((0.0,) * dim, DRUM_RADIUS, axis, angular_velocity=-turning)
     for part in parts:
         scene.contact(
             part,
@@ -89,6 +111,10 @@ def capstan(
     return Mechanism(
         scene, {"held": lambda run: np.linalg.norm(run.reaction(fixed_end.start), axis=1)}
     )
+
+
+def _unit(vector: tuple[float, ...]) -> Vector:
+    return np.array(vector) / math.hypot(*vector)
 
 
 def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mechanism:

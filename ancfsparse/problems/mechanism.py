@@ -31,6 +31,7 @@ KEY_UNITS = {
     "speed": "m/s",
     "slip_speed": "m/s",
     "radius": "m",
+    "pitch": "m",
     "acceleration": "m/s2",
 }
 DEFAULT_INTEGRATOR = EnergyMomentum()

@@ -8,7 +8,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems.contacts import DRUM_RADIUS, WIRE_RADIUS, capstan
 
-TENSION = 10.0
+TENSION, REACH = 10.0, DRUM_RADIUS + WIRE_RADIUS  # N, m
 
 
 @pytest.mark.parametrize("slip_speed", [0.0, 1e-3], ids=["sticks", "slips"])
@@ -35,3 +35,65 @@ def test_the_tension_grows_exponentially_along_the_arc(mu, angle, turning, slip_
     middle = int(np.argmin(np.abs(force.s - 0.5 * force.s[-1])))
     tension = TENSION * math.exp(exponent * (phi - force.s[middle] / reach))
     assert force.pressure[middle] == pytest.approx(tension / reach, rel=0.02)
+
+
+@pytest.mark.parametrize("turning", [2.0, -2.0])
+@pytest.mark.parametrize(("mu", "angle"), [(0.1, 1080.0), (0.3, 720.0)])
+def test_the_axial_tension_of_a_helix_on_a_turning_drum_is_constant(mu, angle, turning):
+    """Friction acts around the drum, so only that component of the tension grows, by exp(mu phi).
+
+    A wire that slid along itself, over a drum that moves like a screw, would have
+    exp(mu cos(a) phi): 1 to 3 % less where the tension grows.
+    """
+    growth = math.copysign(mu * math.radians(angle), turning)
+    # The pitch is 0.1 m at the end with the smaller tension.
+    slope = 0.1 / (2.0 * math.pi * REACH) * math.exp(min(growth, 0.0))
+    case = capstan(
+        mu, angle, TENSION, turning, round(angle / 3.6), pitch=2.0 * math.pi * REACH * slope
+    )
+    solver = ancf.QuasiNewton("broyden", memory=20, max_iterations=60)
+    run = ancf.simulate(case.scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5), solver=solver)
+    around, along = TENSION * np.array([1.0, slope]) / math.hypot(1.0, slope)
+    held = case.quantities(run)["held"][-100:].mean()
+    assert held == pytest.approx(math.hypot(around * math.exp(growth), along), rel=4e-3)
+    pull = -run.reaction(case.scene.body("fixed end").start)[-100:].mean(axis=0)
+    assert pull[2] == pytest.approx(along, rel=5e-3)
+    # The slope along and around decreases as the tension around the drum grows.
+    arc = case.scene.body("arc")
+    middle = run.slope(arc.at(0.5 * arc.length))[-100:].mean(axis=0)
+    x, y = run.position(arc.at(0.5 * arc.length))[-1, :2]
+    assert math.hypot(x, y) == pytest.approx(REACH, rel=1e-3)
+    turned = turned_angle(run, arc)[arc.n_elements // 2]
+    local = slope * math.exp(-growth * (1.0 - turned / math.radians(angle)))
+    assert middle[2] / np.linalg.norm(middle[:2]) == pytest.approx(local, rel=6e-3)
+
+
+def turned_angle(run, arc):
+    """Return the angles of the nodes around the drum from the first one on [rad]."""
+    x, y = run.position(arc.node(0))[-1, :2]
+    nodes = np.array([run.position(arc.node(k))[-1, :2] for k in range(arc.n_elements + 1)])
+    return np.unwrap(np.arctan2(nodes[:, 1], -nodes[:, 0])) - math.atan2(y, -x)
+
+
+def test_a_helix_that_slides_along_itself_has_the_tension_of_its_curvature():
+    """Over a drum at rest dT/ds = mu T cos(a)^2 / R, so T2 = T1 exp(mu cos(a) phi)."""
+    mu, turns, pitch = 0.3, 2.0, 0.3
+    slope = pitch / (2.0 * math.pi * REACH)
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    section = ancf.Section(4e-6, 4e-16, 4e-16, 4e-16)
+    wire = scene.add_beam(
+        "thin", curve=ancf.Helix(REACH, pitch, turns), rest="straight", n_elements=200,
+        section=section, material=ancf.Material(2.5e10, 2.5e4),
+    )  # fmt: skip
+    back, ahead = (np.array([0.0, sign, sign * slope]) / math.hypot(1, slope) for sign in (-1, 1))
+    scene.contact(
+        wire, ancf.Drum((0, 0, 0), DRUM_RADIUS, (0, 0, 1)), stiffness=3e7, radius=WIRE_RADIUS,
+        friction=mu,
+    )  # fmt: skip
+    scene.point_force(wire.start, ancf.Ramp(tuple(TENSION * back), 0.05, smooth=True))
+    scene.drive(wire.end, ancf.Ramp(tuple(4e-3 * ahead), 0.3, smooth=True) + wire.end.position)
+    solver = ancf.QuasiNewton("broyden", memory=20, max_iterations=60)
+    run = ancf.simulate(scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5), solver=solver)
+    pull = np.linalg.norm(run.reaction(wire.end), axis=1)[200:260].mean()
+    exact = math.exp(mu * 2.0 * math.pi * turns / math.hypot(1.0, slope))
+    assert pull / TENSION == pytest.approx(exact, rel=5e-3)
