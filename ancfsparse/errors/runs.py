@@ -304,10 +304,11 @@ class UnresolvedSignalWarning(UserWarning):
 
 
 class PenetrationWarning(UserWarning):
-    """A body sank deep into an obstacle.
+    """A body sank deep into an obstacle or another body.
 
-    By more than 30 % of its radius with the default stiffness of the contact; with a given one by
-    more than its radius, except on flat obstacles, where a soft contact is allowed.
+    With the default stiffness by more than 30 % of its radius in a run, and 3 % in an equilibrium;
+    with a given one by more than its radius, between bodies the smaller one, except on flat
+    obstacles, where a soft contact is allowed.
     """
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -73,7 +73,10 @@ class System(Discretization):
 
     def restore_memory(self, memory: Vector) -> None:
         """Set the internal variables of contributions, here and for the start of motions."""
-        self.assembly.memory = self._memory = memory
+        self.assembly.memory = memory
+        for each in self.contributions:
+            each.forget_deepest()  # which was in another motion
+        self._memory = self.assembly.memory
 
     def reset_memory(self) -> None:
         """Reset the internal variables of contributions to those of the start."""
@@ -107,6 +110,10 @@ class System(Discretization):
         """Update the history of forces to an equilibrium."""
         for each in self.contributions:
             each.accept_equilibrium(q)
+
+    def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
+        """Return warnings of equilibria (k, n_all); `when` names the time or load of the k-th."""
+        return [each for part in self.contributions for each in part.rest_warnings(q, when)]
 
     def memory_at_rest(self, q: Vector) -> Vector:
         """Return the internal variables of contributions at rest, with their present history."""

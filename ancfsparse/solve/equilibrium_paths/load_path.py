@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 
 import numpy as np
 
@@ -77,6 +78,11 @@ def load_path(
     EquilibriumError
         If the path cannot be continued.
 
+    Warns
+    -----
+    PenetrationWarning
+        If a contact is too soft for the loads.
+
     Notes
     -----
     Arc-length steps of the root mean square displacement, with corrections in the plane across
@@ -125,10 +131,16 @@ def load_path(
                 "Take a finer mesh, or add a small load that selects a branch of the path.",
             ) from None
     stats.march_seconds = time.perf_counter() - begin - stats.seconds["set-up"]
-    return LoadPath(
-        system,
+    loads, q = (
         np.array([point.load for point in path.points]),
         np.stack([point.state.q for point in path.points]),
+    )
+    for warning in system.rest_warnings(q, lambda k: f"at the load factor {loads[k]:.4g},"):
+        warnings.warn(warning, stacklevel=2)
+    return LoadPath(
+        system,
+        loads,
+        q,
         np.stack([point.state.lam for point in path.points]),
         np.array([point.negative for point in path.points]),
         np.array(path.limit_points, dtype=int),

@@ -109,6 +109,8 @@ def quasi_static(
 
     Warns
     -----
+    PenetrationWarning
+        If a contact is too soft for the loads.
     UnstableEquilibriumWarning
         If no stable equilibrium was found at some time.
     UnresolvedSignalWarning
@@ -158,7 +160,10 @@ def quasi_static(
     negative = max(result.negative for result in results)
     if negative and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(negative), stacklevel=2)
-    return _trajectory(system, times, results, histories, stats, settings)
+    run = _trajectory(system, times, results, histories, stats, settings)
+    for warning in system.rest_warnings(run.q[:], lambda k: f"at t = {times[k]:.4g} s,"):
+        warnings.warn(warning, stacklevel=2)
+    return run
 
 
 def _saved_times(begin: float, t_end: float, dt: float | None) -> tuple[TimeGrid, int]:

@@ -141,7 +141,7 @@ def run_request(request: Request, system: System) -> Trajectory:
     if outcome != Outcome.CONVERGED:
         raise run.failure(outcome, path)
     for contribution in system.contributions:
-        for warning in contribution.run_warnings():
+        for warning in contribution.run_warnings(path.t, path.q):
             warnings.warn(warning, stacklevel=4)
     return path
 

@@ -107,6 +107,8 @@ def solve_static(
 
     Warns
     -----
+    PenetrationWarning
+        If a contact is too soft for the loads.
     UnstableEquilibriumWarning
         If the equilibrium is unstable: a straight column stays straight beyond its buckling load.
         ``stats.negative_pivots`` counts the unstable directions.
@@ -174,6 +176,8 @@ def solve_static(
     stats.sweeps, stats.products = equations.seed.inner
     if result.negative and equations.conservative:
         warnings.warn(UnstableEquilibriumWarning(result.negative), stacklevel=2)
+    for warning in system.rest_warnings(result.state.q[None], lambda _: f"at t = {t:.4g} s,"):
+        warnings.warn(warning, stacklevel=2)
     return Equilibrium(system, result.state.q, result.state.lam, stats, t, history, memory)
 
 

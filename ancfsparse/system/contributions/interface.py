@@ -6,7 +6,7 @@ The interface of its compiled part for time loops is in abi/system_abi.h.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sized
+from collections.abc import Callable, Iterable, Sized
 from functools import reduce
 from operator import add
 from typing import Any, Protocol
@@ -113,6 +113,17 @@ class Contribution(ABC):
         """
         return 0.0, 1.0, "", ""
 
+    def forget_deepest(self) -> None:  # noqa: B027
+        """Let the largest penetration of a motion be one of the states to come."""
+
+    def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
+        """Return warnings of the last motion, with its saved times (k,) [s] and states (k, n)."""
+        return []
+
+    def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
+        """Return warnings of equilibria (k, n_all); `when` names the time or load of the k-th."""
+        return []
+
     def admits(self, q0: Vector, q1: Vector) -> bool:
         """Return whether no axes pass through each other between two states."""
         return True
@@ -177,10 +188,6 @@ class Contribution(ABC):
 
         The phase is the product of a step and a frequency up to which the integrator is stable.
         """
-
-    def run_warnings(self) -> list[Warning]:
-        """Return warnings of the last run."""
-        return []
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
         """Return the power dissipated by forces that depend on multipliers (k, m), (k,) [W]."""

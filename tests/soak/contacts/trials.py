@@ -244,8 +244,11 @@ def judge_contacts(drawn, path, whole):
 
 def is_announced(contact, path):
     """Return True if a run warns that a given stiffness is too small for it."""
-    is_given = isinstance(contact, Contact) and contact.stiffness is not None
-    return is_given and bool(part_of(contact, path).run_warnings())
+    if not isinstance(contact, Contact) or contact.stiffness is None:
+        return False
+    part = part_of(contact, path)
+    limit, depth = part.penetration_limit, part.deepest_of_motion[0]
+    return limit is not None and not limit.allows(depth, at_rest=False)
 
 
 def judge_friction(friction, most, unit):

@@ -157,7 +157,7 @@ def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffice
         scene.point_force(rod.at(0.5), lambda t: (0.0, -1e4 * t))
         return ancf.simulate(scene, 0.05, 1e-3, integrator=ancf.EnergyMomentum())
 
-    with pytest.warns(ancf.PenetrationWarning, match=r"times its radius.*stiffness=") as caught:
+    with pytest.warns(ancf.PenetrationWarning, match=r"times the radius.*stiffness=") as caught:
         run()
     run(float(str(caught[0].message).split("stiffness=")[1]))
 

@@ -71,7 +71,10 @@ def test_a_cable_that_is_held_at_a_bump_touches_the_rest_of_it():
     scene.point_force(cable.end, (0.3, 0.0))
     ball = ancf.Ball((0.0, 0.0), 0.1)
     contact = scene.contact(cable, ball, stiffness=1e5, friction=0.2)
-    with pytest.warns(ancf.PenetrationWarning, match="1.4 times its radius, at .* s = 0.19"):
+    with pytest.warns(
+        ancf.PenetrationWarning,
+        match="1.4 times the radius .* t = 0.* s = 0.19",
+    ):
         run = ancf.simulate(scene, 0.4, 5e-4, integrator=ancf.EnergyMomentum(), max_halvings=5)
     force = run.contact_force(contact)
     assert np.linalg.norm(force.force, axis=1).max() > 0.1

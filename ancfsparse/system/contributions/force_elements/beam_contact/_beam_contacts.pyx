@@ -35,6 +35,10 @@ CROWDED = (f"an element has more than {MOST_PER_ELEMENT} others within reach on 
            "elements, or a smaller radius")
 
 
+cdef enum:
+    N_DEEPEST = 5  # numbers of the deepest point
+
+
 cdef class BeamContact(CompiledContribution):
     """A contact of elements with each other.
 
@@ -106,18 +110,20 @@ cdef class BeamContact(CompiledContribution):
         data.n_slots, data.has_two = n_slots, data.grip > 0.0 and friction0 > friction
         data.width = 2 + data.dim + data.has_two
         self.interface.n_history = n_slots * data.width
-        data.slots = self.copy(np.zeros(self.interface.n_history + 24 * n))
+        data.slots = self.copy(np.zeros(self.interface.n_history + N_DEEPEST + 24 * n))
         data.following, data.interval = integers(following), 0.0
         self.first_bristle = np.zeros(n, np.int32)
         data.first_bristle = &self.first_bristle[0]
-        data.before = data.slots + self.interface.n_history
+        data.deepest = data.slots + self.interface.n_history
+        data.before = data.deepest + N_DEEPEST
         data.start, data.ahead = data.before, self.copy(np.zeros(12 * n))
         data.rubbed, data.speed = data.before + 12 * n, self.copy(np.zeros(12 * n))
         self.set_up_coupling()
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        self.interface.n_memory = self.interface.n_history + (24 * n if friction > 0.0 else 12 * n)
+        self.interface.n_memory = self.interface.n_history + N_DEEPEST
+        self.interface.n_memory += 24 * n if friction > 0.0 else 12 * n
         self.interface.memory = data.slots
         self.interface.damped = data.gamma > 0.0 or slip_speed > 0.0 and friction > 0.0
         self.interface.begin, self.interface.accept = begin, accept
@@ -227,6 +233,16 @@ cdef class BeamContact(CompiledContribution):
         return force
 
     @property
+    def deepest(self):
+        """Largest penetration in the accepted states of a run [m], and as `touches` its place."""
+        cdef const double *x = self.data.deepest
+        return x[0], (int(x[1]), int(x[2])), (x[3], x[4])
+
+    def forget_deepest(self):
+        """Let the largest penetration be one of the states to come."""
+        self.data.deepest[0] = 0.0
+
+    @property
     def is_sticking(self):
         """True if bristles stick in the matrix of a state, outside of steps."""
         return self.data.is_sticking
@@ -292,7 +308,7 @@ cdef class BeamContact(CompiledContribution):
             As returned for the states up to the first one; None at the start.
         """
         cdef Data *data = &self.data
-        cdef ptrdiff_t size = self.interface.n_history + 24 * data.n
+        cdef ptrdiff_t size = self.interface.n_history + N_DEEPEST + 24 * data.n
         cdef double[::1] kept = <double[:size]>data.slots
         of_run, dt, out = np.array(kept), data.dt, np.zeros((len(t) - 1, 3))
         interval = data.interval

@@ -19,11 +19,14 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
         self.touching = self.at_end.n if find_end(self, x.q, x.v) else 0
     else:
         accept(context, x)
+    self.deepest[0] = 0.0
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     """Keep the control points of a state, and the friction on them unless its work is that of means."""
     cdef Data *self = <Data *>context
+    cdef const Touch *each
+    cdef ptrdiff_t k
     if self.is_static:
         return  # a relaxation passes no equilibria
     if self.grip > 0.0:
@@ -34,6 +37,11 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     self.ended = self.ended and self.stepped
     self.touching = self.at_end.n
     leave_out_idle_pairs(&self.coupling, &self.at_end)
+    for k in range(self.at_end.n):
+        each = self.at_end.touch + k
+        if each.depth > self.deepest[0]:
+            self.deepest[0], self.deepest[1], self.deepest[2] = each.depth, each.a, each.b
+            self.deepest[3], self.deepest[4] = each.z, each.u
 
 
 cdef int contacts_changed(void *context) noexcept nogil:

@@ -14,6 +14,10 @@ class CompiledBeamContact(Compiled, Protocol):
     renewals: int
     is_sticking: bool
     coupled_pairs: Integers
+    deepest: tuple[float, tuple[int, int], tuple[float, float]]
+
+    def forget_deepest(self) -> None:
+        """Let the largest penetration be one of the states to come."""
 
     def begin_equilibria(self, q: Vector, /) -> None:
         """Let bristles be deflected by displacements from coordinates on."""

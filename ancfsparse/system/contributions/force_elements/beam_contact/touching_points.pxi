@@ -16,6 +16,7 @@ cdef struct Touch:
     double z, u  # places of the point on a, and of its foot on b
     double[3] n  # from the foot to the point
     double e  # penetration, at the end of a step with the numerical damping of impacts
+    double depth  # penetration without it
     double theta  # of that damping
     double stiffness  # times the length of the point [N/m]
     double change  # of the penetration in a step, or its rate in a state
@@ -78,6 +79,9 @@ cdef struct Data:
     double *speed
     double *push
     Touches at_now
+    # Largest penetration of an accepted state of the run [m], the elements of the point and its foot,
+    # and their places.
+    double *deepest
     double *before  # in the last accepted state
     double *rubbed  # friction on them there
     double *ahead  # as far behind a state as that is before it
@@ -226,7 +230,8 @@ cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t 
             place_at(a, each.z, x)
             find_foot(b, x, guess, &foot)
             guess = each.u = foot.u
-            each.e, each.theta = reach - foot.distance, sides.theta
+            each.e = each.depth = reach - foot.distance
+            each.theta = sides.theta
             if sides.theta > 0.0:
                 each.e += sides.theta * approach(&sides, each.z, &foot)
             if each.e <= 0.0:

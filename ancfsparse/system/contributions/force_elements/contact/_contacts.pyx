@@ -34,8 +34,7 @@ cdef struct Data:
     double *slides  # of each point, 1 if its bristle slides there, otherwise 0; null without `friction0`
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
-    double deepest  # largest penetration of an accepted state of the run [m]
-    ptrdiff_t deepest_at  # and its point
+    double *deepest  # largest penetration of an accepted state of the run [m], and its point
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
     # Vectors and matrices in space, with zeros for the third direction in the plane.
@@ -163,10 +162,12 @@ cdef class Contact(CompiledContribution):
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         has_two = data.grip > 0.0 and friction0 > friction
         self.interface.n_history += n * has_two
-        data.z = self.copy(np.zeros(self.interface.n_history + 2 * n))
+        self.interface.n_memory = self.interface.n_history + 2 * n + 2
+        data.z = self.copy(np.zeros(self.interface.n_memory))
         data.slides = data.z + n * data.points.dim if has_two else NULL
         data.before = data.z + self.interface.n_history
         data.last = data.before + n
+        data.deepest = data.last + n
         data.base, data.normal = self.copy(in_space(base)), self.copy(in_space(normal))
         data.projector, data.spin = self.copy(in_space(projector)), self.copy(in_space(spin))
         data.turning, data.on_body = integers(turning), np.any(turning)
@@ -186,7 +187,7 @@ cdef class Contact(CompiledContribution):
         data.n_state = (data.n_all + 4 * n) * (data.grip > 0.0)
         data.q0 = self.copy(np.zeros(data.n_state + 1))
         data.x0 = data.q0 + data.n_all
-        data.deepest = data.interval = data.turn = 0.0
+        data.interval = data.turn = 0.0
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
         data.is_plain = not (data.on_body or data.has_frame or data.gamma > 0.0)
         data.is_flat = not (is_round or data.has_frame or data.omega > 0.0)
@@ -195,7 +196,6 @@ cdef class Contact(CompiledContribution):
         self.interface.context, self.interface.damped = data, slip_speed > 0.0 or data.gamma > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
-        self.interface.n_memory = self.interface.n_history + 2 * n
         self.interface.memory = data.z
         self.interface.begin, self.interface.accept = begin, accept
         self.interface.set_step, self.interface.contacts_changed = set_step, contacts_changed
@@ -239,7 +239,11 @@ cdef class Contact(CompiledContribution):
     @property
     def deepest(self):
         """Largest penetration of an accepted state of the last run [m], and its point."""
-        return self.data.deepest, self.data.deepest_at
+        return self.data.deepest[0], int(self.data.deepest[1])
+
+    def forget_deepest(self):
+        """Let the largest penetration be one of the states to come."""
+        self.data.deepest[0] = 0.0
 
     def forces(self, const double[::1] q, const double[::1] v, const double[::1] history):
         """Return normal force and friction on every point, (2, n, dim) [N].

@@ -35,7 +35,7 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef Place[MAX_POINTS] here
     cdef ptrdiff_t g, k, p
-    self.deepest = 0.0
+    self.deepest[0] = 0.0
     if self.grip > 0.0:
         hold(self, x.q)
     for g in range(self.groups.n):
@@ -57,8 +57,8 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         locate_group(self, g, x.q, here)
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
-            if here[p].e > self.deepest and self.stiffness[k] > 0.0:
-                self.deepest, self.deepest_at = here[p].e, k
+            if here[p].e > self.deepest[0] and self.stiffness[k] > 0.0:
+                self.deepest[0], self.deepest[1] = here[p].e, k
             force = force_in_state(self, k, &here[p], x.v)
             if self.grip > 0.0:
                 if self.interval > 0.0:

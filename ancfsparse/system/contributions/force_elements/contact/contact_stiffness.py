@@ -12,10 +12,12 @@ from ancfsparse.scene.force_elements.masses import PointMass
 from ancfsparse.scene.loads.loads import DistributedForce, PointForce
 from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.records.time_dependent import TimeDependentValue
+from ancfsparse.system.contributions.force_elements.penetrations import (
+    IMPACT_RATIO,
+    REST_RATIO,
+)
 from ancfsparse.system.coordinates.discretization import Discretization
 
-REST_RATIO = 0.01  # penetration at rest, over the radius of the body
-IMPACT_RATIO = 0.1  # penetration of an impact, over the radius of the body
 LOAD_FACTOR = 2.0  # largest pressure over its mean: 1.25 to 1.5 along a wire around a drum
 
 

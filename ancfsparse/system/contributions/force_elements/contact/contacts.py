@@ -8,7 +8,6 @@ import numpy as np
 
 from ancfsparse.array_types import Indices, Vector
 from ancfsparse.dispatch import compiled_module
-from ancfsparse.errors import PenetrationWarning
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, GRIP_RATIO, LAYER_RATIO, Contact
@@ -18,7 +17,6 @@ from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts i
     BeamContactContribution,
 )
 from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (
-    IMPACT_RATIO,
     default_stiffness,
 )
 from ancfsparse.system.contributions.force_elements.contact_steps import (
@@ -27,15 +25,13 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
     check_contact_step,
     check_impact_step,
 )
+from ancfsparse.system.contributions.force_elements.penetrations import (
+    LimitedPenetration,
+    PenetrationLimit,
+)
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
-
-# Penetrations in a run over the radius of the body, without a warning.  A given stiffness can be
-# soft, and the pressure of a flat obstacle is right at any depth, but others press a body that
-# passes their middle to the other side: there the axis must stay outside, as at the start.
-MAX_DEFAULT_PENETRATION = 3.0 * IMPACT_RATIO
-MAX_PENETRATION = 1.0
 
 
 class CompiledContact(Compiled, Protocol):
@@ -43,6 +39,9 @@ class CompiledContact(Compiled, Protocol):
 
     deepest: tuple[float, int]
     is_sticking: bool
+
+    def forget_deepest(self) -> None:
+        """Let the largest penetration be one of the states to come."""
 
     def forces(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
@@ -77,7 +76,7 @@ class CompiledContact(Compiled, Protocol):
         """Return energies as `Contribution.contact_losses`, and the memory at the end."""
 
 
-class ContactContribution(Contribution):
+class ContactContribution(LimitedPenetration):
     """A contact of a system, a sum over quadrature points."""
 
     is_load = True
@@ -91,6 +90,12 @@ class ContactContribution(Contribution):
         # Points that do not touch, since a joint fixes the axis there to the obstacle.
         self._left_out = is_left_out(contact, fixed_points(contact, system.joints))
         self.stiffness = contact.stiffness or default_stiffness(system, contact)
+        is_default = contact.stiffness is None
+        # The pressure of a flat obstacle is right at any depth, so a given stiffness can be soft.
+        if is_default or not contact.obstacle.is_flat:
+            self.penetration_limit = PenetrationLimit(
+                contact.what, contact.radius, self.stiffness, is_default, exponent=1.0
+            )
         relative: list[tuple[float, Point]] = []
         vectors: list[int] = []
         if contact.on is not None:
@@ -208,6 +213,16 @@ class ContactContribution(Contribution):
         k = int(np.argmax(depths))
         return float(depths[k]), contact.radius, contact.what, repr(contact.points[k])
 
+    @property
+    def deepest_of_motion(self) -> tuple[float, str]:
+        """The largest penetration in the steps of the last motion [m], and its point."""
+        depth, k = self._compiled.deepest
+        return depth, repr(self.contact.points[k])
+
+    def forget_deepest(self) -> None:
+        """Let that penetration be one of the states to come."""
+        self._compiled.forget_deepest()
+
     def begin_equilibria(self, q: Vector) -> None:
         """Let bristles be deflected by displacements from a state on, without deflections there."""
         self._compiled.begin_equilibria(np.ascontiguousarray(q))
@@ -266,27 +281,6 @@ class ContactContribution(Contribution):
         """Return the sum of all pressures."""
         forces = np.linalg.norm(self.forces(q, v)[:, 0], axis=2).sum(axis=1)
         return [(f"the pressure of {self.contact.what} [N]", forces)]
-
-    def run_warnings(self) -> list[Warning]:
-        """Return a warning if the stiffness is too small for the motion."""
-        contact, (deepest, k) = self.contact, self._compiled.deepest
-        is_default, ratio = contact.stiffness is None, deepest / contact.radius
-        allowed = MAX_DEFAULT_PENETRATION if is_default else MAX_PENETRATION
-        if ratio <= allowed or (contact.obstacle.is_flat and not is_default):
-            return []
-        enough = self.stiffness * (ratio / IMPACT_RATIO) ** 2
-        cause = (
-            f"the default stiffness of {self.stiffness:.3g} N/m2 follows from loads and "
-            "speeds known before the run"
-            if is_default
-            else f"the given stiffness of {self.stiffness:.3g} N/m2 is too small for the motion"
-        )
-        return [
-            PenetrationWarning(
-                f"{contact.what} sank in by {deepest:.3g} m, {ratio:.2g} times its radius, at "
-                f"{contact.points[k]!r}: {cause}. Give contact the stiffness={enough:.2g}"
-            )
-        ]
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the gradients of the distances of points that are pressed."""
