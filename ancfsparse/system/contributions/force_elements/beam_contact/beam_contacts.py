@@ -172,10 +172,8 @@ class BeamContactContribution(LimitedPenetration):
 
     def _names(self, elements: Iterable[int], positions: Iterable[float]) -> str:
         """Return the names of a point and of its foot."""
-        points = (
-            self.contact.point(int(e), float(xi)) for e, xi in zip(elements, positions, strict=True)
-        )
-        return " and ".join(map(repr, points))
+        pairs = zip(elements, positions, strict=True)
+        return " and ".join(repr(self.contact.point(int(e), float(xi))) for e, xi in pairs)
 
     @property
     def deepest_of_motion(self) -> tuple[float, str]:
