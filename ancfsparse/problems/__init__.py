@@ -5,7 +5,7 @@ They are shared by tests, benchmarks, the command line and the README.
 
 from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein, serpentine, timing_belt
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.contacts import capstan, knot
+from ancfsparse.problems.contacts import capstan, hair, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -65,6 +65,7 @@ __all__ = [
     "elastic_slider_crank",
     "elastica",
     "four_bar",
+    "hair",
     "hanging_net",
     "heavy_top",
     "knot",

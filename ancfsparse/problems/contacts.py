@@ -10,11 +10,11 @@ import numpy as np
 from scipy.special import exprel
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_positive
-from ancfsparse.problems.mechanism import Mechanism
+from ancfsparse.checks import check_count, check_positive
+from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
-from ancfsparse.scene.force_elements.obstacles import Drum
+from ancfsparse.scene.force_elements.obstacles import Ball, Capsule, Drum
 from ancfsparse.scene.geometry.curves import Arc
 from ancfsparse.scene.records.signals import Ramp, Table
 
@@ -36,6 +36,23 @@ GAP_RATIO = 1.08  # of the distance of the axes there, over the one at which sur
 SETTLING_TIME = 2.4  # [s]
 TIGHTENING_TIME = 13.6  # [s]
 N_TIMES = 60  # of the table of the motion of the ends
+HEAD_RADIUS = 0.1  # [m]
+HAIR_RADIUS = 1.2e-3  # [m]
+HAIR_LENGTH = 0.12  # [m]
+HAIR_ANGLE = 65.0  # of the outermost roots from the vertical [degrees]
+# Rubber; the damping of velocities is that of air, and brings the hairs to rest in some tenths of a
+# second.
+HAIR_MATERIAL = Material(
+    1e6, 1000.0, axial_damping=0.02, bending_damping=0.02, rayleigh=(20.0, 0.0)
+)
+HEAD_STIFFNESS = 1e5  # of the ball [N/m2]
+COMB_STIFFNESS = 4e5  # [N/m2]
+HAIR_STIFFNESS = 4e5  # of hairs on each other [N/m2]
+COMB_RADIUS = 0.01  # [m]
+COMB_HEIGHT = 0.02  # of its axis above the ball [m]
+COMB_ANGLE = 100.0  # from the vertical, at the start and at the end [degrees]
+FALLING_TIME = 0.4  # until the comb moves [s]
+COMBING_TIME = 0.9  # in which it moves [s]
 
 
 def capstan(
@@ -157,6 +174,63 @@ def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mecha
         "tension": lambda run: 0.5 * (run.reaction(rod.end) - run.reaction(rod.start))[:, 0],
         "loop": loop,
         "pressing": lambda run: run.contact_force(contact).size,
+    }
+    return Mechanism(scene, watched, separate=True)
+
+
+def hair(n_hairs: int = 48, n_elements: int = 8, mu: float = 0.3) -> Mechanism:
+    """Return a ball with hairs that fall over it and are combed to one side.
+
+    The ball has a radius of 0.1 m; the hairs, of soft rubber, 0.12 m long and 2.4 mm thick, are
+    clamped in its upper part and stick out radially at the start.  They fall in 0.4 s; then a rod
+    of 20 mm, 10 mm above the ball, turns about its centre over it and takes 0.9 s.  Hairs, ball and
+    comb have friction that sticks, with the coefficient `mu`.
+
+    Quantities: ``combed``, the mean displacement of the ends of hairs in the direction of the comb
+    [m]; ``moment`` on the comb [N m]; vertical ``force`` of the ball on the hairs [N];
+    ``kinetic_energy`` [J]; largest ``penetration`` of hairs into each other over their radius [-].
+    """
+    scene = Scene((0.0, 0.0, -GRAVITY))
+    n = check_count("n_hairs", n_hairs)
+    # Points of equal areas, each turned from the one before by the golden angle.
+    rank = np.arange(n) + 0.5
+    height = 1.0 - (1.0 - math.cos(math.radians(HAIR_ANGLE))) * rank / n
+    turn, width = math.pi * (1.0 + math.sqrt(5.0)) * rank, np.sqrt(1.0 - height**2)
+    outwards = np.stack([width * np.cos(turn), width * np.sin(turn), height], axis=1)
+    nodes = np.concatenate([HEAD_RADIUS * outwards, (HEAD_RADIUS + HAIR_LENGTH) * outwards])
+    hairs = scene.add_mesh(
+        nodes,
+        np.arange(2 * n).reshape(2, n).T,
+        "thin",
+        Circle(2.0 * HAIR_RADIUS),
+        HAIR_MATERIAL,
+        n_elements=n_elements,
+        name="hairs",
+    )
+    roots, tips = ([hairs.node(k) for k in each] for each in (range(n), range(n, 2 * n)))
+    for root in roots:
+        scene.clamp(root)
+    comb = scene.add_body(mass=0.01, inertia=1e-5 * np.eye(3), position=np.zeros(3), name="comb")
+    hinge = scene.revolute(comb.origin, axis=(0.0, 1.0, 0.0))
+    begin, sweep = math.radians(COMB_ANGLE), math.radians(2.0 * COMB_ANGLE)
+    times = np.linspace(0.0, FALLING_TIME + COMBING_TIME, N_TIMES)
+    progress = _step(np.clip((times - FALLING_TIME) / COMBING_TIME, 0.0, 1.0))
+    drive = scene.drive_joint(hinge, Table(times, sweep * progress, smooth=True, outside="hold"))
+    middle = (HEAD_RADIUS + COMB_HEIGHT) * np.array([-math.sin(begin), 0.0, math.cos(begin)])
+    across = np.array([0.0, HEAD_RADIUS, 0.0])
+    rod = Capsule(middle - across, middle + across, COMB_RADIUS)
+    ball = Ball((0.0, 0.0, 0.0), HEAD_RADIUS)
+    on_ball = scene.contact(hairs, ball, stiffness=HEAD_STIFFNESS, friction=mu)
+    scene.contact(hairs, rod, on=comb, stiffness=COMB_STIFFNESS, friction=mu)
+    tangle = scene.contact(hairs, hairs, stiffness=HAIR_STIFFNESS, friction=mu)
+    start = nodes[n:, 0].mean()
+
+    watched = {
+        "combed": lambda run: np.mean([run.position(tip)[:, 0] for tip in tips], axis=0) - start,
+        "moment": lambda run: run.joint_force(drive).moment[:, 1],
+        "force": lambda run: run.contact_force(on_ball).force[:, 2],
+        "kinetic_energy": lambda run: run.energy.kinetic,
+        "penetration": lambda run: run.contact_force(tangle).penetration / HAIR_RADIUS,
     }
     return Mechanism(scene, watched, separate=True)
 

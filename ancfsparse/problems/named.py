@@ -4,7 +4,7 @@ from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein, serpentine, timing_belt
-from ancfsparse.problems.contacts import capstan, knot
+from ancfsparse.problems.contacts import capstan, hair, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -142,6 +142,10 @@ CASES = (
     Case(
         knot, 2e-3, "tension", 6.0, (0.8474,), 0.01,
         "own run of twice as many elements; the law of loose knots has 0.50",
+        GeneralizedAlpha(0.5),
+    ),
+    Case(
+        hair, 1e-3, "combed", 1.2, (0.01108,), 5e-5, "own run of half the steps",
         GeneralizedAlpha(0.5),
     ),
     elastic(

@@ -10,7 +10,7 @@ from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
 BELTS = "belt_drive", "belt_drive_pechstein", "serpentine", "timing_belt"
-SLOW = dict.fromkeys(("crane", "knot", *BELTS), pytest.mark.slow)
+SLOW = dict.fromkeys(("crane", "hair", "knot", *BELTS), pytest.mark.slow)
 
 
 @pytest.mark.parametrize("name", [pytest.param(x, marks=SLOW.get(x, ())) for x in MECHANISMS])
