@@ -116,6 +116,32 @@ def test_a_run_that_begins_apart_is_the_same_with_push_out():
     assert "initial state" not in repr(two)
 
 
+def test_a_plan_and_a_run_to_an_error_begin_apart():
+    """A cable is thrown up from inside another one, as if it had begun where it is moved to."""
+    scene, *_, contact = crossing()
+    scene = scene.replaced(contact, stiffness=1e4, push_out=True)
+    thrown = scene.replaced(scene.beams[1], velocity=(0.0, 0.0, 0.5))
+    apart, end, error = ancf.assemble(thrown), 0.05, 1e-3
+    cable = thrown.beams[1]
+    begin, stop = (apart.position(each) for each in (cable.start, cable.end))
+    placed, *_, contact = crossing()
+    placed = placed.replaced(contact, stiffness=1e4)
+    placed = placed.replaced(placed.beams[1], start=begin, end=stop, velocity=(0.0, 0.0, 0.5))
+    settings = {"dt": 1e-4, "integrator": ancf.EnergyMomentum()}
+    expected = ancf.simulate(placed, end, **settings).position(placed.beams[1].at(0.5))[-1]
+    flight = apart.position(cable.at(0.5))[2] + 0.5 * end - 0.5 * 9.81 * end**2
+    assert expected[2] == pytest.approx(flight, abs=0.2 * error)
+    assert apart.position(cable.at(0.5))[2] > 0.004 + 5.0 * error
+    quantity = ancf.position(cable.at(0.5))
+    planned = ancf.plan(thrown, end, quantity, error)
+    runs = planned.run(), ancf.simulate(thrown, end, quantity=quantity, error=error)
+    for run in runs:
+        point = run.system.scene.beams[1].at(0.5)
+        np.testing.assert_allclose(run.position(point)[-1], expected, rtol=0.0, atol=error)
+        np.testing.assert_allclose(run.position(point)[0], apart.position(cable.at(0.5)), atol=1e-9)
+        assert f"moved by up to {apart.moved:.6g} m" in repr(run)
+
+
 def test_an_equilibrium_and_a_file_begin_apart(tmp_path):
     scene, cable, distances = over_ball()
     rest = ancf.solve_static(scene)
