@@ -159,3 +159,18 @@ def test_a_run_with_few_saved_points_is_reported_without_a_time():
     with pytest.warns(ancf.PenetrationWarning, match="m, in the run at beam . at s = "):
         run = ancf.simulate(scene, 60 * step, step, save_nodes=[point], save_every=60)
     assert np.shape(run.t) == (2,)
+
+
+@pytest.mark.parametrize("kind", ["rod", "block"])
+def test_steps_that_are_repeated_do_not_lose_the_deepest_point(kind):
+    """A repetition begins anew, and restores the internal variables of an earlier state."""
+    scene, step = lying(10.0, kind, 0.4)[0], half_period(10.0, 0.4) / 50.0
+    run = ancf.simulate(scene, 60 * step, step, integrator=ancf.EnergyMomentum())
+    assembly = run.system.assembly
+    (contact,) = (each for each in run.system.contributions if each.is_contact)
+    deepest, memory = contact.deepest_of_motion, assembly.memory
+    assert deepest[0] == pytest.approx(0.8 * 0.1, rel=0.02)
+    assembly.begin(run.q[0])
+    assert contact.deepest_of_motion[0] == 0.0
+    assembly.memory = memory
+    assert contact.deepest_of_motion == deepest
