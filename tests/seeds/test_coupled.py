@@ -16,6 +16,7 @@ from ancfsparse.seeds.complete import sparse_seed
 from ancfsparse.solve.preparation.choose_factorization import make_complete_seed
 from tests.matrices import full
 from tests.seeds.matrices import lower_csc, random_spd
+from tests.system.contributions import test_beam_bristles as bristles
 from tests.system.contributions.test_beam_contacts import lowered
 from tests.system.contributions.test_beam_friction import rubbing
 
@@ -99,6 +100,33 @@ def test_the_matrix_couples_elements_by_friction(rng):
     with_it = coupled_matrix(system, seed, q, v, 0.0, 1.0)
     exact = full(system, system.assembly.mass) + differences(system, q, v, "v", 1e-6)
     assert np.abs(with_it - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.003], ids=["sticks", "slides"])
+def test_the_matrix_couples_elements_by_bristles(friction):
+    """A common motion meets no stiffness, and a relative one that of the bristle."""
+    system, _, q = bristles.crossed(friction)
+    without, _, _ = bristles.crossed(friction=0.0)
+    rest, along = np.zeros(system.n_all), np.array([0.6, 0.8, 0.0])
+    q1, matrices = bristles.moved(system, q, 1e-5 * along), []
+    for each in (system, without):
+        bristles.rest_at(each, q)
+        each.assembly.set_step(bristles.STEP)
+        seed = make_complete_seed(each, 1)
+        residual(each, q1, rest)
+        matrices.append(coupled_matrix(each, seed, q1, rest, 1.0, 0.0))
+    found, n, step = matrices[0] - matrices[1], system.n_free, 1e-8
+    for axis in range(3):
+        force = found @ system.uniform(axis)[:n]
+        assert np.abs(force).max() < 1e-5 * np.abs(found).max()
+    across = bristles.moved(system, rest, (-0.8, 0.6, 0.0))
+    ends = [
+        [residual(each, q1 + sign * step * across, rest) for each in (system, without)]
+        for sign in (1.0, -1.0)
+    ]
+    one, other = (with_it - without_it for with_it, without_it in ends)
+    expected = (one - other) / (2.0 * step)
+    np.testing.assert_allclose(found @ across[:n], expected, atol=1e-3 * np.abs(expected).max())
 
 
 def test_callers_from_python_factor_the_matrix_without_pairs():

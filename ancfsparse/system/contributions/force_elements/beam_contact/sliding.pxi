@@ -116,11 +116,12 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
 
 cdef void add_sliding_blocks(const Data *self, const Touches *list, double share,
                              double *values) noexcept nogil:
-    """Add the derivative of friction by velocities, of each element by itself."""
+    """Add the derivative of friction by velocities."""
     cdef const Touch *each
     cdef double[3] u
     cdef double[9] block
-    cdef double[4] of_nodes
+    cdef double[4] of_a
+    cdef double[4] of_b
     cdef double size, speed
     cdef ptrdiff_t k
     cdef int c, e
@@ -134,11 +135,17 @@ cdef void add_sliding_blocks(const Data *self, const Touches *list, double share
             for e in range(3):
                 block[3 * c + e] = size * ((c == e) - each.n[c] * each.n[e]
                                            - u[c] * u[e] / (speed * speed))
-        weigh(self, each.a, each.z, of_nodes)
-        add_weighted_block(self, each.a, of_nodes, block, values)
-        weigh(self, each.b, each.u, of_nodes)
-        add_weighted_block(self, each.b, of_nodes, block, values)
-        add_sliding_coupling(self, each, block, values)
+        weigh(self, each.a, each.z, of_a)
+        weigh(self, each.b, each.u, of_b)
+        add_pair_blocks(self, each.a, each.b, of_a, of_b, block, values)
+
+
+cdef void add_pair_blocks(const Data *self, int32_t a, int32_t b, const double *of_a,
+                          const double *of_b, const double *block, double *values) noexcept nogil:
+    """Add (S_a, -S_b)^T B (S_a, -S_b) of two elements to the matrix, for a symmetric B (3, 3)."""
+    add_weighted_block(self, a, of_a, block, values)
+    add_weighted_block(self, b, of_b, block, values)
+    add_weighted_coupling(self, a, b, of_a, of_b, block, values)
 
 
 cdef void add_weighted_block(const Data *self, ptrdiff_t e, const double *of_nodes,

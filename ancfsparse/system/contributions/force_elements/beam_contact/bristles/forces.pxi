@@ -368,17 +368,17 @@ cdef void bristle_block(const Data *self, const Bristle *each, double *block) no
 
 
 cdef void add_bristle_blocks(const Data *self, double *values) noexcept nogil:
-    """Add the derivative of the friction of bristles by places, of each element by itself."""
+    """Add the derivative of the friction of bristles by places."""
     cdef const Bristle *each
     cdef double[9] block
-    cdef double[4] of_nodes
+    cdef double[4] of_a
+    cdef double[4] of_b
     cdef ptrdiff_t k
     for k in range(self.n_bristles):
         each = self.bristle + k
         if each.limit == 0.0:
             continue
         bristle_block(self, each, block)
-        weigh_nodes(self, each.a, each.of_a, of_nodes)
-        add_weighted_block(self, each.a, of_nodes, block, values)
-        weigh_nodes(self, each.b, each.of_b, of_nodes)
-        add_weighted_block(self, each.b, of_nodes, block, values)
+        weigh_nodes(self, each.a, each.of_a, of_a)
+        weigh_nodes(self, each.b, each.of_b, of_b)
+        add_pair_blocks(self, each.a, each.b, of_a, of_b, block, values)

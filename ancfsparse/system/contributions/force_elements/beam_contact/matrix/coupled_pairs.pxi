@@ -116,21 +116,16 @@ cdef void add_coupling(const Data *self, int32_t low, int32_t high, const double
             block[n * i + j] -= stiffness * g[i] * h[j]
 
 
-cdef void add_sliding_coupling(const Data *self, const Touch *each, const double *block,
-                               double *values) noexcept nogil:
-    """Add - S_a^T B S_b of the elements of a touching point, for a symmetric B (3, 3)."""
-    cdef double[4] of_a
-    cdef double[4] of_b
-    cdef double *out = block_of(self, each.a, each.b, values)
-    cdef const double *of_low = of_a
-    cdef const double *of_high = of_b
+cdef void add_weighted_coupling(const Data *self, int32_t a, int32_t b, const double *of_a,
+                                const double *of_b, const double *block,
+                                double *values) noexcept nogil:
+    """Add - S_a^T B S_b of two elements, for a symmetric B (3, 3)."""
+    cdef double *out = block_of(self, a, b, values)
+    cdef const double *of_low = of_a if a < b else of_b
+    cdef const double *of_high = of_b if a < b else of_a
     cdef ptrdiff_t dim = self.dim, n = 4 * dim, i, j
     if out == NULL:
         return
-    weigh(self, each.a, each.z, of_a)
-    weigh(self, each.b, each.u, of_b)
-    if each.a > each.b:
-        of_low, of_high = of_b, of_a
     for i in range(n):
         for j in range(n):
             out[n * i + j] -= of_low[i // dim] * of_high[j // dim] * block[3 * (i % dim) + j % dim]
