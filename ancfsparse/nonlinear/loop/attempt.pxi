@@ -193,14 +193,14 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 remaining = norm / bound
             else:
                 remaining = largest(self.r, eq.n_coordinates) / self.force_tolerance
-            progress = sqrt(theta * last_theta) if it > 0 else theta
+            progress = sqrt(theta * last_theta) if last_theta > 0.0 else theta
             closer = remaining > 1.0 and solves_closer(self, progress)
             if closer or (remaining > 1.0 and waiting_costs_more(self, progress, remaining)):
                 if not closer:
                     self.counts.reseeds_inside += 1
                     renew_seed(self, newton, attempt_cost(self, used[0]))
                 multiply(self, self.r, newton)
-                last_theta = theta
+                last_theta = 0.0  # the contraction of the old seed does not count for the new one
                 continue
         last_theta = theta
         # If pairs are used sparingly, conjugate gradients and sweeps that contract well use none.
