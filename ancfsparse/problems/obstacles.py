@@ -29,8 +29,6 @@ NET_SECTION = Circle(4e-3)
 # Rubber, whose rates of strain and velocities are damped so that the net comes to rest in seconds.
 NET_MATERIAL = Material(1e6, 1000.0, axial_damping=0.02, rayleigh=(5.0, 0.0))
 LAYER_GAP = 2e-3  # between the layers of a pile at the start [m]
-CABLES_IN_LAYER = 5  # cables of a layer
-LAYER_WIDTH = 0.3  # of a layer [m]
 SCATTER = 4e-3  # of the ends of cables along that width [m]
 PILE_ELEMENT = 8.0 * CABLE_RADIUS  # length [m]
 # Rubber, with damping that brings the pile to rest in some tenths of a second.
@@ -209,24 +207,27 @@ def pile(
     n_cables: int = 20,
     n_elements: int = 10,
     mu: float = 0.3,
-    slip_speed: float = 1e-2,
+    slip_speed: float = 0.0,
     stiffness: float = 1e7,
+    cables_in_layer: int = 5,
+    width: float = 0.3,
 ) -> Mechanism:
-    """Return layers of five rubber cables across each other that fall onto a floor and a pile.
+    """Return layers of rubber cables across each other that fall onto a floor and a pile.
 
-    The cables have a diameter of 10 mm and elements of 40 mm, and lie 60 to 80 mm apart in a
-    layer.  They press on each other with a `stiffness` [N/m2] and on the floor with a tenth of it,
-    with friction.
+    The cables have a diameter of 10 mm and elements of 40 mm.  A layer has `cables_in_layer` of
+    them, at equal distances across its `width` [m], each end off by up to 4 mm.  They press on each
+    other with a `stiffness` [N/m2] and on the floor with a tenth of it, with friction, which sticks
+    by bristles unless there is a `slip_speed` [m/s].
 
-    Quantities: vertical ``force`` on the floor [N]; ``kinetic_energy`` [J]; largest ``penetration``
-    of cables over their radius [-].
+    Quantities: vertical ``force`` on the floor [N]; ``kinetic_energy`` [J]; largest ``speed`` of a
+    node [m/s]; largest ``penetration`` of cables over their radius [-].
     """
     scene = Scene((0.0, 0.0, -GRAVITY))
     n = check_count("n_cables", n_cables)
-    layer, rank = np.divmod(np.arange(n), CABLES_IN_LAYER)
+    layer, rank = np.divmod(np.arange(n), check_count("cables_in_layer", cables_in_layer, 2))
     scatter = SCATTER * np.random.default_rng(1).uniform(-1.0, 1.0, (n, 2))
     along = 0.5 * PILE_ELEMENT * check_count("n_elements", n_elements)
-    across = (rank / (CABLES_IN_LAYER - 1) - 0.5)[:, None] * LAYER_WIDTH + scatter
+    across = (rank / (cables_in_layer - 1) - 0.5)[:, None] * width + scatter
     height = CABLE_RADIUS + LAYER_GAP + layer * (2.0 * CABLE_RADIUS + LAYER_GAP)
     nodes = np.empty((n, 2, 3))
     nodes[:, :, 0], nodes[:, :, 1], nodes[:, :, 2] = (-along, along), across, height[:, None]
@@ -246,12 +247,17 @@ def pile(
         HalfSpace((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
         stiffness=0.1 * stiffness,
         friction=mu,
-        slip_speed=slip_speed,
+        slip_speed=slip_speed or None,
     )
-    contact = scene.contact(cables, cables, stiffness=stiffness, friction=mu, slip_speed=slip_speed)
+    contact = scene.contact(
+        cables, cables, stiffness=stiffness, friction=mu, slip_speed=slip_speed or None
+    )
     watched = {
         "force": lambda run: run.contact_force(floor).force[:, 2],
         "kinetic_energy": lambda run: run.energy.kinetic,
+        "speed": lambda run: np.linalg.norm(run.v[:, run.system.vectors("r")[0]], axis=-1).max(
+            axis=-1
+        ),
         "penetration": lambda run: run.contact_force(contact).penetration / CABLE_RADIUS,
     }
     return Mechanism(scene, watched)

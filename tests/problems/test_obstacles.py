@@ -168,3 +168,29 @@ def test_a_pile_comes_to_rest_with_little_penetration_and_no_failed_step():
     known = MECHANISMS["pile"].value[0]
     lengths = pile().scene.bodies[0].lengths.sum()
     assert known == pytest.approx(1000.0 * math.pi * 25e-6 * lengths * G, rel=1e-6)
+
+
+def test_a_wide_pile_with_a_friction_of_one_comes_to_rest_and_every_step_converges():
+    """As the one of 100 cables in docs/limits.md, with six cables in each of five layers."""
+    scene = pile(30, 20, 1.0, stiffness=3e7, cables_in_layer=6, width=0.7)
+    run = ancf.simulate(scene.scene, 0.4, 2e-3, integrator=ancf.GeneralizedAlpha(0.5), save_every=5)
+    assert run.finished
+    found, cables = scene.quantities(run), scene.bodies["cables"]
+    weight = 1000.0 * math.pi * 25e-6 * cables.lengths.sum() * G
+    assert found["force"][-1] == pytest.approx(weight, rel=1e-4)
+    fall = run.energy.potential[0] - run.energy.potential[-1]
+    # Each layer has fallen by the gaps below it but for penetrations and bending.
+    assert fall == pytest.approx(weight * 2e-3 * 3.0, rel=0.05)
+    assert found["kinetic_energy"][-1] < 1e-6 * fall
+    assert found["speed"].max() > 0.2
+    assert found["speed"][-1] < 1e-3
+    assert 1e-3 < found["penetration"][-1] < 1e-2
+    assert not run.stats.short_steps
+    assert len(run.stats.events) <= 1
+    # At rest the factor of one step serves all others, which take two or three corrections.
+    run = ancf.simulate(
+        scene.scene, 0.5, 2e-3, integrator=ancf.GeneralizedAlpha(0.5), start=run.last
+    )
+    assert run.stats.iterations < 4 * run.stats.steps
+    assert run.stats.factorizations < 5
+    assert scene.quantities(run)["speed"].max() < 1e-3

@@ -74,6 +74,25 @@ def test_a_seed_is_renewed_inside_a_step_where_it_costs_less_than_to_wait(cost_s
     assert loop.counts["reseeds_inside"] == renewed
 
 
+@pytest.mark.parametrize(("cost_seed", "renewed"), [(1.0, 2), (200.0, 1)])
+def test_a_step_begins_with_a_new_seed_where_the_last_one_renewed_it_twice(cost_seed, renewed):
+    # A hardening spring: far out, more than one seed on the way to equilibrium is out of date.
+    equations = Equations(
+        lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [1.0]
+    )
+    loop = equations.loop(
+        equations.limited("broyden", 0), learns=False, economical=True, cost_seed=cost_seed,
+        max_iterations=200,
+    )  # fmt: skip
+    assert loop.solve() == Outcome.CONVERGED
+    assert min(loop.counts["reseeds_inside"], 2) == renewed
+    before = len(equations.trace)
+    assert loop.solve() == Outcome.CONVERGED
+    second = equations.trace[before:]
+    begins = "matrix" in second[: second.index("correct")]
+    assert begins == (renewed > 1)
+
+
 def test_a_step_that_is_solved_again_counts_for_the_rung_that_solved_it_last():
     stiffness = [1.0]
     equations = spring(stiffness)
