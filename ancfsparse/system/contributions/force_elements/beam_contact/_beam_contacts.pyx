@@ -372,6 +372,7 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
         fail(self, r)
         return
     if self.at_end.n == 0:
+        self.n_bristles = 0  # the matrix has none either
         return
     list_pairs(self, &self.at_end)
     restrain_state(self, &self.at_end, x.v)

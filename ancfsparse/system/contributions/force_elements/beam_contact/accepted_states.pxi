@@ -10,13 +10,14 @@ cdef void set_step(void *context, double dt) noexcept nogil:
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
     self.stepped = self.ended = False
+    self.search.listed = False  # the order of the pairs is that of this state
     empty_list(&self.coupling)
+    set_points(self, x.q, self.before)
+    self.touching = self.at_end.n if find_end(self, x.q, x.v) else 0
     if self.grip > 0.0:  # it begins without deflections
         memset(self.slots, 0, self.n_slots * self.width * sizeof(double))
         memset(self.rubbed, 0, 12 * self.n * sizeof(double))
-        set_points(self, x.q, self.before)
         self.crowded = 0
-        self.touching = self.at_end.n if find_end(self, x.q, x.v) else 0
     else:
         accept(context, x)
     self.deepest[0] = 0.0

@@ -135,6 +135,7 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         fail(self, r)
         return
     if self.at_begin.n + self.at_halfway.n + self.at_end.n == 0:
+        self.n_bristles = 0
         return
     list_pairs(self, &self.at_begin)
     list_pairs(self, &self.at_halfway)
