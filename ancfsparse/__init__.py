@@ -61,7 +61,7 @@ if TYPE_CHECKING:
         velocity,
     )
     from ancfsparse.results.hdf5_reader import load
-    from ancfsparse.scene import Pulse, Ramp, Sine, Table
+    from ancfsparse.scene import Input, Pulse, Ramp, Sine, Table
     from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.scene.force_elements.obstacles import (
         Ball,
@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     )
     from ancfsparse.scene.geometry.curves import Arc, Helix
     from ancfsparse.solve import (
+        Simulation,
         assemble,
         buckling,
         complex_modes,
@@ -117,6 +118,7 @@ __all__ = [
     "HeightField",
     "Helix",
     "IBeam",
+    "Input",
     "InputError",
     "InstabilityError",
     "LoadError",
@@ -140,6 +142,7 @@ __all__ = [
     "RungeKuttaNystrom",
     "Scene",
     "Section",
+    "Simulation",
     "Sine",
     "Sphere",
     "State",
@@ -186,13 +189,13 @@ _load = on_demand(
         "plans": "Plan energy frequency plan position reaction section_force slope_angle "
         "static_deflection strain velocity",
         "results.hdf5_reader": "load",
-        "scene": "Pulse Ramp Sine Table",
+        "scene": "Input Pulse Ramp Sine Table",
         "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
         "scene.force_elements.obstacles": "Ball Block Capsule Drum HalfSpace "
         "HeightField Torus TriangleMesh",
         "scene.geometry.curves": "Arc Helix",
-        "solve": "assemble buckling complex_modes load_path modal_response modes quasi_static "
-        "solve_static stable_step",
+        "solve": "Simulation assemble buckling complex_modes load_path modal_response modes "
+        "quasi_static solve_static stable_step",
         "sweeps": "grid latin_hypercube sweep",
     },
 )

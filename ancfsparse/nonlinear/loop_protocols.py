@@ -80,6 +80,7 @@ class NonlinearLoop(Protocol):
     newton: bool
     rate: float
     measured: float
+    memory: Vector
 
     @property
     def capsule(self) -> object:

@@ -31,6 +31,7 @@ from ancfsparse.scene.sections.standard_sections import Circle, IBeam, Rectangle
 from ancfsparse.scene.sections.taper import AnySection, Taper
 
 if TYPE_CHECKING:
+    from ancfsparse.scene.records.inputs import Input
     from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
 
 __all__ = [
@@ -44,6 +45,7 @@ __all__ = [
     "DistributedForce",
     "ElasticBody",
     "IBeam",
+    "Input",
     "Joint",
     "Load",
     "Material",
@@ -69,4 +71,6 @@ __all__ = [
     "check_scene",
 ]
 
-__getattr__ = on_demand(__name__, {"records.signals": "Pulse Ramp Sine Table"})
+__getattr__ = on_demand(
+    __name__, {"records.inputs": "Input", "records.signals": "Pulse Ramp Sine Table"}
+)

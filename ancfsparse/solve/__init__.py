@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ancfsparse.solve.equilibrium_paths.load_path import load_path
     from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
     from ancfsparse.solve.motion.simulate import simulate
+    from ancfsparse.solve.motion.simulation import Simulation
     from ancfsparse.solve.statics.assemble import assemble
     from ancfsparse.solve.statics.static_equilibrium import solve_static
     from ancfsparse.solve.stepping.stable_step import stable_step
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ancfsparse.solve.vibration.modes import modes
 
 __all__ = [
+    "Simulation",
     "assemble",
     "buckling",
     "complex_modes",
@@ -54,6 +56,7 @@ __getattr__ = on_demand(
         "equilibrium_paths.load_path": "load_path",
         "equilibrium_paths.quasi_static": "quasi_static",
         "motion.simulate": "simulate",
+        "motion.simulation": "Simulation",
         "statics.assemble": "assemble",
         "statics.static_equilibrium": "solve_static",
         "stepping.stable_step": "stable_step",

@@ -68,7 +68,7 @@ def chart(result: TotalError) -> Figure:
     low, high = result.model_spread()
     what = "forces of elements evaluated"
     _cloud(counts, result, element_forces, what, "The same without a clock", keys)
-    _by_mesh(mesh, result)
+    _draw_meshes(mesh, result)
     _by_step(step, result)
     for ax in (seconds, counts):
         if not math.isnan(low):
@@ -131,7 +131,7 @@ def _cloud(
     ax.set_ylim(bottom=0.5 * min(size(p) for p in best))
 
 
-def _by_mesh(ax: Axes, result: TotalError) -> None:
+def _draw_meshes(ax: Axes, result: TotalError) -> None:
     """Draw error against elements at the paper's step."""
     for model in result.references:
         curve = [p for n in MESHES if (p := result.at(model, n, paper.DT)) is not None]

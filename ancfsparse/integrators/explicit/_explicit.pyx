@@ -168,6 +168,7 @@ cdef class Explicit:
     def memory(self):
         """Return the memory of the loop besides the state: energy watch, history of the loads."""
         out = {"watch": watch_memory(&self.watch), "amplitudes0": np.array(self.load)}
+        out["power0"] = self.drives.power0
         for row, name in enumerate(REMEMBERED):
             out[name] = np.array(self.history[row])
         return out
@@ -178,6 +179,15 @@ cdef class Explicit:
         np.asarray(self.load)[:] = memory["amplitudes0"]
         for row, name in enumerate(REMEMBERED):
             np.asarray(self.history[row])[:] = memory[name]
+
+    def move(self, q, v, a, lam, memory):
+        """Return to a state, with its memory."""
+        np.asarray(self.q[self.now])[:self.n_all] = q
+        np.asarray(self.v[self.now])[:self.n_all] = v
+        np.asarray(self.rate[self.first])[:self.n] = -a[:self.n]
+        np.asarray(self.lam)[:len(lam)] = lam
+        self.drives.power0 = memory["power0"]
+        self.recall(memory)
 
     @property
     def energy_gain(self):

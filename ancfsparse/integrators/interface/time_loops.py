@@ -152,6 +152,9 @@ class ExplicitLoop(Loop, Protocol):
     def finite(self) -> bool:
         """True if the acceleration at the start is finite."""
 
+    def move(self, q: Vector, v: Vector, a: Vector, lam: Vector, memory: Mapping[str, Any]) -> None:
+        """Return to a state, with its memory."""
+
     def refresh(self) -> None:
         """Recompute the acceleration of the present state."""
 

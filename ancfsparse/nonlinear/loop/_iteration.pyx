@@ -137,6 +137,25 @@ cdef class Iteration:
     def measured(self, double value):
         self.loop.measured = value
 
+    @property
+    def memory(self):
+        """Memory for the steps after the next seed: rates and costs, shape (11,).
+
+        It is complete if the seed is stale, since a new seed replaces secant pairs.
+        """
+        cdef const Loop *loop = &self.loop
+        return np.array([loop.newton, loop.rotating, loop.frame_cost[0], loop.frame_cost[1],
+                         loop.seeds_since_trial, loop.rate, loop.measured, loop.fresh, loop.extra,
+                         loop.cost_since, loop.steps_since])
+
+    @memory.setter
+    def memory(self, values):
+        cdef Loop *loop = &self.loop
+        newton, rotating, loop.frame_cost[0], loop.frame_cost[1] = values[:4]
+        self.newton, loop.rotating, loop.seeds_since_trial = newton != 0, rotating, values[4]
+        loop.rate, loop.measured, loop.fresh, loop.extra, loop.cost_since = values[5:10]
+        loop.steps_since = values[10]
+
     def take_seed(self, seed, inverse, bint rounds, double cost_iteration, double cost_seed):
         """Replace the seed by one that has no factor yet, and the inverse by one based on it."""
         cdef Loop *loop = &self.loop

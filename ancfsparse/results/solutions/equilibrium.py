@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.results import fields, plotting
 from ancfsparse.results.data.run_statistics import RunStats
-from ancfsparse.results.solutions.solution import Solution, Values
+from ancfsparse.results.solutions.solution import SingleState
 from ancfsparse.scene import Body
 from ancfsparse.system.coordinates.state import State, StateHistory
 from ancfsparse.system.system import System
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Equilibrium(Solution):
+class Equilibrium(SingleState):
     """A static equilibrium under the loads at a time.
 
     Parameters
@@ -81,12 +81,6 @@ class Equilibrium(Solution):
         rest = np.zeros((1, len(self.q)))
         times = np.array([self.t])
         return StateHistory(self.q[None], rest, rest, self.lam[None], times, self.history[None])
-
-    def _select(self, values: Values) -> Values:
-        if not isinstance(values, np.ndarray):
-            return values.at(0)
-        first: Any = values[0]
-        return cast(Values, float(first) if values.ndim == 1 else first)
 
     @property
     def multipliers(self) -> Vector:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 import numpy as np
 
@@ -262,3 +262,13 @@ class Solution(Configurations):
         states = self._states
         force = fields.section_force(self.system, states.q, states.v, states.t, body, s)
         return self._select(force)
+
+
+class SingleState(Solution):
+    """One configuration with the forces in it; arrays have no axis of time."""
+
+    def _select(self, values: Values) -> Values:
+        if not isinstance(values, np.ndarray):
+            return values.at(0)
+        first: Any = values[0]
+        return cast(Values, float(first) if values.ndim == 1 else first)

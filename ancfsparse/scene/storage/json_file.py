@@ -23,6 +23,7 @@ from ancfsparse.scene.force_elements.obstacles import OBSTACLE_TYPES
 from ancfsparse.scene.geometry.curves import Arc, Helix
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.compiled_callbacks import is_compiled
+from ancfsparse.scene.records.inputs import Input
 from ancfsparse.scene.records.picklable_functions import MissingFunction
 from ancfsparse.scene.records.record import RECORD_TYPES, REFERENCE_TYPES, BodyRef, Record
 from ancfsparse.scene.records.signal import Sum
@@ -35,7 +36,7 @@ VERSION = 1
 UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 MAX_INLINE_NUMBERS = 1000  # of an array; larger ones are written in base64
 # Classes of data in arguments, by name.
-SIGNALS = (Table, Ramp, Sine, Pulse, Sum)
+SIGNALS = (Table, Ramp, Sine, Pulse, Input, Sum)
 CURVES = (Arc, Helix)
 DATA: dict[str, type[Any]] = (
     SECTION_TYPES

@@ -15,7 +15,12 @@ from ancfsparse import integrators
 from ancfsparse.checks import check_choice, check_count, check_finite, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.integrators import EnergyMomentum, GeneralizedAlpha, Implicit
-from ancfsparse.integrators.interface.time_grid import TimeGrid, as_double, count_steps_from
+from ancfsparse.integrators.interface.time_grid import (
+    MAX_STEPS,
+    TimeGrid,
+    as_double,
+    count_steps_from,
+)
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.results import Equilibrium
@@ -46,6 +51,8 @@ EQUILIBRIUM = "equilibrium"  # start from statics
 CONTACT_HALVINGS = 6
 MAX_ROTATION = 0.07  # rotation of a rigid body in a step, beyond which its energy grows [rad]
 N_SAVED = 200  # states of a run to an accuracy without dt
+N_CHECKED_STEPS = 1000  # of a run without end in which functions of time are checked
+ENDLESS = int(MAX_STEPS)  # number of steps of such a run
 N_COMPARED_RUNS = 4  # motions that a run to an accuracy stores in addition to the result
 
 
@@ -89,6 +96,11 @@ class Request:
     progress: bool
     moved: str = ""
     begun: float = field(default_factory=time.perf_counter)
+
+    @property
+    def is_endless(self) -> bool:
+        """True if the number of steps is not known."""
+        return self.n_steps == ENDLESS
 
     @property
     def rows(self) -> int:
@@ -138,10 +150,10 @@ class Request:
 
 def check_request(
     scene: Scene,
-    t_end: float,
+    t_end: float | None,
     dt: float | None,
     *,
-    accuracy: float | None,
+    accuracy: float | None = None,
     integrator: Implicit | Explicit | str,
     solver: Method | str,
     factorization: str,
@@ -149,13 +161,13 @@ def check_request(
     max_energy_gain: float,
     max_halvings: int | None,
     threads: int,
-    save_every: int,
-    save_nodes: Sequence[Point] | None,
-    output: str | Path | None,
-    progress: bool,
+    save_every: int = 1,
+    save_nodes: Sequence[Point] | None = None,
+    output: str | Path | None = None,
+    progress: bool = False,
     start: State | Equilibrium | str | None,
 ) -> Request:
-    """Return the arguments of `simulate` as a request.
+    """Return the arguments of `simulate`, or of `Simulation` without an end, as a request.
 
     Raises
     ------
@@ -175,6 +187,9 @@ def check_request(
         raise InputError(
             "simulate needs a time step or an accuracy: give dt=1e-3 [s], or accuracy=1e-4 [m]"
         )
+    if t_end is None:
+        check_positive("dt", dt, "s")
+        t_end = t_start + N_CHECKED_STEPS * dt
     n_steps = count_steps_from(t_start, t_end, dt)
     t_end, clock = check_finite("t_end", t_end, "s"), TimeGrid(t_start, as_double("dt", dt))
     save_every = min(check_count("save_every", save_every), n_steps)

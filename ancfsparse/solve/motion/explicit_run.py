@@ -10,7 +10,9 @@ from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
 from ancfsparse.seeds import SparseSeed
+from ancfsparse.solve.motion import checkpoints
 from ancfsparse.solve.motion.arguments import Request
+from ancfsparse.solve.motion.checkpoints import Checkpoint
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
 from ancfsparse.solve.stepping.explicit_setup import (
@@ -45,10 +47,15 @@ class ExplicitRun(FixedStepRun):
             system, dt, n_steps, integrator, gain, request.state
         )
         super().__init__(system, request, time_loop, None, time_loop.state[2], why)
-        self._integrator = integrator
+        self._integrator, self._loop = integrator, time_loop
         self._ahead: SingularCrossing | None = None
         has_bodies = any(body.masses is not None for body in system.scene.bodies)
-        if has_bodies and isinstance(self._mass, SparseSeed) and self._mass.n > system.n_free:
+        if (
+            has_bodies
+            and not request.is_endless
+            and isinstance(self._mass, SparseSeed)
+            and self._mass.n > system.n_free
+        ):
             self._ahead = SingularCrossing(system, request.clock, n_steps, self._mass)
             self._steps_to_pause = 1
 
@@ -76,6 +83,15 @@ class ExplicitRun(FixedStepRun):
             self._time_loop,
             crossing.work,
         )
+
+    def _save(self) -> Checkpoint:
+        return checkpoints.save(self._system, self._time_loop, None, self._stats.steps)
+
+    def return_to(self, back: Checkpoint) -> None:
+        """Return to a checkpoint of this run."""
+        self._loop.move(*back.state, back.memory)
+        checkpoints.restore_contributions(self._system, back)
+        self._stats.steps, self._before = back.step, (back.step, self._time_loop.steps)
 
     def _warn(self, ahead: SingularCrossing) -> None:
         """Warn if the path led through a singular configuration that was not crossed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
@@ -23,7 +23,9 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ImplicitLoop, Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
+    from ancfsparse.solve.motion.checkpoints import Checkpoint
     from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
+    from ancfsparse.system.coordinates.state import State
 
 
 MAX_CHUNK = 2000  # steps taken together, whose loads are tabulated at once
@@ -77,6 +79,8 @@ class FixedStepRun(ABC):
         self._stages, self._dt = request.integrator.stages, request.clock.dt
         self._n_steps, self._save_every = request.n_steps, request.save_every
         self._chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
+        self._takes_inputs = bool(system.loads.n_amplitudes or system.prescribed)
+        self._no_inputs = np.empty((self._chunk, 0))
         self._steps_to_pause = 0  # steps until `_recover` is needed, 0 for as many as fit
         self._crossings: list[Event] = []  # of singular configurations
         seconds = {"set-up": time.perf_counter() - request.begun}
@@ -101,6 +105,30 @@ class FixedStepRun(ABC):
     @abstractmethod
     def _continue(self, crossing: Crossing) -> None:
         """Set the time loop to the end of a crossing."""
+
+    def save_checkpoint(self) -> Checkpoint:
+        """Return the present state; the next steps are those after a return to it."""
+        saved = self._save()
+        self.return_to(saved)
+        return saved
+
+    @abstractmethod
+    def _save(self) -> Checkpoint:
+        """Return the present state with its memory."""
+
+    @abstractmethod
+    def return_to(self, back: Checkpoint) -> None:
+        """Return to a checkpoint of this run."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps taken."""
+        return self._stats.steps
+
+    @property
+    def state(self) -> tuple[Vector, Vector, Vector, Vector]:
+        """Present ``(q, v, a, lam)`` as copies."""
+        return self._time_loop.state
 
     def _recover(self, outcome: Outcome) -> Outcome:
         """Try to recover a failed step, or change the solution of the next ones."""
@@ -138,15 +166,7 @@ class FixedStepRun(ABC):
         OutputError
             If the disk is full.
         """
-        self._recorder = recorder
-        self._record_start()
-        rows = min(self._n_steps, self._chunk) // self._save_every + 1
-        self._room = buffer_rows(self._system.n_all, rows)
-        self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
-        self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
-        if self._system.assembly.n_history:
-            self._buffer.append(np.empty((self._room + 1, self._system.assembly.n_history)))
-            cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
+        self.begin(recorder)
         try:
             outcome = self._run()
             self._keep_last()
@@ -162,6 +182,18 @@ class FixedStepRun(ABC):
             raise
         return outcome
 
+    def begin(self, recorder: StateRecorder) -> None:
+        """Record the start."""
+        self._recorder = recorder
+        self._record_start()
+        rows = min(self._n_steps, self._chunk) // self._save_every + 1
+        self._room = buffer_rows(self._system.n_all, rows)
+        self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
+        self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
+        if self._system.assembly.n_history:
+            self._buffer.append(np.empty((self._room + 1, self._system.assembly.n_history)))
+            cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
+
     def _record_start(self) -> None:
         system, first = self._system, self._time_loop.state
         # Those of the integrator differ, see `consistent_state.starting_state`.
@@ -174,11 +206,29 @@ class FixedStepRun(ABC):
             release_free_memory()
 
     def _run(self) -> Outcome:
-        stats, outcome = self._stats, Outcome.CONVERGED
         with progress_bar("step", self._request.progress, self._n_steps) as bar:
-            while stats.steps < self._n_steps and outcome == Outcome.CONVERGED:
-                outcome = self._recover(self._advance())
-                bar.update(stats.steps - bar.n)
+            return self.advance_to(self._n_steps, lambda steps: bar.update(steps - bar.n))
+
+    def advance_to(self, step: int, report: Callable[[int], object] | None = None) -> Outcome:
+        """Advance to the end of a step; return the outcome.
+
+        Parameters
+        ----------
+        step : int
+            Number of the step.
+        report : callable, optional
+            Called with the number of steps from time to time.
+
+        Raises
+        ------
+        LoadError
+            If a load fails, after the steps before.
+        """
+        stats, outcome = self._stats, Outcome.CONVERGED
+        while stats.steps < step and outcome == Outcome.CONVERGED:
+            outcome = self._recover(self._advance(step))
+            if report is not None:
+                report(stats.steps)
         if outcome != Outcome.CONVERGED:
             self._check_functions(stats.steps + 1)
         return outcome
@@ -192,17 +242,19 @@ class FixedStepRun(ABC):
             reason = f"{failure.reason.rstrip('.')}; that was in step {step}"
             raise LoadError(reason, time) from failure.__cause__
 
-    def _advance(self) -> Outcome:
-        """Advance one chunk of steps."""
+    def _advance(self, end: int) -> Outcome:
+        """Advance one chunk of steps, at most to the end of a step."""
         begin, p = self._stats.steps, len(self._stages)
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
         longest = min(self._steps_to_pause or self._chunk, self._chunk)
-        n = min(longest, self._n_steps - begin, room)
-        steps = np.arange(n, dtype=np.float64)[:, None] + begin
-        times = self._clock.at(steps, self._stages)
-        amplitudes, failure = self._system.inputs(times.ravel(), self.takes_rates)
-        n = len(amplitudes) // p
+        n = min(longest, end - begin, room)
+        amplitudes, failure = self._no_inputs, None
+        if self._takes_inputs:
+            steps = np.arange(n, dtype=np.float64)[:, None] + begin
+            times = self._clock.at(steps, self._stages)
+            amplitudes, failure = self._system.inputs(times.ravel(), self.takes_rates)
+            n = len(amplitudes) // p
         self._before = begin, self._time_loop.steps
         clock = time.perf_counter()
         try:
@@ -226,8 +278,11 @@ class FixedStepRun(ABC):
             return
         begin, counted = self._before
         self._stats.steps = steps = begin + self._time_loop.steps - counted
-        first, every = begin // self._save_every, self._save_every  # recorded before: 0 to `first`
-        new = slice(self._recorder.rows - first, steps // every + 1 - first)
+        every, rows = self._save_every, self._recorder.rows
+        if rows == steps // every + 1:
+            return
+        first = begin // every  # recorded before: 0 to `first`
+        new = slice(rows - first, steps // every + 1 - first)
         numbers = every * (first + np.arange(new.start, new.stop, dtype=np.float64))
         self._recorder.append(self._clock.at(numbers), *(table[new] for table in self._buffer))
 
@@ -240,15 +295,20 @@ class FixedStepRun(ABC):
 
     def _count(self) -> None:
         """Store statistics and the last state."""
-        stats = self._stats
-        self._count_costs()
-        last = None
+        stats = self.count()
         self._buffer = []  # makes room for the last state
-        if self._before is not None:
-            t = self._clock.at(stats.steps)
-            integrator, loop = self._request.integrator, self._nonlinear
-            last = save_state(self._system, integrator, self._time_loop, loop, t, self._dt)
-        self._recorder.finish(stats, last)
+        self._recorder.finish(stats, None if self._before is None else self.last_state())
+
+    def count(self) -> RunStats:
+        """Return the statistics of the steps."""
+        self._count_costs()
+        return self._stats
+
+    def last_state(self) -> State:
+        """Return the present state, with the memory that its next steps need."""
+        t, integrator = self._clock.at(self._stats.steps), self._request.integrator
+        loops = self._time_loop, self._nonlinear
+        return save_state(self._system, integrator, *loops, t, self._dt)
 
     def _append_state(self) -> None:
         time = np.array([self._clock.at(self._stats.steps)])

@@ -12,9 +12,10 @@ from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
 from ancfsparse.solve import initial_conditions, motion, preparation, stepping
+from ancfsparse.solve.motion import checkpoints
 from ancfsparse.solve.motion.arguments import Request
+from ancfsparse.solve.motion.checkpoints import Checkpoint, Failure, Repetition
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
-from ancfsparse.solve.motion.repetition import Checkpoint, Failure, Repetition
 from ancfsparse.solve.preparation.memory_estimate import MemoryEstimate
 from ancfsparse.solve.preparation.threads import usable_threads
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
@@ -67,9 +68,8 @@ class ImplicitRun(FixedStepRun):
         self._repetition: Repetition | None = None
         self._failure: Failure | None = None
         if self._chunk >= MIN_REPEATED_CHUNK:
-            self._repetition = Repetition(
-                system, ready.time_loop, ready.iteration, self._chunk // 2
-            )
+            first = checkpoints.save(system, ready.time_loop, ready.iteration, 0)
+            self._repetition = Repetition(ready.iteration, self._chunk // 2, first)
         if self._back is not None:
             self._full_chunk = self._chunk
             self._chunk = min(self._chunk, preparation.FIRST_COMPARISON)
@@ -95,6 +95,8 @@ class ImplicitRun(FixedStepRun):
     def _search_singularities(self) -> None:
         """Look for singular configurations from the next step on."""
         system, self._ahead = self._system, None
+        if self._request.is_endless:  # a crossing takes many steps at once
+            return
         if system.n_multipliers and all(body.masses is not None for body in system.scene.bodies):
             self._ahead = motion.prepare_crossings(
                 system, self._clock, self._n_steps, self._integrator
@@ -127,7 +129,7 @@ class ImplicitRun(FixedStepRun):
         if self._failure and self._stats.steps >= self._failure.step:
             self._end_trial()
         if self._repetition and self._repetition.is_due(self._stats.steps):
-            self._repetition.keep(self._save(self._stats.steps))
+            self._repetition.keep(self._save())
         if self._compliant and is_last:
             self._compliant.warn()
         wait = max(0, self._projection_step - self._stats.steps)
@@ -209,7 +211,7 @@ class ImplicitRun(FixedStepRun):
             return outcome
         self._check_functions(failed)
         report = FailedStep.record(self._loop, self._iteration, outcome)
-        end, inside, self._before = self._save(stats.steps), self._before is None, None
+        end, inside, self._before = self._save(), self._before is None, None
         back = self._repetition.begin(failed)
         if back is None:
             self._before = None if inside else (stats.steps, self._time_loop.steps)
@@ -222,17 +224,32 @@ class ImplicitRun(FixedStepRun):
         name = f"Newton from step {back.step + 1} on"
         self._switches.append(Event(failed, self._clock.at(failed), name, cause, rate))
         self._recorder = TrialRecorder(back.step // self._save_every + 1)
-        stats.steps, self._projection_step = back.step, back.next_projection
-        if self._compliant:
-            self._compliant.steps_to_projection = back.projection_interval
+        self._restore(back)
+        self._iteration.newton = True
         self._search_singularities()
         self._before = back.step, self._time_loop.steps
         return Outcome.CONVERGED
 
-    def _save(self, step: int) -> Checkpoint:
-        assert self._repetition is not None
+    def _save(self) -> Checkpoint:
         interval = self._compliant.steps_to_projection if self._compliant else 0
-        return self._repetition.save(step, self._projection_step, interval)
+        loops = self._loop, self._iteration
+        return checkpoints.save(
+            self._system, *loops, self._stats.steps, self._projection_step, interval
+        )
+
+    def _restore(self, back: Checkpoint) -> None:
+        """Set the loops, the contributions and the projections of velocities to a checkpoint."""
+        checkpoints.restore(self._system, self._loop, self._iteration, back)
+        self._stats.steps, self._projection_step = back.step, back.next_projection
+        if self._compliant:
+            self._compliant.steps_to_projection = back.projection_interval
+
+    def return_to(self, back: Checkpoint) -> None:
+        """Return to a checkpoint of this run."""
+        self._restore(back)
+        self._failure, self._before = None, (back.step, self._time_loop.steps)
+        if self._repetition:
+            self._repetition = Repetition(self._iteration, self._chunk // 2, back)
 
     def _end_trial(self) -> bool:
         failure, trial = self._failure, self._recorder
@@ -247,9 +264,9 @@ class ImplicitRun(FixedStepRun):
             self._recorder, self._failure = failure.recorder, None
             return False
         self._before = None
-        self._repetition.restore(failure.end)
+        self._restore(failure.end)
         self._system.assembly.forget()  # errors of functions in these steps
-        self._recorder, self._stats.steps = failure.recorder, failure.end.step
+        self._recorder = failure.recorder
         if not failure.is_inside_step:
             self._before = self._stats.steps, self._time_loop.steps
         return True

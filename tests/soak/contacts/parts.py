@@ -8,7 +8,7 @@ import numpy as np
 
 from ancfsparse.solve import stepping
 from ancfsparse.solve.motion import implicit_run
-from ancfsparse.solve.motion.repetition import Repetition
+from ancfsparse.solve.motion.checkpoints import Repetition
 
 
 class Watched:

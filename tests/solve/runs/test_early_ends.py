@@ -128,9 +128,9 @@ def test_signals_are_answered_between_two_steps(
 
     advance = fixed_step_run.FixedStepRun._advance
 
-    def started(self):
+    def started(self, end):
         alarm(0.3, error)
-        return advance(self)
+        return advance(self, end)
 
     monkeypatch.setattr(fixed_step_run.FixedStepRun, "_advance", started)
     with pytest.raises(error) as caught:

@@ -22,8 +22,8 @@ class Failure:
     def __init__(self, after):
         self.after, self.step, self.advance = after, None, fixed_step_run.FixedStepRun._advance
 
-    def __call__(self, run):
-        outcome = self.advance(run)
+    def __call__(self, run, end):
+        outcome = self.advance(run, end)
         if run._stats.steps < self.after or self.step is not None:
             return outcome
         self.step = run._stats.steps
@@ -33,7 +33,7 @@ class Failure:
 @pytest.fixture
 def failure(monkeypatch):
     failure = Failure(after=50)
-    monkeypatch.setattr(fixed_step_run.FixedStepRun, "_advance", lambda run: failure(run))
+    monkeypatch.setattr(fixed_step_run.FixedStepRun, "_advance", lambda *args: failure(*args))
     return failure
 
 

@@ -1,4 +1,4 @@
-"""Repeat the last steps of a motion by Newton's method where a later one fails."""
+"""Checkpoints of a run, and the repetition of steps from them by Newton's method."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ancfsparse.solve.stepping.state_recorder import StateRecorder
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import ImplicitLoop
+    from ancfsparse.integrators.interface.time_loops import ImplicitLoop, Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 
 
 class Checkpoint(NamedTuple):
-    """State of a run after a step, with all data on which its next steps depend.
+    """State of a run after a step, with all data that its next steps depend on.
 
     Attributes
     ----------
@@ -31,9 +31,8 @@ class Checkpoint(NamedTuple):
         Memory of the time loop, copied.
     contributions : (k,) float
         Internal variables of contributions.
-    rate, measured : float
-        Contraction of the corrections, and the length of the first correction for which it was
-        measured, see `NonlinearLoop`.
+    solver : (11,) float
+        Memory of the nonlinear loop; empty without one.
     next_projection, projection_interval : int
         Step after which velocities are projected next, and the steps between (`ImplicitRun`).
     """
@@ -42,10 +41,58 @@ class Checkpoint(NamedTuple):
     state: tuple[Vector, Vector, Vector, Vector]
     memory: dict[str, Any]
     contributions: Vector
-    rate: float
-    measured: float
-    next_projection: int
-    projection_interval: int
+    solver: Vector
+    next_projection: int = 0
+    projection_interval: int = 0
+
+
+def save(
+    system: System,
+    time_loop: Loop,
+    iteration: NonlinearLoop | None,
+    step: int,
+    next_projection: int = 0,
+    projection_interval: int = 0,
+) -> Checkpoint:
+    """Return a checkpoint of the present state, after a number of steps."""
+    memory = {
+        name: np.copy(value) if isinstance(value, np.ndarray) else value
+        for name, value in time_loop.memory.items()
+    }
+    return Checkpoint(
+        step,
+        time_loop.state,
+        memory,
+        np.array(system.assembly.memory),
+        np.empty(0) if iteration is None else iteration.memory,
+        next_projection,
+        projection_interval,
+    )
+
+
+def restore(
+    system: System, time_loop: ImplicitLoop, iteration: NonlinearLoop, back: Checkpoint
+) -> None:
+    """Set implicit loops and the internal variables of contributions to a checkpoint.
+
+    The seed is renewed in the next step.
+    """
+    q, v, a, lam = back.state
+    memory = back.memory
+    start = Start(q, v, a, memory.get("b0", a), lam, memory["amplitudes0"])
+    time_loop.move(start, memory.get("before", q), np.zeros(0), np.zeros(0))
+    time_loop.recall(memory)
+    restore_contributions(system, back)
+    iteration.memory = back.solver
+    iteration.step = back.step
+    iteration.mark_stale()
+
+
+def restore_contributions(system: System, back: Checkpoint) -> None:
+    """Set the internal variables of contributions to a checkpoint."""
+    system.assembly.begin(back.state[0])
+    if len(back.contributions):
+        system.assembly.memory = back.contributions
 
 
 class Failure(NamedTuple):
@@ -88,31 +135,30 @@ class Repetition:
 
     Parameters
     ----------
-    system, time_loop, iteration
-        The moving system and its compiled loops.
+    iteration : NonlinearLoop
+        The compiled loop of corrections.
     interval : int
         Number of steps between checkpoints.
+    first : Checkpoint
+        The first checkpoint.
     """
 
-    def __init__(
-        self, system: System, time_loop: ImplicitLoop, iteration: NonlinearLoop, interval: int
-    ) -> None:
-        self._system, self._time_loop, self._iteration = system, time_loop, iteration
-        self._interval, self._failed = interval, 0
-        self._newer = self._older = self.save(0)
+    def __init__(self, iteration: NonlinearLoop, interval: int, first: Checkpoint) -> None:
+        self._iteration, self._interval, self._failed = iteration, interval, 0
+        self._newer = self._older = first
 
     def is_due(self, step: int) -> bool:
         """Return whether the next checkpoint is due after a step."""
         return step >= self._newer.step + self._interval
 
-    def keep(self, checkpoint: Checkpoint) -> None:
+    def keep(self, newest: Checkpoint) -> None:
         """Keep a checkpoint, and return to the selected method after the failed step."""
-        self._older, self._newer = self._newer, checkpoint
-        if self._failed and checkpoint.step > self._failed:
+        self._older, self._newer = self._newer, newest
+        if self._failed and newest.step > self._failed:
             self._iteration.newton, self._failed = False, 0
 
     def begin(self, failed: int) -> Checkpoint | None:
-        """Return to the older checkpoint after a failed step, and select Newton's method.
+        """Return the checkpoint from which the steps before a failed one are repeated.
 
         Returns None if that is in vain, because Newton's method failed, or only the failed step
         would be repeated.
@@ -121,37 +167,4 @@ class Repetition:
         if self._iteration.newton or back.step >= failed - 1:
             return None
         self._failed, self._newer = failed, back
-        self.restore(back)
-        self._iteration.newton = True
         return back
-
-    def save(self, step: int, next_projection: int = 0, projection_interval: int = 0) -> Checkpoint:
-        """Return a checkpoint of the present state, after a number of steps."""
-        loop, iteration = self._time_loop, self._iteration
-        memory = {name: value.copy() for name, value in loop.memory.items()}
-        contributions = np.array(self._system.assembly.memory)
-        return Checkpoint(
-            step,
-            loop.state,
-            memory,
-            contributions,
-            iteration.rate,
-            iteration.measured,
-            next_projection,
-            projection_interval,
-        )
-
-    def restore(self, back: Checkpoint) -> None:
-        """Set the loops and the internal variables of contributions to a checkpoint."""
-        q, v, a, lam = back.state
-        memory = back.memory
-        b = memory.get("b0", a)
-        start = Start(q, v, a, b, lam, memory["amplitudes0"])
-        self._time_loop.move(start, memory.get("before", q), np.zeros(0), np.zeros(0))
-        self._time_loop.recall(memory)
-        self._system.assembly.begin(q)
-        if len(back.contributions):
-            self._system.assembly.memory = back.contributions
-        self._iteration.rate, self._iteration.measured = back.rate, back.measured
-        self._iteration.step = back.step
-        self._iteration.mark_stale()

@@ -1,0 +1,441 @@
+"""A motion that is advanced step by step, from outside."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ancfsparse.array_types import Vector
+from ancfsparse.checks import check_count, check_finite, check_positive
+from ancfsparse.errors import AncfError, InputError
+from ancfsparse.messages import format_value
+from ancfsparse.nonlinear import Method, Outcome
+from ancfsparse.results import Equilibrium, RunStats, Trajectory
+from ancfsparse.results.data.interpolation import interpolate
+from ancfsparse.results.solutions.solution import SingleState
+from ancfsparse.scene import Input, Point, Scene
+from ancfsparse.scene.records.inputs import TRANSITIONS, Transition, make_transition
+from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
+from ancfsparse.solve.motion.arguments import (
+    ENDLESS,
+    check_request,
+    select_halvings,
+    select_integrator,
+)
+from ancfsparse.solve.motion.checkpoints import Checkpoint
+from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
+from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
+from ancfsparse.solve.preparation.memory_estimate import check_memory
+from ancfsparse.system.coordinates.state import State, StateHistory
+from ancfsparse.system.used_signals import signals_of
+
+if TYPE_CHECKING:
+    from ancfsparse.integrators import Explicit, Implicit
+    from ancfsparse.results.fields.contact_table import ContactTable
+    from ancfsparse.results.fields.rigid_body_motion import BodyMotion
+    from ancfsparse.scene.bodies.rigid_body import RigidBody
+
+ROUNDING = 1e-9  # of a time, over the step
+
+
+class NoRecorder:
+    """Recorder of a simulation, which has its present state alone."""
+
+    rows = 1
+
+    def append(self, *tables: object, begin: int | None = None) -> None:
+        """Leave the states out."""
+
+    def finish(self, stats: RunStats, last: State | None = None) -> None:
+        """Leave the statistics out."""
+
+
+class Snapshot:
+    """State of a simulation that `Simulation.restore` returns to.
+
+    Attributes
+    ----------
+    t : float
+        Time [s].
+    """
+
+    def __init__(
+        self,
+        owner: Simulation,
+        checkpoint: Checkpoint,
+        t: float,
+        transitions: dict[str, Transition],
+    ) -> None:
+        self._owner, self._checkpoint, self.t, self._transitions = owner, checkpoint, t, transitions
+
+    def __repr__(self) -> str:
+        """Name the time."""
+        return f"Snapshot: t = {self.t:.6g} s"
+
+
+@dataclass(frozen=True)
+class Punctuality:
+    """Report of a simulation that was to keep up with the clock.
+
+    Attributes
+    ----------
+    steps : int
+        Number of steps.
+    missed : int
+        Steps that ended after their time.
+    latest : float
+        Largest delay [s].
+    """
+
+    steps: int
+    missed: int
+    latest: float
+
+
+class Simulation(SingleState):
+    """A motion with a fixed step that is advanced on demand.
+
+    Results are named as in a `Trajectory`, without its axis of time:
+    ``simulation.position(rod.end)`` is an array (dim,) at the present time.  All steps are those of
+    `simulate`, bit for bit.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    dt : float
+        Time step [s].
+    integrator, solver, factorization, tolerance, max_energy_gain, max_halvings, threads, start
+        As in `simulate`.
+
+    Attributes
+    ----------
+    steps : int
+        Number of steps taken.
+
+    Raises
+    ------
+    InputError
+        If an argument is invalid.
+
+    Notes
+    -----
+    Functions of time of prescribed motions are checked over the first 1000 steps.  Mechanisms of
+    rigid bodies are not carried across singular configurations as `simulate` does it.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        dt: float,
+        *,
+        integrator: Implicit | Explicit | str = "auto",
+        solver: Method | str = "auto",
+        factorization: str = "auto",
+        tolerance: str | float = "default",
+        max_energy_gain: float = 0.01,
+        max_halvings: int | None = None,
+        threads: int = 1,
+        start: State | Equilibrium | str | None = None,
+    ) -> None:
+        request = check_request(
+            scene,
+            None,
+            dt,
+            integrator=integrator,
+            solver=solver,
+            factorization=factorization,
+            tolerance=tolerance,
+            max_energy_gain=max_energy_gain,
+            max_halvings=max_halvings,
+            threads=threads,
+            start=start,
+        )
+        request = replace(request, save_every=request.n_steps)
+        needed = request.memory()
+        check_memory(needed)
+        self.system = build_system_at_start(request)
+        warn_of_unresolved_signals(self.system, request.clock, request.n_steps, stacklevel=3)
+        request = replace(request, n_steps=ENDLESS, save_every=ENDLESS)
+        request = select_halvings(select_integrator(request, self.system), self.system)
+        self._clock, self._settings = request.clock, request.settings | {"t_end": None}
+        used = [each.signal for each in signals_of(self.system)]
+        self._inputs = {each.name: each for each in used if isinstance(each, Input)}
+        self._transitions: dict[str, Transition] = {}
+        self._run = cast(FixedStepRun, build_run(request, self.system, needed))
+        self._run.begin(NoRecorder())
+        self._error: AncfError | None = None
+        self._calls: list[tuple[Callable[[Simulation], object], int]] = []
+
+    def __repr__(self) -> str:
+        """Summarise time and steps in one line."""
+        end = "" if self._error is None else ", ended by an error"
+        return f"Simulation: t = {self.t:.6g} s after {self.steps} steps of {self.dt:g} s{end}"
+
+    @property
+    def dt(self) -> float:
+        """Time step [s]."""
+        return float(self._clock.dt)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps taken."""
+        return self._run.steps
+
+    @property
+    def t(self) -> float:
+        """Present time [s]."""
+        return float(self._clock.at(self.steps))
+
+    @property
+    def q(self) -> Vector:  # type: ignore[override]  # not to be set
+        """Coordinates, (n,) [m for positions, 1 for slopes]."""
+        return self._run.state[0]
+
+    @property
+    def stats(self) -> RunStats:
+        """Operation counts and times of all steps."""
+        return self._run.count()
+
+    @property
+    def state(self) -> State:
+        """The present state; ``simulate(..., start=simulation.state)`` continues."""
+        return self._run.last_state()
+
+    def step(self, n: int = 1) -> None:
+        """Take steps.
+
+        Parameters
+        ----------
+        n : int, optional
+            Number of steps.
+
+        Raises
+        ------
+        StepError
+            If a step fails; the simulation then stays at the last step before it.
+        LoadError
+            If a function of time fails.
+        """
+        if n != 1:
+            n = check_count("n", n)
+        end = self._run.steps + n
+        if not self._calls:
+            self._advance(end)
+            return
+        while self._run.steps < end:
+            due = min(every - self._run.steps % every for _, every in self._calls)
+            self._advance(min(end, self._run.steps + due))
+            for call, every in self._calls:
+                if self._run.steps % every == 0:
+                    call(self)
+
+    def _advance(self, end: int) -> None:
+        if self._error is not None:
+            raise InputError(
+                f"the simulation ended at t = {self.t:.6g} s with an error "
+                f"({type(self._error).__name__}): restore a snapshot, or begin another simulation"
+            ) from self._error
+        with self._set_inputs():
+            outcome = self._run.advance_to(end)
+            if outcome != Outcome.CONVERGED:
+                self._error = self._run.failure(outcome, self._trajectory())
+                raise self._error
+
+    @contextmanager
+    def _set_inputs(self) -> Iterator[None]:
+        """Let the inputs of the scene have the values of this simulation."""
+        before = TRANSITIONS.set(self._transitions)
+        try:
+            yield
+        finally:
+            TRANSITIONS.reset(before)
+
+    def set(
+        self,
+        which: Input,
+        value: ArrayLike,
+        *,
+        rate: ArrayLike | None = None,
+        over: float | None = None,
+    ) -> None:
+        """Set an input; it changes smoothly from its present value and rate.
+
+        Parameters
+        ----------
+        which : Input
+            An input that the scene uses.
+        value : float or array_like, shape (size,)
+            New value [unit of its use].
+        rate : float or array_like, shape (size,), optional
+            Rate with which it arrives there and continues, by default zero [unit/s].
+        over : float, optional
+            Duration of the change [s], by default one step.  A load of the next step has the new
+            value at its end.
+
+        Raises
+        ------
+        InputError
+            If the scene has no such input, or a value is invalid.
+        """
+        self._check_input(which)
+        duration = self.dt if over is None else check_positive("over", over, "s")
+        end = which.check_value("the value", value)
+        velocity = np.zeros(which.size) if rate is None else which.check_value("the rate", rate)
+        last = self._transitions.get(which.name, which.initial)
+        now, first, second = (last.evaluate(np.array([self.t]), order)[0] for order in range(3))
+        change = make_transition(self.t, duration, now, first, second, end, velocity)
+        self._transitions = self._transitions | {which.name: change}
+
+    def value(self, which: Input) -> float | Vector:
+        """Return the present value of an input, a number or (size,) [unit of its use]."""
+        self._check_input(which)
+        value = self._transitions.get(which.name, which.initial).evaluate(np.array([self.t]))[0]
+        return value if which.size > 1 else float(value[0])
+
+    def _check_input(self, which: Input) -> None:
+        if not isinstance(which, Input) or which.name not in self._inputs:
+            names = ", ".join(self._inputs) or "none"
+            raise InputError(
+                f"{format_value(which)} is no input of this scene; its inputs are: {names}"
+            )
+
+    def run_real_time(self, t: float, factor: float = 1.0) -> Punctuality:
+        """Take steps to a time, each not before its time by the clock.
+
+        Parameters
+        ----------
+        t : float
+            Time of the end of a step [s].
+        factor : float, optional
+            Simulated time over time by the clock [-].
+
+        Returns
+        -------
+        Punctuality
+            Number of steps, missed ones, and the largest delay [s].
+        """
+        check_positive("factor", factor)
+        begin, clock, missed, latest = self.t, time.perf_counter(), 0, 0.0
+        steps = self._steps_to(t)
+        for _ in range(steps):
+            self.step()
+            ahead = (self.t - begin) / factor - (time.perf_counter() - clock)
+            if ahead > 0.0:
+                time.sleep(ahead)
+            else:
+                missed, latest = missed + 1, max(latest, -ahead)
+        return Punctuality(steps, missed, latest)
+
+    def run_until(self, condition: float | Callable[[Simulation], bool]) -> None:
+        """Take steps to a time, or until a condition holds.
+
+        Parameters
+        ----------
+        condition : float or callable
+            Time of the end of a step, after the present one [s]; or a function of the simulation
+            that is called after each step and returns True at the end.
+
+        Raises
+        ------
+        InputError
+            If the time is not the end of a later step.
+        """
+        if callable(condition):
+            self.step()
+            while not condition(self):
+                self.step()
+            return
+        self.step(self._steps_to(condition))
+
+    def _steps_to(self, t: float) -> int:
+        """Return the number of steps from the present time to another one."""
+        end = check_finite("the time to run to", t, "s")
+        steps = (end - self.t) / self.dt
+        n = round(steps)
+        if n < 1 or abs(steps - n) > ROUNDING * max(1.0, abs(end) / self.dt):
+            raise InputError(
+                f"the time to run to must be a number of steps of {self.dt:g} s after the present "
+                f"t = {self.t:.10g} s, got {end:.10g} s: try {self.t + max(1, n) * self.dt:.10g} s"
+            )
+        return n
+
+    def on_step(self, call: Callable[[Simulation], object], every: int = 1) -> None:
+        """Call a function with the simulation after steps.
+
+        Parameters
+        ----------
+        call : callable
+            The function.
+        every : int, optional
+            Number of steps between two calls.
+        """
+        if not callable(call):
+            raise InputError(f"on_step needs a function, got {format_value(call)}")
+        self._calls.append((call, check_count("every", every)))
+
+    def snapshot(self) -> Snapshot:
+        """Return the present state with all data that the next steps depend on.
+
+        The matrix is factored again in the next step, so that these steps and those after a
+        `restore` are equal bit for bit.
+        """
+        return Snapshot(self, self._run.save_checkpoint(), self.t, self._transitions)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Return to a snapshot of this simulation.
+
+        Raises
+        ------
+        InputError
+            If it is of another one.
+        """
+        if not isinstance(snapshot, Snapshot) or snapshot._owner is not self:
+            raise InputError(
+                f"restore needs a snapshot of this simulation, got {format_value(snapshot)}: to "
+                "continue from a state of another one, begin a simulation with start="
+            )
+        self._run.return_to(snapshot._checkpoint)
+        self._transitions, self._error = snapshot._transitions, None
+
+    @property
+    def _states(self) -> StateHistory:
+        q, v, a, lam = (table[None] for table in self._run.state)
+        return StateHistory(q, v, a, lam, np.array([self.t]), self.system.assembly.history[None])
+
+    def _trajectory(self) -> Trajectory:
+        q, v, a, lam, t, history = self._states
+        stats, settings = self.stats, self._settings
+        return Trajectory(self.system, t, q, v, a, lam, stats, settings, None, history)
+
+    @property
+    def _states_of_forces(self) -> StateHistory:
+        with self._set_inputs():
+            return self._trajectory()._states_of_forces
+
+    @property
+    def multipliers(self) -> Vector:
+        """Lagrange multipliers of the constraints, (m,)."""
+        return self._run.state[3]
+
+    def velocity(self, node: Point) -> Vector:
+        """Return the velocity of a point, (dim,) [m/s]."""
+        return interpolate(self.system.point(node), self._run.state[1])
+
+    def acceleration(self, node: Point) -> Vector:
+        """Return the acceleration of a point, (dim,) [m/s2]."""
+        return interpolate(self.system.point(node), self._run.state[2])
+
+    def contacts(self) -> ContactTable:
+        """Return the places that touch, as `Trajectory.contacts` does."""
+        return self._trajectory().contacts()
+
+    def body(self, body: RigidBody) -> BodyMotion:
+        """Return the motion of a rigid body, as `Trajectory.body` does, with one row of each."""
+        return self._trajectory().body(body)

@@ -1,0 +1,21 @@
+"""The examples of docs/simulation.md run as they stand, to the values that were asked for."""
+
+import re
+
+import pytest
+
+from tests.paths import ROOT
+
+PAGE = (ROOT / "docs/simulation.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_examples_run():
+    names = {}
+    for block in BLOCKS:
+        exec(compile(block, "docs/simulation.md", "exec"), names)
+    sim, load = names["sim"], names["load"]
+    assert sim.position(load.origin)[2] == pytest.approx(-1.5, abs=0.02)
+    assert sim.tension(names["winch"]) == pytest.approx(5.0 * 9.81, rel=1e-3)
+    up, still, down = (names["heights"][rate] for rate in (-0.1, 0.0, 0.1))
+    assert (up - still, down - still) == pytest.approx((0.05, -0.05), abs=1e-6)

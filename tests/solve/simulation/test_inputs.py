@@ -1,0 +1,127 @@
+"""Loads and lengths that a simulation sets in each step."""
+
+import threading
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from tests.solve.simulation.scenes import pendulum, same
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
+def test_a_load_that_is_set_in_each_step_is_that_of_a_table(integrator, rng):
+    dt, values = 1e-3, rng.uniform(-1.0, 1.0, (101, 2))
+    values[:2] = 0.0
+    table = ancf.Table(dt * np.arange(101), values, outside="hold")
+    scene, rod = pendulum(table)
+    run = ancf.simulate(scene, 0.1, dt, integrator=integrator)
+    load = ancf.Input(2)
+    scene, other = pendulum(load)
+    sim = ancf.Simulation(scene, dt, integrator=integrator)
+    for value in values[1:]:
+        sim.set(load, value)
+        sim.step()
+        assert np.array_equal(sim.value(load), value)
+    moved = np.max(np.abs(run.displacement(rod.end)))
+    assert np.max(np.abs(sim.position(other.end) - run.position(rod.end)[-1])) < 1e-13 * moved
+
+
+def weight_on_a_winch():
+    length = ancf.Input(default=1.0, name="length")
+    scene = ancf.Scene((0, 0, -9.81))
+    load = scene.add_body(mass=2.0, inertia=0.01 * np.eye(3), position=(0, 0, -1.0))
+    winch = scene.winch([(0, 0, 0), load.origin], length=length)
+    return scene, load, winch, length
+
+
+def test_a_length_moves_with_the_rates_that_are_set():
+    scene, load, winch, length = weight_on_a_winch()
+    sim = ancf.Simulation(scene, 1e-3)
+    sim.set(length, 0.95, rate=-0.5, over=0.2)  # then it continues
+    sim.run_until(0.3)
+    assert sim.position(load.origin)[2] == pytest.approx(-0.9, abs=1e-9)
+    assert sim.velocity(load.origin)[2] == pytest.approx(0.5, abs=1e-6)
+    assert sim.tension(winch) == pytest.approx(2.0 * 9.81, rel=1e-6)
+    sim.set(length, 0.8, over=0.2)
+    sim.run_until(0.4)
+    x = np.linspace(0.0, 1.0, 1001)
+    cubic, quartic, quintic = np.linalg.solve(
+        [[1, 1, 1], [3, 4, 5], [6, 12, 20]], [0.8 - 0.9 + 0.1, 0.1, 0.0]
+    )
+    course = 0.9 - 0.1 * x + cubic * x**3 + quartic * x**4 + quintic * x**5
+    second = (6 * cubic * x + 12 * quartic * x**2 + 20 * quintic * x**3) / 0.2**2
+    assert sim.position(load.origin)[2] == pytest.approx(-course[500], abs=1e-9)
+    assert sim.tension(winch) == pytest.approx(2.0 * (9.81 - second[500]), rel=1e-4)
+
+
+def test_an_input_that_is_not_set_has_its_default():
+    scene, load, winch, _ = weight_on_a_winch()
+    run = ancf.simulate(scene, 0.05, 1e-3)
+    assert run.position(load.origin)[-1, 2] == pytest.approx(-1.0, abs=1e-12)
+    assert run.tension(winch)[-1] == pytest.approx(2.0 * 9.81, rel=1e-9)
+
+
+def test_inputs_return_with_a_snapshot():
+    scene, _, _, length = weight_on_a_winch()
+    sim = ancf.Simulation(scene, 1e-3)
+    sim.set(length, 0.9, over=0.1)
+    sim.step(50)
+    before = sim.snapshot()
+    sim.step(20)
+    first = sim.state
+    sim.set(length, 1.1)
+    sim.step(5)
+    sim.restore(before)
+    sim.step(20)
+    assert same(sim.state, first)
+
+
+def test_a_scene_with_inputs_is_read_as_it_was_written(tmp_path):
+    scene, *_, length = weight_on_a_winch()
+    scene.save(tmp_path / "winch.json")
+    loaded = ancf.Scene.load(tmp_path / "winch.json")
+    sim = ancf.Simulation(loaded, 1e-3)
+    sim.set(length, 0.9, over=0.1)
+    sim.step(100)
+    assert sim.position(loaded.bodies[0].origin)[2] == pytest.approx(-0.9, abs=1e-9)
+
+
+def test_simulations_of_one_scene_have_their_own_inputs():
+    load = ancf.Input(2)
+    scene, rod = pendulum(load)
+    sims = [ancf.Simulation(scene, 1e-3) for _ in range(2)]
+    barrier = threading.Barrier(2)
+
+    def move(sim, value):
+        for _ in range(50):
+            barrier.wait()
+            sim.set(load, value)
+            sim.step()
+
+    values = (0.0, 1.0), (0.0, -1.0)
+    threads = [threading.Thread(target=move, args=each) for each in zip(sims, values, strict=True)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    alone = ancf.Simulation(scene, 1e-3)
+    for _ in range(50):
+        alone.set(load, values[1])
+        alone.step()
+    assert np.array_equal(sims[1].q, alone.q)
+    assert sims[0].position(rod.end)[1] > sims[1].position(rod.end)[1] + 1e-4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"size": 4}, "size of an input must be 1, 2 or 3"),
+        ({"size": 2, "default": (1.0,)}, "default of input"),
+        ({"default": np.nan}, "default of input"),
+        ({"name": 3}, "name of an input must be a text"),
+    ],
+)
+def test_invalid_inputs_are_refused(arguments, message):
+    with pytest.raises(ancf.InputError, match=message):
+        ancf.Input(**arguments)
