@@ -39,7 +39,7 @@ def largest_depth(path: Trajectory, case: ContactCase) -> float:
     points = np.stack([states[:, where] @ weights for where, weights in tables], axis=1)
     paths = [points[:-1] + k / SAMPLES * np.diff(points, axis=0) for k in range(SAMPLES)]
     positions = np.concatenate([*paths, points[-1:]]).reshape(-1, points.shape[-1])
-    return float(1.0 - contact.obstacle.distances(positions).min() / contact.radius)
+    return float(1.0 - contact.obstacle.distances(positions).min() / contact.radii[0])
 
 
 def energy_changes(path: Trajectory) -> tuple[float, float]:

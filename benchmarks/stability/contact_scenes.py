@@ -149,7 +149,7 @@ def add_contact(shape: str, friction: str, stiffness: float | None) -> ContactCa
 def compute_default_stiffness(shape: str) -> float:
     """Return the default stiffness of the contact of a scene [N/m2]."""
     case = add_contact(shape, "no friction", None)
-    return default_stiffness(System(case.scene), case.contact)
+    return default_stiffness(System(case.scene), case.contact, 0)
 
 
 def scale_stiffness(shape: str, friction: str, ratio: float) -> ContactCase:

@@ -171,8 +171,8 @@ def test_a_pile_comes_to_rest_with_little_penetration_and_no_failed_step():
 
 
 def test_a_wide_pile_with_a_friction_of_one_comes_to_rest_and_every_step_converges():
-    """As the one of 100 cables in docs/limits.md, with six cables in each of five layers."""
-    scene = pile(30, 20, 1.0, stiffness=3e7, cables_in_layer=6, width=0.7)
+    """As the one of 100 cables in docs/limits.md, with five cables in each of four layers."""
+    scene = pile(20, 16, 1.0, stiffness=3e7, cables_in_layer=5, width=0.56)
     run = ancf.simulate(scene.scene, 0.4, 2e-3, integrator=ancf.GeneralizedAlpha(0.5), save_every=5)
     assert run.finished
     found, cables = scene.quantities(run), scene.bodies["cables"]
@@ -180,7 +180,7 @@ def test_a_wide_pile_with_a_friction_of_one_comes_to_rest_and_every_step_converg
     assert found["force"][-1] == pytest.approx(weight, rel=1e-4)
     fall = run.energy.potential[0] - run.energy.potential[-1]
     # Each layer has fallen by the gaps below it but for penetrations and bending.
-    assert fall == pytest.approx(weight * 2e-3 * 3.0, rel=0.05)
+    assert fall == pytest.approx(weight * 2e-3 * 2.5, rel=0.05)
     assert found["kinetic_energy"][-1] < 1e-6 * fall
     assert found["speed"].max() > 0.2
     assert found["speed"][-1] < 1e-3

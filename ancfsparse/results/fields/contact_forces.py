@@ -35,18 +35,19 @@ class ForceOfStates:
 
 @dataclass(frozen=True, eq=False)
 class ContactForce(ForceOfStates):
-    """Force of an obstacle on the quadrature points of a body, or of all contacts on its elements.
+    """Force of an obstacle on bodies, at their quadrature points, or of all contacts of a body.
 
     Attributes
     ----------
     s : ndarray, shape (n,)
-        Arc coordinates of the points, or of the middles of the elements [m].
+        Arc coordinates of the points, of each body from its start, or of the middles of the
+        elements [m].
     pressure : ndarray, shape (k, n)
         Normal force per length [N/m].
     friction : ndarray, shape (k, n, dim)
-        Friction on the body per length [N/m].
+        Friction on the bodies per length [N/m].
     force : ndarray, shape (k, dim)
-        Resultant force on the body [N].
+        Resultant force on all bodies [N].
     """
 
     s: Vector
@@ -57,12 +58,12 @@ class ContactForce(ForceOfStates):
 
 @dataclass(frozen=True, eq=False)
 class BeamContactForce(ForceOfStates):
-    """Forces of two bodies on each other, or of one on itself.
+    """Forces of bodies on each other, or on themselves.
 
     Attributes
     ----------
     force : ndarray, shape (k, dim)
-        Resultant force on the first body [N], zero for one that touches itself.
+        Resultant force on the bodies of the first side [N], zero if both sides are equal.
     size : ndarray, shape (k,)
         Sum of the sizes of the normal forces between all pairs of points [N].
     friction : ndarray, shape (k,)
@@ -100,7 +101,7 @@ def contact_force(
     forces = contribution.forces(*table)
     per_length = forces / contact.weights[:, None]
     return ContactForce(
-        np.array([contact.body.arc(point) for point in contact.points]),
+        np.array([point.beam.arc(point) for point in contact.points]),
         np.linalg.norm(per_length[:, 0], axis=2),
         per_length[:, 1],
         forces.sum(axis=(1, 2)),
@@ -114,13 +115,14 @@ def force_on_elements(system: System, of: ElasticBody, states: StateHistory) -> 
     k, n, dim = len(q), len(system.elements(body)), system.scene.dim
     sizes, normal, friction = np.zeros((k, n)), np.zeros((k, n, dim)), np.zeros((k, n, dim))
     for each in system.contributions:
-        if isinstance(each, ContactContribution) and each.contact.body is body:
-            forces = each.forces(q, v, history).reshape(k, 2, n, -1, dim)
+        if isinstance(each, ContactContribution) and body in each.contact.bodies:
+            own = each.contact.per_point([other is body for other in each.contact.bodies])
+            forces = each.forces(q, v, history)[:, :, own].reshape(k, 2, n, -1, dim)
             sizes += np.linalg.norm(forces[:, 0], axis=-1).sum(axis=-1)
             normal += forces[:, 0].sum(axis=2)
             friction += forces[:, 1].sum(axis=2)
         elif isinstance(each, BeamContactContribution) and body in each.contact.bodies:
-            first = 0 if each.contact.body is body else each.contact.body.n_elements
+            first = each.contact.starts[each.contact.bodies.index(body)]
             for row in range(k):
                 state = np.ascontiguousarray(q[row]), np.ascontiguousarray(v[row])
                 elements, _, force, _ = each.compiled.touches(*state)

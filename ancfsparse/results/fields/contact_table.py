@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -106,8 +107,11 @@ def _stretches(
     sizes = np.linalg.norm(contribution.forces(q[None], v[None], rows)[0], axis=2)
     velocities, depths = contribution.motion(q, v)
     speeds = np.linalg.norm(velocities, axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], depths > 0.0, [0]])))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    owner = contact.per_point(range(1, 1 + len(contact.bodies)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], owner * (depths > 0.0), [0]])))
+    for begin, end in pairwise(edges.tolist()):
+        if depths[begin] <= 0.0:
+            continue  # a gap
         normal, friction = sizes[:, begin:end].sum(axis=1).tolist()
         yield Touch(
             contact,

@@ -39,7 +39,9 @@ MAX_ENLARGEMENT = 3.0  # extent of a picture with a drum or a ball, over that of
 def collect_obstacles(system: System, of: Body | None = None) -> list[Obstacle]:
     """Return the fixed obstacles of a system, or those that one of its bodies touches."""
     contacts = (each for each in system.attachments if isinstance(each, Contact) and not each.on)
-    return list(dict.fromkeys(each.obstacle for each in contacts if of in (None, each.body)))
+    return list(
+        dict.fromkeys(each.obstacle for each in contacts if of is None or of in each.bodies)
+    )
 
 
 def make_moving_obstacles(system: System, of: Body | None = None) -> list[RigidOutline]:

@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.force_elements.beam_contacts import make_beam_contact
+    from ancfsparse.scene.force_elements.beam_contacts import BeamContact, check_pairs
     from ancfsparse.scene.force_elements.contact_checks import (
-        check_elements,
+        check_bodies,
+        check_contact,
+        check_law,
         check_on,
-        check_penetration,
-        check_reach,
-        check_restitution,
-        check_slip_speed,
-        check_static_friction,
         radius_of,
     )
     from ancfsparse.scene.force_elements.fixed_ends import (
@@ -25,18 +22,16 @@ if TYPE_CHECKING:
     )
 
 __all__ = [
-    "check_elements",
+    "BeamContact",
+    "check_bodies",
+    "check_contact",
+    "check_law",
     "check_on",
-    "check_penetration",
-    "check_reach",
-    "check_restitution",
-    "check_slip_speed",
-    "check_static_friction",
+    "check_pairs",
     "describe_left_out",
     "fixed_points",
     "is_left_out",
     "joined_points",
-    "make_beam_contact",
     "near_elements",
     "radius_of",
 ]
@@ -44,9 +39,8 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "beam_contacts": "make_beam_contact",
-        "contact_checks": "check_elements check_on check_penetration check_reach "
-        "check_restitution check_slip_speed check_static_friction radius_of",
+        "beam_contacts": "BeamContact check_pairs",
+        "contact_checks": "check_bodies check_contact check_law check_on radius_of",
         "fixed_ends": "describe_left_out fixed_points is_left_out joined_points near_elements",
     },
 )

@@ -5,41 +5,47 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ancfsparse.array_types import Indices, Integers
-from ancfsparse.checks import check_flag, check_moderate
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene import force_elements
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.loads.attachment import Attachment, ContactLaw, check_coefficient
+from ancfsparse.scene.loads.attachment import Attachment, Bodies, ContactLaw, names
 
 # Arc over the radius within which a body does not touch itself: half a turn after which it lies at
 # its own side.
 NEIGHBOUR_ARC_RATIO = math.pi
+BOTH = 3  # a body on both sides
 
 
 @dataclass(frozen=True, eq=False)
 class BeamContact(ContactLaw):
-    """Contact of a beam or a mesh with another one or with itself.
+    """Contact of beams and meshes with each other and with themselves.
 
     Attributes
     ----------
-    body, other, stiffness, friction, slip_speed, restitution, static_friction
-        As in `Scene.contact` and `Contact`; `other` is `body` if it touches itself.
+    bodies, one, other : tuple of Beam or Mesh
+        All bodies, and those of both sides; one on both sides touches itself.
     radii : tuple of float
-        Distances of the surfaces of both from their axes [m].
+        Distances of the surfaces of all bodies from their axes [m].
+    stiffness, friction, slip_speed, restitution, static_friction
+        As in `Scene.contact` and `Contact`.
     separates : bool
         `push_out`.
     """
 
-    body: ElasticBody
-    other: ElasticBody
+    bodies: Bodies
+    one: Bodies
+    other: Bodies
     stiffness: float
-    radii: tuple[float, float]
+    radii: tuple[float, ...]
     friction: float
     slip_speed: float
     restitution: float
@@ -49,78 +55,72 @@ class BeamContact(ContactLaw):
     @property
     def what(self) -> str:
         """Name in messages."""
-        other = "itself" if self.is_within else self.other.name
-        return f"the contact of {self.body.name} with {other}"
+        other = names(self.other)
+        if len(self.one) == len(self.other) == len(self.bodies):
+            other = "itself" if len(self.bodies) == 1 else "each other"
+        return f"the contact of {names(self.one)} with {other}"
 
     @property
-    def is_within(self) -> bool:
-        """True if the body touches itself."""
-        return self.body is self.other
+    def sides(self) -> Integers:
+        """The sides that each of the bodies is on: 1, 2, or 3 for both."""
+        one, other = set(self.one), set(self.other)
+        return np.array([(body in one) + 2 * (body in other) for body in self.bodies])
+
+    def per_element(self, values: ArrayLike) -> Vector:
+        """Return numbers of the bodies for each of their elements."""
+        return np.repeat(values, [body.n_elements for body in self.bodies])
 
     def notes(self, joints: Iterable[Joint]) -> list[str]:
         """Return sentences on the parts that it leaves out."""
         pairs = force_elements.joined_points(self, joints)
-        return [
-            force_elements.describe_left_out(self.what, *pair)
-            for pair in pairs[:: 1 + self.is_within]
-        ]
-
-    @property
-    def bodies(self) -> tuple[ElasticBody, ...]:
-        """The bodies, each once."""
-        return (self.body,) if self.is_within else (self.body, self.other)
+        return [force_elements.describe_left_out(self.what, *pair) for pair in pairs]
 
     def point(self, element: int, xi: float) -> Point:
-        """Return a point by the number of its element among those of both bodies."""
-        own = self.body.n_elements
-        body, index = (self.body, element) if element < own else (self.other, element - own)
-        return Point(body, index, xi)
+        """Return a point by the number of its element among those of all bodies."""
+        k = int(np.searchsorted(self.starts, element, side="right")) - 1
+        return Point(self.bodies[k], element - int(self.starts[k]), xi)
+
+    @cached_property
+    def starts(self) -> Indices:
+        """Numbers of the first element of each body among those of all."""
+        return np.cumsum([0, *(body.n_elements for body in self.bodies[:-1])])
 
 
-def make_beam_contact(
-    body: ElasticBody,
-    other: ElasticBody,
-    stiffness: float,
-    radii: tuple[float, float],
-    friction: float,
-    slip_speed: float | None,
-    restitution: float | None,
-    static_friction: float | None,
-    separates: bool,
-    before: Iterable[Attachment],
-) -> BeamContact:
-    """Return the contact of two bodies of a scene, or of one with itself; see `Scene.contact`."""
-    contact = BeamContact(
-        body,
-        other,
-        check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
-        radii,
-        check_coefficient(f"friction of the contact of {body.name}", friction),
-        force_elements.check_slip_speed(body, slip_speed),
-        force_elements.check_restitution(body, restitution),
-        force_elements.check_static_friction(body, friction, static_friction, slip_speed),
-        check_flag("push_out", separates),
-    )
+def check_pairs(contact: BeamContact, before: Iterable[Attachment]) -> None:
+    """Refuse a contact of two bodies that touch by another one already."""
+    own = set(contact.one), set(contact.other)
     for each in before:
-        if isinstance(each, BeamContact) and {each.body, each.other} == {body, other}:
-            raise InputError(f"{contact.what} was added before: leave one of them out")
-    return contact
+        if not isinstance(each, BeamContact):
+            continue
+        for sides in ((each.one, each.other), (each.other, each.one)):
+            if own[0].isdisjoint(sides[0]) or own[1].isdisjoint(sides[1]):
+                continue
+            one, other = (
+                next(body for body in side if body in bodies)
+                for side, bodies in zip(sides, own, strict=True)
+            )
+            partner = "itself" if one is other else other.name
+            raise InputError(
+                f"the contact of {one.name} with {partner} was added before: leave one of them out"
+            )
 
 
 def untouched_elements(contact: BeamContact, joints: Iterable[Joint]) -> list[Indices]:
-    """Return the elements that each element does not touch, numbered among those of both bodies.
+    """Return the elements that each element does not touch, numbered among those of all bodies.
 
     These are its neighbours along a body that touches itself, and those beyond a joint.
     """
-    body, first = contact.body, 0 if contact.is_within else contact.body.n_elements
-    n = sum(each.n_elements for each in contact.bodies)
-    tables: list[Indices] = [np.empty(0, dtype=np.int32)] * n
-    if contact.is_within:
-        tables = neighbours(body, NEIGHBOUR_ARC_RATIO * contact.radii[0])
-    for one, other in force_elements.joined_points(contact, joints):
+    tables: list[Indices] = []
+    first: dict[Any, int] = dict(zip(contact.bodies, contact.starts.tolist(), strict=True))
+    for body, radius, side in zip(contact.bodies, contact.radii, contact.sides, strict=True):
+        if side == BOTH:
+            along = neighbours(body, NEIGHBOUR_ARC_RATIO * radius)
+            tables += [each + np.int32(first[body]) for each in along]
+        else:
+            tables += [np.empty(0, dtype=np.int32)] * body.n_elements
+    for pair in force_elements.joined_points(contact, joints):
         near, beyond = (
-            force_elements.near_elements(one),
-            force_elements.near_elements(other) + first,
+            force_elements.near_elements(each) + first[each.point.beam] for each in pair
         )
         for own, others in ((near, beyond), (beyond, near)):
             for e in own:

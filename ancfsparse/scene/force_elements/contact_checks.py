@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,16 +12,16 @@ from ancfsparse.checks import check_moderate, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
+from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.force_elements.fixed_ends import (
     MAX_START_DEPTH_RATIO,
     fixed_points,
     is_left_out,
 )
-from ancfsparse.scene.loads.attachment import check_coefficient
+from ancfsparse.scene.loads.attachment import Attachment, Bodies, check_coefficient, names
 from ancfsparse.scene.sections.standard_sections import Circle, Tube
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.elastic_body import ElasticBody
     from ancfsparse.scene.bodies.rigid_body import RigidBody
     from ancfsparse.scene.force_elements.contacts import Contact
     from ancfsparse.scene.force_elements.obstacles import Obstacle
@@ -30,11 +30,58 @@ if TYPE_CHECKING:
 MAX_ELEMENT_ANGLE = 0.5 * math.pi  # of an element around an obstacle [rad]
 
 
-def check_restitution(body: ElasticBody, restitution: float | None) -> float:
-    """Return a coefficient of restitution after checking it, 0 for none."""
-    if restitution is None:
-        return 0.0
-    name = f"restitution of the contact of {body.name}"
+def check_bodies(side: object, own: Callable[[str, ElasticBody], object]) -> Bodies:
+    """Return the bodies of one side of a contact after checking them."""
+    if isinstance(side, ElasticBody):
+        side = (side,)
+    if not isinstance(side, list | tuple) or not side:
+        raise InputError(
+            "contact needs a beam or a mesh of this scene, or a list of them such as scene.beams, "
+            f"got {format_value(side)}"
+        )
+    before = set()
+    for each in side:
+        if not isinstance(each, ElasticBody):
+            raise InputError(
+                f"contact needs a beam or a mesh of this scene, got {format_value(each)}"
+            )
+        own("a contact", each)
+        if each in before:
+            raise InputError(f"contact was given {each.name} twice: name each body once")
+        before.add(each)
+        if each.automatic:
+            raise InputError(
+                f"contact of {each.name} has its points inside elements: give element and "
+                f"n_elements instead of 'auto' for {' and '.join(each.automatic)}"
+            )
+    return tuple(side)
+
+
+def check_law(
+    side: Bodies,
+    friction: float,
+    slip_speed: float | None,
+    restitution: float | None,
+    static_friction: float | None,
+) -> dict[str, float]:
+    """Return the coefficients and the slip speed of a contact after checking them."""
+    of = f"of the contact of {names(side)}"
+    return {
+        "friction": check_coefficient(f"friction {of}", friction),
+        "slip_speed": 0.0
+        if slip_speed is None
+        else check_moderate(f"slip_speed {of}", slip_speed, "m/s"),
+        "restitution": 0.0
+        if restitution is None
+        else _check_restitution(f"restitution {of}", restitution),
+        "static_friction": float(friction)
+        if static_friction is None
+        else _check_static_friction(of, friction, static_friction, slip_speed),
+    }
+
+
+def _check_restitution(name: str, restitution: float) -> float:
+    """Return a coefficient of restitution after checking it."""
     number = check_positive(name, restitution)
     if number > 1.0:
         raise InputError(
@@ -43,13 +90,11 @@ def check_restitution(body: ElasticBody, restitution: float | None) -> float:
     return number
 
 
-def check_static_friction(
-    body: ElasticBody, friction: float, static_friction: float | None, slip_speed: float | None
+def _check_static_friction(
+    of: str, friction: float, static_friction: float, slip_speed: float | None
 ) -> float:
-    """Return the coefficient of static friction after checking it, by default the kinetic one."""
-    if static_friction is None:
-        return float(friction)
-    name = f"static_friction of the contact of {body.name}"
+    """Return the coefficient of static friction after checking it."""
+    name = f"static_friction {of}"
     number = check_coefficient(name, static_friction)
     if number < friction or friction == 0.0:
         raise InputError(
@@ -89,34 +134,45 @@ def radius_of(body: ElasticBody, radius: float | None) -> float:
     raise InputError(f"the section of {body.name} is not round: give contact the radius=")
 
 
-def check_slip_speed(body: ElasticBody, slip_speed: float | None) -> float:
-    """Return a slip speed after checking it, 0 for none."""
-    if slip_speed is None:
-        return 0.0
-    return check_moderate(f"slip_speed of the contact of {body.name}", slip_speed, "m/s")
+def check_contact(contact: Contact, joints: Iterable[Joint], before: Iterable[Attachment]) -> None:
+    """Refuse bodies that cannot touch an obstacle, begin inside it, or touch it already."""
+    check_reach(contact)
+    if not contact.separates:
+        check_penetration(contact, joints)
+    check_elements(contact)
+    for each in before:
+        if type(each) is type(contact) and (each.obstacle, each.on) == (
+            contact.obstacle,
+            contact.on,
+        ):
+            for body in contact.bodies:
+                if body in each.bodies:
+                    raise InputError(
+                        f"{contact.name_with((body,))} was added before: leave one of them out"
+                    )
 
 
 def check_reach(contact: Contact) -> None:
-    """Refuse a body that would touch an obstacle from outside the grid of its distances."""
-    reach = contact.obstacle.reach
-    if contact.radius > reach:
+    """Refuse bodies that would touch an obstacle from outside the grid of its distances."""
+    reach, radius = contact.obstacle.reach, max(contact.radii)
+    if radius > reach:
         raise InputError(
-            f"{contact.what}: the radius of {contact.radius:.6g} m is larger than {reach:.6g} m, "
+            f"{contact.what}: the radius of {radius:.6g} m is larger than {reach:.6g} m, "
             "the largest distance of its grid: give the obstacle a larger cell or spacing"
         )
 
 
 def check_penetration(contact: Contact, joints: Iterable[Joint]) -> None:
-    """Refuse a body that begins inside the obstacle.
+    """Refuse bodies that begin inside the obstacle.
 
-    With a given stiffness, which can be soft, its axis alone must be outside.
+    With a given stiffness, which can be soft, their axes alone must be outside.
     """
-    points, radius = contact.points, contact.radius
+    points, radii = contact.points, contact.per_point(contact.radii)
     distances = contact.obstacle.distances(np.array([point.position for point in points]))
     fixed = fixed_points(contact, joints)
     distances[is_left_out(contact, fixed)] = np.inf
-    k = int(np.argmin(distances))
-    depth = radius - distances[k]
+    k = int(np.argmax((radii - distances) / radii))
+    radius, depth = float(radii[k]), float(radii[k] - distances[k])
     limit = MAX_START_DEPTH_RATIO if contact.stiffness is None else 1.0
     if depth > limit * radius:
         raise InputError(
@@ -128,12 +184,13 @@ def check_penetration(contact: Contact, joints: Iterable[Joint]) -> None:
 
 def check_elements(contact: Contact) -> None:
     """Refuse elements that are longer than a quarter of the circumference of an obstacle."""
-    limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * contact.radius
-    longest = float(contact.body.lengths.max())
-    if longest > limit:
-        times = math.ceil(longest / limit)
-        raise InputError(
-            f"{contact.what}: an element of {longest:.6g} m is longer than a quarter of its "
-            f"circumference, {limit:.6g} m: take at least {times} times as many elements, "
-            f"{times * contact.body.n_elements}"
-        )
+    for body, radius in zip(contact.bodies, contact.radii, strict=True):
+        limit = 0.25 * contact.obstacle.circumference + MAX_ELEMENT_ANGLE * radius
+        longest = float(body.lengths.max())
+        if longest > limit:
+            times = math.ceil(longest / limit)
+            raise InputError(
+                f"{contact.name_with((body,))}: an element of {longest:.6g} m is longer than a "
+                f"quarter of its circumference, {limit:.6g} m: take at least {times} times as many "
+                f"elements, {times * body.n_elements}"
+            )

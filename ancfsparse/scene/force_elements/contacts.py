@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_flag, check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene import force_elements
-from ancfsparse.scene.bodies.body import Point
+from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.force_elements import obstacles
-from ancfsparse.scene.loads.attachment import ContactLaw, check_coefficient
+from ancfsparse.scene.loads.attachment import ContactLaw, names
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, BodyRef, Record
 
@@ -39,8 +40,8 @@ GRIP_RATIO = 0.1
 class ContactSpec(Record):
     """The record of `Scene.contact`."""
 
-    body: BodyRef
-    obstacle: Obstacle | BodyRef
+    body: BodyRef | tuple[BodyRef, ...]
+    obstacle: Obstacle | BodyRef | tuple[BodyRef, ...]
     stiffness: float | None
     radius: float | None
     friction: float = 0.0
@@ -54,26 +55,33 @@ class ContactSpec(Record):
 
     def describe(self, at: At, made: Contact | BeamContact) -> str:
         """Describe both sides and the numbers."""
-        out = ", pushed out" * self.push_out
-        if not isinstance(made, Contact):
-            numbers = [made.stiffness, *made.radii]
+        if isinstance(made, Contact):
+            sides, on = [made.bodies], "" if made.on is None else f" on {made.on.name}"
+            other = f"{made.obstacle!r}{on}"
+            numbers = [*made.radii, made.friction, made.slip_speed, made.stiffness or 0.0]
+        else:
+            sides = [made.one, made.other]
+            other = ", ".join(each.name for each in made.other)
+            numbers = [made.stiffness, *(made.radius(each) for side in sides for each in side)]
             if made.friction:
                 numbers += [made.friction, made.slip_speed]
-            numbers += [each for each in (self.restitution, self.static_friction) if each]
-            return f"contact ({self.body.body}; {made.other.name}): {format_numbers(numbers)}{out}"
-        numbers = [made.radius, self.friction, self.slip_speed or 0.0, self.stiffness or 0.0]
         numbers += [each for each in (self.restitution, self.static_friction) if each]
-        on = "" if self.on is None else f" on {self.on.body}"
-        return f"contact ({self.body.body}; {self.obstacle!r}{on}): {format_numbers(numbers)}{out}"
+        body = ", ".join(each.name for each in sides[0])
+        out = ", pushed out" * self.push_out
+        return f"contact ({body}; {other}): {format_numbers(numbers)}{out}"
 
 
 @dataclass(frozen=True, eq=False)
 class Contact(ContactLaw):
-    """Contact of a beam or a mesh with an obstacle.
+    """Contact of beams and meshes with an obstacle.
 
     Attributes
     ----------
-    body, obstacle, stiffness, radius, friction, slip_speed, on, restitution
+    bodies : tuple of Beam or Mesh
+        The bodies.
+    radii : tuple of float
+        Distances of their surfaces from their axes [m].
+    obstacle, stiffness, friction, slip_speed, on, restitution
         As in `Scene.contact`; no restitution is 0.
     static_friction
         Likewise; by default both frictions are equal.
@@ -81,10 +89,10 @@ class Contact(ContactLaw):
         `push_out`.
     """
 
-    body: ElasticBody
+    bodies: tuple[ElasticBody, ...]
     obstacle: Obstacle
     stiffness: float | None
-    radius: float
+    radii: tuple[float, ...]
     friction: float
     slip_speed: float
     on: RigidBody | None
@@ -95,18 +103,31 @@ class Contact(ContactLaw):
     @property
     def what(self) -> str:
         """Name in messages."""
-        return f"the contact of {self.body.name} with the {self.obstacle.noun}"
+        return self.name_with(self.bodies)
+
+    def name_with(self, bodies: Sequence[Body]) -> str:
+        """Return the name of the contact of some of its bodies in messages."""
+        return f"the contact of {names(bodies)} with the {self.obstacle.noun}"
 
     @property
     def points(self) -> list[Point]:
-        """Quadrature points on the axis of the body, in the order of its elements."""
-        xi = 0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]
-        return [Point(self.body, e, x) for e in range(self.body.n_elements) for x in xi.tolist()]
+        """Quadrature points on the axes of the bodies, in the order of their elements."""
+        xi = (0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]).tolist()
+        return [
+            Point(body, e, x) for body in self.bodies for e in range(body.n_elements) for x in xi
+        ]
+
+    def per_point(self, values: ArrayLike) -> Vector:
+        """Return numbers of the bodies at their quadrature points, (k,)."""
+        return np.repeat(values, [GAUSS_POINTS * body.n_elements for body in self.bodies])
 
     def notes(self, joints: Iterable[Joint]) -> list[str]:
         """Return sentences on the parts that it leaves out."""
         points = force_elements.fixed_points(self, joints)
-        return [force_elements.describe_left_out(self.what, each) for each in points]
+        return [
+            force_elements.describe_left_out(self.name_with((each.point.beam,)), each)
+            for each in points
+        ]
 
     @property
     def frame(self) -> Vector:
@@ -125,7 +146,7 @@ class Contact(ContactLaw):
     def weights(self) -> Vector:
         """Lengths that the quadrature points represent, (k,) [m]."""
         weights = 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[1]
-        return np.outer(self.body.lengths, weights).ravel()
+        return np.outer(np.concatenate([body.lengths for body in self.bodies]), weights).ravel()
 
 
 class Contacts(SceneBase):
@@ -134,7 +155,7 @@ class Contacts(SceneBase):
     @overload
     def contact(
         self,
-        body: ElasticBody,
+        body: ElasticBody | Sequence[ElasticBody],
         obstacle: Obstacle,
         *,
         stiffness: float | None = None,
@@ -150,8 +171,8 @@ class Contacts(SceneBase):
     @overload
     def contact(
         self,
-        body: ElasticBody,
-        obstacle: ElasticBody,
+        body: ElasticBody | Sequence[ElasticBody],
+        obstacle: ElasticBody | Sequence[ElasticBody],
         *,
         stiffness: float,
         radius: float | None = None,
@@ -164,8 +185,8 @@ class Contacts(SceneBase):
 
     def contact(
         self,
-        body: ElasticBody,
-        obstacle: Obstacle | ElasticBody,
+        body: ElasticBody | Sequence[ElasticBody],
+        obstacle: Obstacle | ElasticBody | Sequence[ElasticBody],
         *,
         stiffness: float | None = None,
         radius: float | None = None,
@@ -176,7 +197,7 @@ class Contacts(SceneBase):
         on: RigidBody | None = None,
         push_out: bool = False,
     ) -> Contact | BeamContact:
-        """Let a beam or a mesh touch an obstacle, another beam or mesh, or itself.
+        """Let beams and meshes touch an obstacle, each other, or themselves.
 
         The obstacle presses on the body with a force per length of the penetration e,
         k (e^3/D^2 - e^4/(2 D^3)) up to D = radius/1000 and k (e - D/2) beyond, and has a potential.
@@ -189,10 +210,12 @@ class Contacts(SceneBase):
 
         Parameters
         ----------
-        body : Beam or Mesh
-            The body, with given element and number of elements.
+        body : Beam or Mesh, or sequence of these
+            The body or bodies, with given element and number of elements; all that have been added
+            are ``scene.beams``.
         obstacle : HalfSpace, Drum, Ball, Capsule, Block, Torus, TriangleMesh, HeightField or body
-            The obstacle, or another body; `body` again if it touches itself.
+            The obstacle, or another body or several.  Each one on this side touches each one on
+            the other side; a body on both sides touches itself.
         stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
             it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
@@ -201,7 +224,7 @@ class Contacts(SceneBase):
             fall from where the body begins sinks in by a tenth of the radius.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
-            `Circle` or `Tube`, and needed for other sections.  If given, it is that of both bodies.
+            `Circle` or `Tube`, and needed for other sections.  If given, it is that of all bodies.
         friction : float, optional
             Coefficient of friction mu [-].
         static_friction : float, optional
@@ -248,8 +271,8 @@ class Contacts(SceneBase):
         Two bodies need a stiffness, and press on each other with k e per length, integrated where
         they overlap; planar ones lie in one plane.  Two elements that touch have one bristle, and
         with a `restitution` one factor 1 + gamma tanh(10 W'/(eps sqrt(K/M) W)) of all pressures,
-        where W is their energy, K the stiffness of all touching points [N/m] and M the reduced mass
-        of both bodies [kg].
+        where W is their energy, K the stiffness of all points at which both bodies touch [N/m] and
+        M the reduced mass of both bodies [kg].
         Friction opposes the relative motion of points of both axes, without the motion of surfaces
         by rotation, and acts on these points, without a moment.  A body touches itself where the
         arc between two places is longer than half a turn of its radius and two elements.
@@ -258,102 +281,62 @@ class Contacts(SceneBase):
         other body, contact leaves out the axis over the penetration there plus the distance of axis
         and surface, or of both axes, when they touch.
         """
-        if not isinstance(body, ElasticBody):
-            raise InputError(
-                f"contact needs a beam or a mesh of this scene, got {format_value(body)}"
+        one = force_elements.check_bodies(body, self._own)
+        law = force_elements.check_law(one, friction, slip_speed, restitution, static_friction)
+        if stiffness is not None:
+            stiffness = check_moderate(
+                f"stiffness of the contact of {names(one)}", stiffness, "N/m2"
             )
-        self._own("a contact", body)
-        if body.automatic:
-            raise InputError(
-                f"contact of {body.name} has its points inside elements: give element and "
-                f"n_elements instead of 'auto' for {' and '.join(body.automatic)}"
-            )
-        if isinstance(obstacle, ElasticBody):
+        push_out = check_flag("push_out", push_out)
+        contact: Contact | BeamContact
+        if isinstance(obstacle, obstacles.Obstacle):
+            if obstacle.dim != self.dim:
+                raise InputError(
+                    f"the {obstacle.noun} has {obstacle.dim} coordinates and the scene {self.dim}"
+                )
+            if on is not None:
+                self._own("a contact", force_elements.check_on(obstacle, on))
+            radii = tuple(force_elements.radius_of(each, radius) for each in one)
+            contact = Contact(one, obstacle, stiffness, radii, on=on, separates=push_out, **law)
+            force_elements.check_contact(contact, self.joints, self.attachments)
+        elif isinstance(obstacle, ElasticBody | list | tuple):
+            other = force_elements.check_bodies(obstacle, self._own)
             if on is not None:
                 raise InputError(
-                    f"on= of a contact is for obstacles: leave it out for {obstacle.name}"
+                    f"on= of a contact is for obstacles: leave it out for {names(other)}"
                 )
-            law = friction, slip_speed, restitution, static_friction
-            return self._contact_of_beams(body, obstacle, stiffness, radius, *law, push_out)
-        if not isinstance(obstacle, obstacles.Obstacle):
-            raise InputError(
-                f"contact of {body.name} needs one of {', '.join(obstacles.OBSTACLE_TYPES)}, a "
-                f"beam or a mesh, got {format_value(obstacle)}"
+            if stiffness is None:
+                raise InputError(
+                    f"contact of {names(one)} with {names(other)} needs a stiffness= [N/m2]"
+                )
+            bodies = tuple(dict.fromkeys((*one, *other)))
+            radii = tuple(force_elements.radius_of(each, radius) for each in bodies)
+            contact = force_elements.BeamContact(
+                bodies, one, other, stiffness, radii, separates=push_out, **law
             )
-        if obstacle.dim != self.dim:
+            force_elements.check_pairs(contact, self.attachments)
+        else:
             raise InputError(
-                f"the {obstacle.noun} has {obstacle.dim} coordinates and the scene {self.dim}"
+                f"contact of {names(one)} needs one of {', '.join(obstacles.OBSTACLE_TYPES)}, a "
+                f"list of bodies, a beam or a mesh, got {format_value(obstacle)}"
             )
-        contact = Contact(
-            body,
-            obstacle,
-            None
-            if stiffness is None
-            else check_moderate(f"stiffness of the contact of {body.name}", stiffness, "N/m2"),
-            force_elements.radius_of(body, radius),
-            check_coefficient(f"friction of the contact of {body.name}", friction),
-            force_elements.check_slip_speed(body, slip_speed),
-            None if on is None else self._own("a contact", force_elements.check_on(obstacle, on)),
-            force_elements.check_restitution(body, restitution),
-            force_elements.check_static_friction(body, friction, static_friction, slip_speed),
-            check_flag("push_out", push_out),
-        )
-        force_elements.check_reach(contact)
-        if not contact.separates:
-            force_elements.check_penetration(contact, self.joints)
-        force_elements.check_elements(contact)
-        for other in self.attachments:
-            same = body, obstacle, on
-            if isinstance(other, Contact) and (other.body, other.obstacle, other.on) == same:
-                raise InputError(f"{contact.what} was added before: leave one of them out")
         record = ContactSpec(
-            BodyRef(body.name),
-            obstacle,
-            contact.stiffness,
-            contact.radius,
+            _reference(body),
+            obstacle if isinstance(obstacle, obstacles.Obstacle) else _reference(obstacle),
+            stiffness,
+            radius if radius is None else radii[0],
             contact.friction,
             slip_speed if slip_speed is None else contact.slip_speed,
             None if on is None else BodyRef(on.name),
             restitution if restitution is None else contact.restitution,
             static_friction if static_friction is None else contact.static_friction,
-            contact.separates,
+            push_out,
         )
         return self._attach(contact, record)
 
-    def _contact_of_beams(
-        self,
-        body: ElasticBody,
-        other: ElasticBody,
-        stiffness: float | None,
-        radius: float | None,
-        friction: float,
-        slip_speed: float | None,
-        restitution: float | None,
-        static_friction: float | None,
-        push_out: bool,
-    ) -> BeamContact:
-        self._own("a contact", other)
-        if other.automatic:
-            raise InputError(
-                f"contact of {body.name} with {other.name} needs element and n_elements of "
-                f"{other.name} instead of 'auto' for {' and '.join(other.automatic)}"
-            )
-        if stiffness is None:
-            raise InputError(f"contact of {body.name} with {other.name} needs a stiffness= [N/m2]")
-        radii = force_elements.radius_of(body, radius), force_elements.radius_of(other, radius)
-        law = friction, slip_speed, restitution, static_friction
-        contact = force_elements.make_beam_contact(
-            body, other, stiffness, radii, *law, push_out, self.attachments
-        )
-        record = ContactSpec(
-            BodyRef(body.name),
-            BodyRef(other.name),
-            contact.stiffness,
-            radius and radii[0],
-            contact.friction,
-            slip_speed if slip_speed is None else contact.slip_speed,
-            restitution=restitution if restitution is None else contact.restitution,
-            static_friction=static_friction if static_friction is None else contact.static_friction,
-            push_out=contact.separates,
-        )
-        return self._attach(contact, record)
+
+def _reference(side: ElasticBody | Sequence[ElasticBody]) -> BodyRef | tuple[BodyRef, ...]:
+    """Return the bodies of a side as data."""
+    if isinstance(side, ElasticBody):
+        return BodyRef(side.name)
+    return tuple(BodyRef(each.name) for each in side)

@@ -45,26 +45,27 @@ def fixed_points(contact: Contact, joints: Iterable[Joint]) -> list[FixedPoint]:
                 one for one, other in _coincident_points(joint) if other.beam is contact.on
             )
         for end in ends:
-            if end.beam is not contact.body:
+            if end.beam not in contact.bodies:
                 continue
-            axis = Point(contact.body, end.index, end.xi)
-            depth = contact.radius - float(contact.obstacle.distances(axis.position[None])[0])
-            if depth > MAX_START_DEPTH_RATIO * contact.radius:
-                points.append(FixedPoint(axis, depth + contact.radius))
+            axis, radius = Point(end.beam, end.index, end.xi), contact.radius(end.beam)
+            depth = radius - float(contact.obstacle.distances(axis.position[None])[0])
+            if depth > MAX_START_DEPTH_RATIO * radius:
+                points.append(FixedPoint(axis, depth + radius))
     return points
 
 
 def joined_points(
     contact: BeamContact, joints: Iterable[Joint]
 ) -> list[tuple[FixedPoint, FixedPoint]]:
-    """Return the points at which joints make the axes of both bodies meet."""
-    length = 2.0 * sum(contact.radii)
-    return [
-        (FixedPoint(one, length), FixedPoint(other, length))
-        for joint in joints
-        for one, other in _coincident_points(joint)
-        if one.beam is contact.body and other.beam is contact.other
-    ]
+    """Return the points at which joints make the axes of two bodies meet, first side first."""
+    points = []
+    for joint in joints:
+        for one, other in _coincident_points(joint):
+            if one.beam in contact.one and other.beam in contact.other:
+                length = 2.0 * (contact.radius(one.beam) + contact.radius(other.beam))
+                points.append((FixedPoint(one, length), FixedPoint(other, length)))
+                break
+    return points
 
 
 def _coincident_points(joint: Joint) -> Iterator[tuple[Point, Point]]:
@@ -79,15 +80,18 @@ def is_left_out(contact: Contact, points: Iterable[FixedPoint]) -> Indices:
     """Return whether each quadrature point of a contact is near a fixed point, (n,) bool."""
     out = np.zeros(len(contact.points), dtype=bool)
     at = np.array([(each.index, each.xi) for each in contact.points])
-    elements, xi = at[:, 0].astype(int), at[:, 1]
+    owner = contact.per_point(range(len(contact.bodies)))
     for point, length in points:
+        body: Any = point.beam
+        rows = owner == contact.bodies.index(body)
+        elements, xi = at[rows, 0].astype(int), at[rows, 1]
         tails, heads = arcs_from(point).T
-        lengths = contact.body.lengths[elements]
+        lengths = body.lengths[elements]
         arcs = np.minimum(tails[elements] + xi * lengths, heads[elements] + (1.0 - xi) * lengths)
         if point.xi:
             own = elements == point.index
             arcs[own] = np.abs(xi[own] - point.xi) * lengths[own]
-        out |= arcs < length
+        out[rows] |= arcs < length
     return out
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.bodies.body import Point
+    from ancfsparse.scene.bodies.body import Body, Point
+    from ancfsparse.scene.bodies.elastic_body import ElasticBody
     from ancfsparse.scene.joints.joint import Joint
 
+Bodies: TypeAlias = "tuple[ElasticBody, ...]"
 
 # Check of the coefficients of force elements and of lengths: zero or positive, and moderate.
 check_coefficient = partial(check_not_negative, largest=MAX_MAGNITUDE)
@@ -48,14 +50,26 @@ class Attachment(ABC):
         return ()
 
 
-class ContactLaw(Attachment):
-    """Friction and restitution of contacts with obstacles and of beams with each other."""
+def names(bodies: Sequence[Body]) -> str:
+    """Return bodies as text."""
+    more = {1: "", 2: f" and {bodies[-1].name}"}.get(len(bodies), f" and {len(bodies) - 1} others")
+    return bodies[0].name + more
 
+
+class ContactLaw(Attachment):
+    """Bodies and law of contacts with obstacles and of beams with each other."""
+
+    bodies: Bodies
+    radii: tuple[float, ...]
     friction: float
     slip_speed: float
     static_friction: float
     restitution: float
     contribution: ClassVar[str] = "force_elements.contact.contacts"
+
+    def radius(self, body: ElasticBody) -> float:
+        """Return the distance of the surface of one of the bodies from its axis [m]."""
+        return self.radii[self.bodies.index(body)]
 
     @property
     def sticks(self) -> bool:

@@ -17,9 +17,6 @@ def partition_elements(
 ) -> tuple[Integers, Integers] | None:
     """Assign the blocks of elements to threads that write to disjoint coordinates.
 
-    Blocks are assigned in the order of their first coordinate, so that each thread has a contiguous
-    range; blocks that share coordinates with an earlier thread are evaluated at the end.
-
     Parameters
     ----------
     layouts : sequence of Layout
@@ -31,17 +28,44 @@ def partition_elements(
 
     Returns
     -------
+    run_start, runs
+        As of `partition_blocks`, with the numbers of the layouts.
+        None in place of both if too many blocks share coordinates.
+    """
+    places = [_places(layout, n_free) for layout in layouts]
+    work = [layout.scatter[0].size for layout in layouts]
+    return partition_blocks(places, work, n_all, threads)
+
+
+def partition_blocks(
+    places: Sequence[Integers], work_of_block: Sequence[int], n_all: int, threads: int
+) -> tuple[Integers, Integers] | None:
+    """Assign blocks of work to threads that write to disjoint coordinates.
+
+    Blocks are assigned in the order of their first coordinate, so that each thread has a contiguous
+    range; blocks that share coordinates with an earlier thread are evaluated at the end.
+
+    Parameters
+    ----------
+    places : sequence of (n_blocks, k) int
+        Coordinates of each block, in groups with as many coordinates.
+    work_of_block : sequence of int
+        Work in a block of each group.
+    n_all : int
+        Number of coordinates.
+    threads : int
+        Number of parts, at least 2.
+
+    Returns
+    -------
     run_start : (threads + 2,) int32
         Starts of the runs of each part, of the runs after all parts, and the end.
     runs : (n_runs, 3) int32
         Group, first block and end of each run of blocks.
         None in place of both if too many blocks share coordinates.
     """
-    places = [_places(layout, n_free) for layout in layouts]
     sizes = [len(table) for table in places]
-    work = np.concatenate(
-        [np.full(n, layout.scatter[0].size) for n, layout in zip(sizes, layouts, strict=True)]
-    )
+    work = np.repeat(work_of_block, sizes)
     order = np.argsort(np.concatenate([table.min(axis=1) for table in places]), kind="stable")
     part = np.empty(len(order), dtype=np.int32)
     done = np.cumsum(work[order])

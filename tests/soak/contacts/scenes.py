@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass, field
 
+import numpy as np
+
 import ancfsparse as ancf
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.system import System
@@ -63,8 +65,8 @@ def contacts_of(scene):
     for each in System(scene).contributions:
         contact = getattr(each, "contact", None)
         if contact is not None:
-            mass = contact.body.material.density * contact.body.section.area
-            yield contact, mass, getattr(each, "stiffness", contact.stiffness)
+            mass = contact.bodies[0].material.density * contact.bodies[0].section.area
+            yield contact, mass, np.max(getattr(each, "stiffness", contact.stiffness))
 
 
 def longest_step(scene):

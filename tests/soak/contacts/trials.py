@@ -71,7 +71,9 @@ def outcome_of(drawn, path, sank):
     if sank:
         return "sank in"
     obstacles = [each for each in drawn.contacts if isinstance(each, Contact)]
-    if any(depths(each, path, points_along(each.body)).max() > MAX_DEPTH for each in obstacles):
+    if any(
+        depths(each, path, points_along(each.bodies[0])).max() > MAX_DEPTH for each in obstacles
+    ):
         return "sank in between points"
     return "finished" if any(touches(each, path) for each in drawn.contacts) else "apart"
 
@@ -182,9 +184,9 @@ def surface_power(contact, path):
     sliding = positions(path, contact.points, path.v) - surface
     normals = vectors / sizes[..., None]
     sliding = sliding - (sliding * normals).sum(axis=-1)[..., None] * normals
-    depths = contact.obstacle.radius + contact.radius - sizes
-    stiffness = part_of(contact, path).stiffness
-    mass = contact.body.material.density * contact.body.section.area
+    depths = contact.obstacle.radius + contact.radii[0] - sizes
+    stiffness = part_of(contact, path).stiffness[0]
+    mass = contact.bodies[0].material.density * contact.bodies[0].section.area
     ratio = 2.0 * np.diff(path.t) / (np.pi * np.sqrt(mass / stiffness))
     most = depths.copy()
     most[1:] = np.maximum(
@@ -232,7 +234,7 @@ def judge_contacts(drawn, path, whole):
         # An end sinks into a plane by a part of an element (docs/limits.md), but no part of an axis
         # comes out of the other side of a round obstacle.
         is_plane = isinstance(contact.obstacle, ancf.HalfSpace)
-        points = contact.points if is_plane else points_along(contact.body)
+        points = contact.points if is_plane else points_along(contact.bodies[0])
         vectors = vectors_from(contact, whole, points)
         if (k := passes_base(contact.obstacle, vectors)) is not None:
             noun = contact.obstacle.noun
@@ -274,7 +276,7 @@ def depths(contact, path, points):
     vectors = away(contact.obstacle, vectors_from(contact, path, points))
     is_plane = vectors.shape[-1] == 1
     distances = vectors[..., 0] if is_plane else np.linalg.norm(vectors, axis=-1)
-    return 1.0 - (distances - contact.obstacle.radius) / contact.radius
+    return 1.0 - (distances - contact.obstacle.radius) / contact.radii[0]
 
 
 def points_along(body, places=PLACES):

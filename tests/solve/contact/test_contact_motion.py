@@ -346,7 +346,7 @@ def test_sections_that_are_not_round_need_a_radius():
     rod = scene.add_beam("thin", (0, 1), (1, 1), 8, ancf.Rectangle(0.01, 0.01), MATERIAL)
     with pytest.raises(ancf.InputError, match="not round"):
         scene.contact(rod, FLOOR, stiffness=1.0)
-    assert scene.contact(rod, FLOOR, stiffness=1.0, radius=0.005).radius == 0.005
+    assert scene.contact(rod, FLOOR, stiffness=1.0, radius=0.005).radii == (0.005,)
     auto = ancf.Scene((0.0, -9.81))
     rod = auto.add_beam("auto", (0, 1), (1, 1), "auto", SECTION, MATERIAL)
     with pytest.raises(ancf.InputError, match="give element and n_elements"):

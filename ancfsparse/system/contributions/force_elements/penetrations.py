@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,27 @@ MAX_EXCESS = 3.0  # penetrations without a warning, over those that a default st
 MAX_SOFT_RATIO = 1.0
 
 
+class Penetration(NamedTuple):
+    """A penetration of a contact.
+
+    Attributes
+    ----------
+    depth : float
+        The penetration [m].
+    radius : float
+        Radius of the body, of two bodies the smaller one [m].
+    stiffness : float
+        Force per length and penetration there [N/m2].
+    where : str
+        Names of the point and of its foot on a body.
+    """
+
+    depth: float
+    radius: float
+    stiffness: float
+    where: str
+
+
 @dataclass(frozen=True)
 class PenetrationLimit:
     """The largest penetration that a contact is made for.
@@ -29,10 +50,6 @@ class PenetrationLimit:
     ----------
     what : str
         The contact, in messages.
-    radius : float
-        Radius of the body, of two bodies the smaller one [m].
-    stiffness : float
-        Force per length and penetration [N/m2].
     is_default : bool
         Whether the stiffness follows from loads and speeds at the start.
     exponent : float
@@ -40,35 +57,34 @@ class PenetrationLimit:
     """
 
     what: str
-    radius: float
-    stiffness: float
     is_default: bool
     exponent: float
 
-    def allows(self, depth: float, at_rest: bool) -> bool:
-        """Return whether a penetration [m] needs no warning."""
+    def allows(self, deepest: Penetration, at_rest: bool) -> bool:
+        """Return whether a penetration needs no warning."""
         largest = MAX_EXCESS * _goal(at_rest) if self.is_default else MAX_SOFT_RATIO
-        return depth <= largest * self.radius
+        return deepest.depth <= largest * deepest.radius
 
-    def warning(self, depth: float, at: str, when: str, at_rest: bool) -> PenetrationWarning:
-        """Return the warning of a penetration [m] at a point and a time or a load.
+    def warning(self, deepest: Penetration, when: str, at_rest: bool) -> PenetrationWarning:
+        """Return the warning of a penetration at a time or a load.
 
         A force at rest is proportional to the power `exponent` of the penetration, and the energy
         of an impact to the next one.
         """
-        ratio = depth / self.radius
+        ratio = deepest.depth / deepest.radius
         power = self.exponent if at_rest else self.exponent + 1.0
-        enough = self.stiffness * (ratio / _goal(at_rest)) ** power
+        enough = deepest.stiffness * (ratio / _goal(at_rest)) ** power
         cause = (
-            f"the default stiffness of {self.stiffness:.3g} N/m2 follows from the loads and speeds "
-            "known at the start"
+            f"the default stiffness of {deepest.stiffness:.3g} N/m2 follows from the loads and "
+            "speeds known at the start"
             if self.is_default
-            else f"the given stiffness of {self.stiffness:.3g} N/m2 is too small for the "
+            else f"the given stiffness of {deepest.stiffness:.3g} N/m2 is too small for the "
             + ("loads" if at_rest else "motion")
         )
         return PenetrationWarning(
-            f"{self.what} has a penetration of {depth:.3g} m, {ratio:.2g} times the radius of "
-            f"{self.radius:.3g} m, {when} at {at}: {cause}. Give contact the stiffness={enough:.2g}"
+            f"{self.what} has a penetration of {deepest.depth:.3g} m, {ratio:.2g} times the radius "
+            f"of {deepest.radius:.3g} m, {when} at {deepest.where}: {cause}. Give contact the "
+            f"stiffness={enough:.2g}"
         )
 
 
@@ -89,22 +105,26 @@ class LimitedPenetration(Contribution):
 
     @property
     @abstractmethod
-    def deepest_of_motion(self) -> tuple[float, str]:
-        """The largest penetration in the steps of the last motion [m], and its point."""
+    def deepest_of_motion(self) -> Penetration:
+        """The penetration in the steps of the last motion that is largest over its radius."""
+
+    @abstractmethod
+    def deepest_at(self, q: Vector) -> Penetration:
+        """Return the penetration in a state that is largest over its radius."""
 
     def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
         """Return a warning if the penetration in any step of the last motion was too large.
 
         Saved states are searched for its time only then, since that takes longer than a step.
         """
-        limit, (depth, at) = self.penetration_limit, self.deepest_of_motion
-        if limit is None or limit.allows(depth, at_rest=False):
+        limit, deepest = self.penetration_limit, self.deepest_of_motion
+        if limit is None or limit.allows(deepest, at_rest=False):
             return []
         try:
             when = f"at t = {t[self._deepest_state(q)]:.4g} s,"
         except InputError:  # not all coordinates were saved
             when = "in the run"
-        return [limit.warning(depth, at, when, at_rest=False)]
+        return [limit.warning(deepest, when, at_rest=False)]
 
     def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
         """Return a warning if the penetration in any of the equilibria was too large."""
@@ -112,11 +132,12 @@ class LimitedPenetration(Contribution):
         if limit is None:
             return []
         k = self._deepest_state(q)
-        depth, _, _, at = self.deepest_point(q[k])
-        if limit.allows(depth, at_rest=True):
-            return []
-        return [limit.warning(depth, at, when(k), at_rest=True)]
+        deepest = self.deepest_at(q[k])
+        return (
+            [] if limit.allows(deepest, at_rest=True) else [limit.warning(deepest, when(k), True)]
+        )
 
     def _deepest_state(self, q: Any) -> int:
-        """Return the number of the state with the largest penetration."""
-        return int(np.argmax([self.deepest_point(q[k])[0] for k in range(len(q))]))
+        """Return the number of the state with the largest penetration over its radius."""
+        deepest = (self.deepest_at(q[k]) for k in range(len(q)))
+        return int(np.argmax([each.depth / each.radius for each in deepest]))

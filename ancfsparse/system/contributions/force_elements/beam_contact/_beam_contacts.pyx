@@ -50,14 +50,12 @@ cdef class BeamContact(CompiledContribution):
         Pairs of these coordinates in the matrix.
     length, radius : (n,) float
         Lengths of the elements, distances of their surfaces from their axes [m].
-    straight, group : (n,) int32
-        Whether an element has no slopes; the body it belongs to.
+    straight, side, body : (n,) int32
+        Whether an element has no slopes; the sides it is on, 1, 2 or 3 for both; its body.
     tips : (n, 2) int32
         Whether no other element continues the axis at either end.
     near_start, near : (n + 1,) int32, (k,) int32
         Elements that do not touch an element, because they are its neighbours along the axis.
-    within : bool
-        Whether elements of a group touch each other.
     mass : (n,) float
         Masses per length of the elements [kg/m].
     stiffness : float
@@ -76,19 +74,19 @@ cdef class BeamContact(CompiledContribution):
         Coefficient of restitution eps, 0 for undamped pressures [-].
     slow : float
         Rate of penetrations below which the damping is less, over that of impacts [-].
-    body_mass : float
-        Reduced mass of both bodies [kg].
+    body_mass : (k,) float
+        Masses of the bodies [kg].
     """
 
     cdef Data data
     cdef readonly object coupling
     cdef readonly ptrdiff_t max_pairs
-    cdef int32_t[::1] first_bristle
+    cdef int32_t[::1] first_bristle, first_pair
 
-    def __cinit__(self, place, slot, length, radius, straight, group, tips, near_start, near,
-                  bint within, mass, double stiffness, double friction, double slip_speed,
+    def __cinit__(self, place, slot, length, radius, straight, side, body, tips, near_start,
+                  near, mass, double stiffness, double friction, double slip_speed,
                   double friction0, double grip, following, ptrdiff_t n_slots, double settling,
-                  double restitution, double slow, double body_mass):
+                  double restitution, double slow, body_mass):
         cdef Data *data = &self.data
         cdef Search *search = &data.search
         cdef ptrdiff_t n = len(length)
@@ -96,10 +94,13 @@ cdef class BeamContact(CompiledContribution):
         data.place, data.slot, data.length = integers(place), integers(slot), reals(length)
         data.straight, data.tips, data.mass = integers(straight), integers(tips), reals(mass)
         data.friction, data.slip_speed, data.dt = friction, slip_speed, 0.0
-        data.friction0, data.settling, data.body_mass = friction0, settling, body_mass
+        data.friction0, data.settling = friction0, settling
+        data.body, data.body_mass = integers(body), reals(body_mass)
+        self.first_pair = np.full(len(body_mass), -1, np.int32)
+        data.bodies.first = &self.first_pair[0]
         data.gamma, data.slow = damped_share(restitution), slow
-        search.n, search.radius, search.group = n, reals(radius), integers(group)
-        search.within, search.near_start, search.near = within, integers(near_start), integers(near)
+        search.n, search.radius, search.side = n, reals(radius), integers(side)
+        search.near_start, search.near = integers(near_start), integers(near)
         search.skin = 2.0 * max(radius)
         search.box = self.copy(np.zeros(6 * n))
         data.tight = self.copy(np.zeros(6 * n))
@@ -119,6 +120,7 @@ cdef class BeamContact(CompiledContribution):
         data.start, data.ahead = data.before, self.copy(np.zeros(12 * n))
         data.rubbed, data.speed = data.before + 12 * n, self.copy(np.zeros(12 * n))
         self.set_up_coupling()
+        self.divide(1)
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
@@ -131,6 +133,20 @@ cdef class BeamContact(CompiledContribution):
             self.interface.work = work
         self.interface.set_step, self.interface.admits = set_step, admits
         self.interface.contacts_changed = contacts_changed
+
+    def divide(self, ptrdiff_t threads):
+        """Distribute the pairs among threads; forces are the same for any number of them."""
+        cdef Touches *more = <Touches *>calloc(threads, sizeof(Touches))
+        if more == NULL:
+            raise MemoryError
+        self.free_parts()
+        self.data.of_part, self.data.n_parts = more, threads
+
+    cdef free_parts(self):
+        cdef ptrdiff_t part
+        for part in range(self.data.n_parts):
+            free(self.data.of_part[part].touch)
+        free(self.data.of_part)
 
     cdef set_up_coupling(self):
         cdef Coupling *coupling = &self.data.coupling
@@ -170,6 +186,8 @@ cdef class BeamContact(CompiledContribution):
         free(data.coupling.next)
         free(data.coupling.touches)
         free(data.bristle)
+        free(data.bodies.pair)
+        self.free_parts()
 
     def energy(self, const double[::1] q):
         """Return the potential of the pressures [J]."""

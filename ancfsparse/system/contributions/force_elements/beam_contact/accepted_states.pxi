@@ -23,6 +23,10 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     self.deepest[0] = 0.0
 
 
+cdef inline double reach(const Data *self, ptrdiff_t a, ptrdiff_t b) noexcept nogil:
+    return self.search.radius[a] + self.search.radius[b]
+
+
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     """Keep the control points of a state, and the friction on them unless its work is that of means."""
     cdef Data *self = <Data *>context
@@ -40,7 +44,8 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     leave_out_idle_pairs(&self.coupling, &self.at_end)
     for k in range(self.at_end.n):
         each = self.at_end.touch + k
-        if each.depth > self.deepest[0]:
+        if each.depth * reach(self, <ptrdiff_t>self.deepest[1], <ptrdiff_t>self.deepest[2]) > (
+                self.deepest[0] * reach(self, each.a, each.b)):
             self.deepest[0], self.deepest[1], self.deepest[2] = each.depth, each.a, each.b
             self.deepest[3], self.deepest[4] = each.z, each.u
 

@@ -12,7 +12,7 @@ from libc.string cimport memcpy
 
 cdef enum:
     LEVELS = 3  # halvings of an element where extrema of the gap are sought
-    MOST_PARTS = 64  # overlaps of two elements
+    MOST_OVERLAPS = 64  # overlaps of two elements
     MOST_CORRECTIONS = 60
 cdef double EXACT = 1e-13  # of a root, over its interval
 # Correction by Newton's method, over the interval, that leaves an error of rounding.  It is the last one:
@@ -48,7 +48,7 @@ cdef struct Sides:
     double reach  # distance at which surfaces touch
     double steep  # bound of |da/dz|
     int n, first  # overlaps, and the first one in the present interval
-    double[MOST_PARTS][2] part
+    double[MOST_OVERLAPS][2] part
 
 
 cdef void expand(const double *points, Cubic *out) noexcept nogil:
@@ -247,7 +247,7 @@ cdef void add_part(Sides *self, double begin, double end) noexcept nogil:
     """Add an overlap, or extend the last one."""
     if self.n > self.first and begin <= self.part[self.n - 1][1]:
         self.part[self.n - 1][1] = end
-    elif self.n < MOST_PARTS:
+    elif self.n < MOST_OVERLAPS:
         self.part[self.n][0], self.part[self.n][1] = begin, end
         self.n += 1
 

@@ -31,6 +31,7 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
 )
 from ancfsparse.system.contributions.force_elements.penetrations import (
     LimitedPenetration,
+    Penetration,
     PenetrationLimit,
 )
 from ancfsparse.system.contributions.interface import (
@@ -60,16 +61,14 @@ class BeamContactContribution(LimitedPenetration):
         self.separates = contact.separates
         # Of the bristles of pairs among the history variables of the system.
         self._first_history = first_history
-        self.penetration_limit = PenetrationLimit(
-            contact.what, min(contact.radii), contact.stiffness, is_default=False, exponent=1.5
-        )
+        self.penetration_limit = PenetrationLimit(contact.what, is_default=False, exponent=1.5)
         self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
         self.compiled: CompiledBeamContact
 
     @property
     def _straight(self) -> Integers:
-        flags = [np.full(body.n_elements, body.kind.is_string) for body in self.contact.bodies]
-        return np.concatenate(flags).astype(np.int32)
+        flags = [body.kind.is_string for body in self.contact.bodies]
+        return self.contact.per_element(flags).astype(np.int32)
 
     def cliques(self) -> list[Indices]:
         """Return the coordinates of each element."""
@@ -89,20 +88,19 @@ class BeamContactContribution(LimitedPenetration):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled contact; raise if bodies begin inside each other."""
         contact, system = self.contact, self._system
-        sizes = [body.n_elements for body in contact.bodies]
         near = untouched_elements(contact, system.joints)
         self.compiled = compiled_module("beam_contacts").BeamContact(
             self._indices,
             pattern.slots(self.cliques()[0]),
             np.concatenate([body.lengths for body in contact.bodies]),
-            np.repeat(contact.radii[: len(sizes)], sizes),
+            contact.per_element(contact.radii),
             self._straight,
-            np.repeat(np.arange(len(sizes), dtype=np.int32), sizes),
+            contact.per_element(contact.sides).astype(np.int32),
+            contact.per_element(range(len(contact.bodies))).astype(np.int32),
             np.concatenate([free_ends(body) for body in contact.bodies]),
             offsets_of(near),
             np.concatenate([np.empty(0, dtype=np.int32), *near]).astype(np.int32),
-            contact.is_within,
-            np.concatenate([_masses_per_length(body) for body in contact.bodies]),
+            np.concatenate([masses_per_length(body) for body in contact.bodies]),
             contact.stiffness,
             contact.friction,
             contact.slip_speed,
@@ -113,19 +111,22 @@ class BeamContactContribution(LimitedPenetration):
             2.0 * BRISTLE_DAMPING,
             contact.restitution,
             SLOW_RATIO * contact.restitution,
-            self._reduced_mass(lambda body: (_masses_per_length(body) * body.lengths).sum()),
+            np.array([masses_per_length(body) @ body.lengths for body in contact.bodies]),
         )
         if np.array_equal(system.q0, system.q_ref) and not self.separates:
             self._check_start(system.q0)
         return self.compiled
 
+    def divide(self, n_free: int, n_all: int, threads: int) -> bool:
+        """Distribute the pairs of elements among threads."""
+        self.compiled.divide(threads)
+        return True
+
     def _following(self) -> Iterator[Integers]:
         """Yield the elements that continue those of each body, numbered among all."""
-        first = 0
-        for body in self.contact.bodies:
+        for body, first in zip(self.contact.bodies, self.contact.starts, strict=True):
             table = following_elements(body)
             yield np.where(table < 0, -1, table + first).astype(np.int32)
-            first += body.n_elements
 
     @property
     def n_history(self) -> int:
@@ -150,25 +151,35 @@ class BeamContactContribution(LimitedPenetration):
 
     def _check_start(self, q: Vector) -> None:
         """Refuse bodies that begin inside each other."""
-        depth, _, what, where = self.deepest_point(q)
-        if depth > MAX_START_DEPTH_RATIO * sum(self.contact.radii):
+        depth, reach, where = self._deepest(q)
+        if depth > MAX_START_DEPTH_RATIO * reach.sum():
             raise InputError(
-                f"{what} begins with a penetration of {depth:.3g} m at {where}: move them apart, "
-                "give contact push_out=True, or start from an equilibrium"
+                f"{self.contact.what} begins with a penetration of {depth:.3g} m at {where}: move "
+                "them apart, give contact push_out=True, or start from an equilibrium"
             )
 
     def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
         """Return the largest penetration and the smaller radius [m], and both names."""
+        depth, radius, _, where = self.deepest_at(q)
+        return depth, radius, self.contact.what, where
+
+    def deepest_at(self, q: Vector) -> Penetration:
+        """Return the penetration in a state that is largest over both radii."""
+        depth, radii, where = self._deepest(q)
+        return Penetration(depth, float(radii.min()), self.contact.stiffness, where)
+
+    def _deepest(self, q: Vector) -> tuple[float, Vector, str]:
+        """Return the penetration that is largest over both radii, these [m], and its place."""
+        contact = self.contact
         try:
             elements, positions, _, depths = self.compiled.touches(q)
         except InputError as crowded:
-            raise InputError(f"{self.contact.what}: {crowded}") from None
-        radius = min(self.contact.radii)
+            raise InputError(f"{contact.what}: {crowded}") from None
         if not len(depths):
-            return 0.0, radius, self.contact.what, ""
-        k = int(np.argmax(depths))
-        names = self._names(elements[k], positions[k])
-        return float(depths[k]), radius, self.contact.what, names
+            return 0.0, np.array(contact.radii), ""
+        radii = contact.per_element(contact.radii)[elements]
+        k = int(np.argmax(depths / radii.sum(axis=1)))
+        return float(depths[k]), radii[k], self._names(elements[k], positions[k])
 
     def _names(self, elements: Iterable[int], positions: Iterable[float]) -> str:
         """Return the names of a point and of its foot."""
@@ -176,10 +187,12 @@ class BeamContactContribution(LimitedPenetration):
         return " and ".join(repr(self.contact.point(int(e), float(xi))) for e, xi in pairs)
 
     @property
-    def deepest_of_motion(self) -> tuple[float, str]:
-        """The largest penetration in the steps of the last motion [m], and its point."""
+    def deepest_of_motion(self) -> Penetration:
+        """The penetration in the steps of the last motion that is largest over both radii."""
         depth, elements, positions = self.compiled.deepest
-        return depth, self._names(elements, positions)
+        radius = float(self.contact.per_element(self.contact.radii)[list(elements)].min())
+        names = self._names(elements, positions)
+        return Penetration(depth, radius, self.contact.stiffness, names)
 
     def forget_deepest(self) -> None:
         """Let that penetration be one of the states to come."""
@@ -192,20 +205,20 @@ class BeamContactContribution(LimitedPenetration):
     def forces(
         self, q: Vector, v: Vector, history: Vector | None = None
     ) -> tuple[Vector, Vector, Vector, Vector]:
-        """Return resultant on the first body, sums of sizes and largest penetration in states.
+        """Return resultant on the first side, sums of sizes and largest penetration in states.
 
         The sums are of normal forces and of friction; that of bristles needs the history variables
         of the system (k, h).
         """
-        n, own = len(q), self.contact.body.n_elements
+        n, contact = len(q), self.contact
+        on_one = contact.per_element(contact.sides & 1)
         resultant, sizes, deepest = np.zeros((n, self._system.dim)), np.zeros((2, n)), np.zeros(n)
         for k, state in enumerate(zip(q, v, strict=True)):
             q_row, v_row = map(np.ascontiguousarray, state)
             elements, _, force, depths = self.compiled.touches(q_row, v_row)
             row = None if history is None else history[k]
             friction = self.friction(q_row, v_row, row)
-            on_body = (elements < own).astype(float)
-            resultant[k] = (on_body[:, 0] - on_body[:, 1]) @ (force + friction)
+            resultant[k] = (on_one[elements] @ (1.0, -1.0)) @ (force + friction)
             for size, each in zip(sizes, (force, friction), strict=True):
                 size[k] = np.linalg.norm(each, axis=1).sum()
             deepest[k] = depths.max(initial=0.0)
@@ -214,16 +227,14 @@ class BeamContactContribution(LimitedPenetration):
     def check_step(self, dt: float, phase: float) -> None:
         """Refuse a step that does not resolve impacts of parallel lines, or is not stable."""
         contact = self.contact
-        mass = self._reduced_mass(lambda body: _masses_per_length(body).min())
+        masses = [
+            min(masses_per_length(body).min() for body in side)
+            for side in (contact.one, contact.other)
+        ]
+        mass = 1.0 / sum(1.0 / float(each) for each in masses)
         impact_time = np.pi * np.sqrt(mass / contact.stiffness)
         check_contact_step(contact.what, contact.stiffness, impact_time, dt, phase)
         check_impact_step(contact.what, contact.stiffness, impact_time, dt, contact.restitution)
-
-    def _reduced_mass(self, mass_of: Callable[[Any], float]) -> float:
-        """Return the reduced mass of both bodies by a mass of each."""
-        return 1.0 / sum(
-            1.0 / float(mass_of(each)) for each in (self.contact.body, self.contact.other)
-        )
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""
@@ -382,7 +393,7 @@ def _block_diagonal(blocks: Vector) -> Any:
     return sp.bsr_array((blocks, indptr[:-1], indptr), shape=(k * m, k * n)).tocsr()
 
 
-def _masses_per_length(body: Any) -> Vector:
+def masses_per_length(body: Any) -> Vector:
     """Return the mass per length of each element, (n,) [kg/m]."""
     return np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
 

@@ -19,6 +19,9 @@ class CompiledBeamContact(Compiled, Protocol):
     def forget_deepest(self) -> None:
         """Let the largest penetration be one of the states to come."""
 
+    def divide(self, threads: int, /) -> None:
+        """Distribute the pairs among threads."""
+
     def begin_equilibria(self, q: Vector, /) -> None:
         """Let bristles be deflected by displacements from coordinates on."""
 

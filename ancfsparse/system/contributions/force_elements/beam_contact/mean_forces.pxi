@@ -6,19 +6,21 @@ cdef double[3] SIMPSON = [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0]
 cdef double ALONG = 1e-3
 
 
-cdef double total_work(Data *self, Touches *list, double share, double *square) noexcept nogil:
-    """Turn the normals of touching points to those halfway; return the work of their mean force.
+cdef void add_work(Data *self, Touches *list, double share) noexcept nogil:
+    """Turn the normals of touching points to those halfway, and subtract the work of their mean force.
 
-    ``square`` increases by that of pressures in proportion to the changes of penetrations.
+    Squares increase by that of pressures in proportion to the changes of penetrations.
     """
     cdef Touch *each
+    cdef BodyPair *pair
     cdef double[3] before
     cdef double[3] after
-    cdef double size, sum = 0.0
+    cdef double size
     cdef ptrdiff_t k
     cdef int c
     for k in range(list.n):
         each = list.touch + k
+        pair = self.bodies.pair + each.bodies
         blend(self.begin, each, before)
         blend(self.end, each, after)
         for c in range(3):
@@ -28,9 +30,8 @@ cdef double total_work(Data *self, Touches *list, double share, double *square) 
         for c in range(3):
             each.n[c] /= size
             each.change -= each.n[c] * (after[c] - before[c])
-        sum += share * each.stiffness * each.e * each.change
-        square[0] += share * each.stiffness * each.change * each.change
-    return sum
+        pair.missing -= share * each.stiffness * each.e * each.change
+        pair.square += share * each.stiffness * each.change * each.change
 
 
 cdef void push_all(const Data *self, const Touches *list, double share, double *out) noexcept nogil:
@@ -47,41 +48,66 @@ cdef void set_forces(Data *self, Touches *list, double share) noexcept nogil:
     cdef ptrdiff_t k
     for k in range(list.n):
         each = list.touch + k
-        each.force = each.stiffness * (each.e + self.factor * each.change)
+        each.force = each.stiffness * (each.e + self.bodies.pair[each.bodies].factor * each.change)
     self.lost += share * restrain(self, list, self.interval)
 
 
+cdef void add_stored(Data *self, const Touches *list, double sign) noexcept nogil:
+    """Add the energies of a state to the missing work."""
+    cdef const Touch *each
+    cdef ptrdiff_t k
+    for k in range(list.n):
+        each = list.touch + k
+        self.bodies.pair[each.bodies].missing += sign * 0.5 * each.stiffness * each.e * each.e
+
+
 cdef void set_means(Data *self) noexcept nogil:
-    """Set the forces of the touching points for the mean force between two states."""
-    cdef double square = 0.0, missing = stored(&self.at_end) - stored(&self.at_begin)
-    missing -= total_work(self, &self.at_begin, SIMPSON[0], &square)
-    missing -= total_work(self, &self.at_halfway, SIMPSON[1], &square)
-    missing -= total_work(self, &self.at_end, SIMPSON[2], &square)
-    square += (central(self, &self.at_begin, 0.0) + central(self, &self.at_halfway, 0.0)
-               + central(self, &self.at_end, 0.0))
-    self.factor, self.lost = missing / square if square > 0.0 else 0.0, 0.0
+    """Set the forces of the touching points for the mean force between two states.
+
+    The work of each pair of bodies is the change of its energy.
+    """
+    cdef BodyPair *pair
+    cdef ptrdiff_t k
+    for k in range(self.bodies.n):
+        pair = self.bodies.pair + k
+        pair.missing = pair.square = pair.factor = 0.0
+    add_stored(self, &self.at_end, 1.0)
+    add_stored(self, &self.at_begin, -1.0)
+    add_work(self, &self.at_begin, SIMPSON[0])
+    add_work(self, &self.at_halfway, SIMPSON[1])
+    add_work(self, &self.at_end, SIMPSON[2])
+    push_along(self, &self.at_begin)
+    push_along(self, &self.at_halfway)
+    push_along(self, &self.at_end)
+    for k in range(self.bodies.n):
+        pair = self.bodies.pair + k
+        if pair.square > 0.0:
+            pair.factor = pair.missing / pair.square
+    self.lost = 0.0
     set_forces(self, &self.at_begin, SIMPSON[0])
     set_forces(self, &self.at_halfway, SIMPSON[1])
     set_forces(self, &self.at_end, SIMPSON[2])
 
 
-cdef double central(Data *self, const Touches *list, double factor) noexcept nogil:
+cdef void push_along(Data *self, const Touches *list) noexcept nogil:
     """Add forces between the control points of touching elements, in proportion to their approach.
 
-    Returns their work for the factor 1.
+    Squares increase by their work for the factor 1.
     """
     cdef const Touch *each
     cdef const double *p
     cdef const double *s
     cdef double[3] before
     cdef double[3] after
-    cdef double one, two, stiffness, size, sum = 0.0
+    cdef BodyPair *pair
+    cdef double one, two, stiffness, size
     cdef ptrdiff_t k, i, j
     cdef int c
     for k in range(list.n):
         each = list.touch + k
         if k > 0 and each.a == list.touch[k - 1].a and each.b == list.touch[k - 1].b:
             continue
+        pair = self.bodies.pair + each.bodies
         stiffness = ALONG / 16.0 * self.stiffness * self.length[each.a]
         for i in range(12 * each.a, 12 * each.a + 12, 3):
             for j in range(12 * each.b, 12 * each.b + 12, 3):
@@ -91,12 +117,11 @@ cdef double central(Data *self, const Touches *list, double factor) noexcept nog
                 one, two = sqrt(dot(before, before)), sqrt(dot(after, after))
                 if one + two == 0.0:
                     continue
-                sum += stiffness * (two - one) * (two - one)
-                size = factor * stiffness * (two - one) / (one + two)
+                pair.square += stiffness * (two - one) * (two - one)
+                size = pair.factor * stiffness * (two - one) / (one + two)
                 for c in range(3):
                     self.push[i + c] -= size * (before[c] + after[c])
                     self.push[j + c] += size * (before[c] + after[c])
-    return sum
 
 
 cdef bint is_at(const Data *self, const double *points) noexcept nogil:
@@ -145,9 +170,9 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
     push_all(self, &self.at_begin, SIMPSON[0], self.push)
     push_all(self, &self.at_halfway, SIMPSON[1], self.push)
     push_all(self, &self.at_end, SIMPSON[2], self.push)
-    central(self, &self.at_begin, self.factor)
-    central(self, &self.at_halfway, self.factor)
-    central(self, &self.at_end, self.factor)
+    push_along(self, &self.at_begin)
+    push_along(self, &self.at_halfway)
+    push_along(self, &self.at_end)
     if self.grip > 0.0:
         if not set_bristles(self, True):
             fail(self, r)

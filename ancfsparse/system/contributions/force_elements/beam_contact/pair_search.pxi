@@ -16,8 +16,7 @@ cdef enum:
 cdef struct Search:
     ptrdiff_t n
     const double *radius  # of the elements
-    const int32_t *group
-    bint within  # whether elements of a group touch each other
+    const int32_t *side  # that they are on, 1, 2, or 3 for both
     const int32_t *near_start  # neighbours along an axis, which do not
     const int32_t *near
     double skin
@@ -199,7 +198,7 @@ cdef bint is_pair(const Search *self, const int32_t *one, const int32_t *other,
     cdef const double *next_box = self.box + 6 * b
     cdef double reach = self.radius[a] + self.radius[b]
     cdef int c
-    if a == b or (self.group[a] == self.group[b] and not self.within):
+    if a == b or self.side[a] | self.side[b] != 3:  # both on one side
         return False
     for c in range(3):
         if one[c] != other[c] or box[c] > next_box[3 + c] + reach or next_box[c] > box[3 + c] + reach:

@@ -3,20 +3,11 @@
 The forces of two elements on each other, with the potential W, are multiplied by 1 + gamma tanh s, where
 s = W' / (2 c W) is e' / (c e) of their mean approach e'.  All points of a pair have one s, since those at
 the front of a crossing that slides approach, and those behind separate, which would brake it.  Here c is
-a share of sqrt(K / m) with the stiffness K of all touching points and the reduced mass m of both bodies,
-the rate of impacts of parallel lines and of rods that cross.  Between two states W' is the work of the mean
+a share of sqrt(K / m), the rate of impacts of parallel lines and of rods that cross, with the stiffness K of
+all touching points of two bodies and their reduced mass m.  Between two states W' is the work of the mean
 forces over the length of the step; the loss gamma tanh(s) W' is not negative.
 """
 from libc.math cimport tanh
-
-
-cdef double impact_rate(const Data *self, const Touches *list) noexcept nogil:
-    """Return sqrt(K / m) [1/s]."""
-    cdef double sum = 0.0
-    cdef ptrdiff_t k
-    for k in range(list.n):
-        sum += list.touch[k].stiffness
-    return sqrt(sum / self.body_mass)
 
 
 cdef ptrdiff_t end_of_pair(const Touches *list, ptrdiff_t k) noexcept nogil:
@@ -36,9 +27,10 @@ cdef double restrain(const Data *self, Touches *list, double interval) noexcept 
     cdef ptrdiff_t i, end, k = 0
     if self.gamma == 0.0 or interval == 0.0:
         return 0.0
-    rate = self.slow * impact_rate(self, list) * interval
+    sum_stiffness(self, list)
     while k < list.n:
         end, work, energy = end_of_pair(list, k), 0.0, 0.0
+        rate = self.slow * rate_of(self.bodies.pair + list.touch[k].bodies) * interval
         for i in range(k, end):
             each = list.touch + i
             work += each.force * each.change

@@ -70,18 +70,14 @@ cdef int admits(void *context, const double *q0, const double *q1) noexcept nogi
     cdef const int32_t *pair
     cdef const double *box
     cdef const double *other
-    cdef ptrdiff_t k, e
+    cdef ptrdiff_t k
     cdef int c
     cdef bint is_separated
     set_points(self, q0, self.now)
     set_points(self, q1, self.halfway)
     if not cover(&self.search, self.now, self.halfway):
         return False
-    for e in range(self.n):
-        for c in range(3):
-            self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = self.now[12 * e + c]
-        bounds(self.now + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
-        bounds(self.halfway + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+    set_boxes(self, self.now, self.halfway)
     for k in range(self.search.n_pairs):
         pair = self.search.pair + 2 * k
         box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]

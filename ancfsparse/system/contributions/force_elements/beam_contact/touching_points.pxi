@@ -12,7 +12,7 @@ cdef double[GAUSS] GAUSS_WEIGHT = [
 
 
 cdef struct Touch:
-    int32_t a, b
+    int32_t a, b, bodies  # both elements, and the number of their pair of bodies
     double z, u  # places of the point on a, and of its foot on b
     double[3] n  # from the foot to the point
     double e  # penetration, at the end of a step with the numerical damping of impacts
@@ -27,6 +27,19 @@ cdef struct Touch:
 cdef struct Touches:
     Touch *touch
     ptrdiff_t n, room
+
+
+cdef struct BodyPair:  # two bodies, or a body and itself, that have touched
+    int32_t other, next  # the higher body, and the next pair of the lower one, or -1
+    double mass  # reduced mass [kg]
+    double stiffness  # of all their points or bristles [N/m]
+    double missing, square, factor  # of the correction of mean forces
+
+
+cdef struct BodyPairs:
+    ptrdiff_t n, room
+    BodyPair *pair
+    int32_t *first  # of the pairs with a body as the lower one, or -1
 
 
 cdef struct Coupling:
@@ -55,10 +68,11 @@ cdef struct Data:
     bint has_two  # whether it is larger
     double gamma  # share of forces that changes its sign in an impact, 0 without restitution
     double slow  # rate of penetrations below which forces change less, over the rate of impacts
-    double body_mass  # reduced mass of both bodies [kg]
-    double settling  # twice the damping ratio of that mass on bristles
-    double delay  # damping of bristles over their stiffness and the step
-    double factor, lost  # of the correction of mean forces, and what restitution takes in the step [J]
+    const int32_t *body  # of each element
+    const double *body_mass  # of each body [kg]
+    BodyPairs bodies
+    double settling  # twice the damping ratio of two bodies on bristles
+    double lost  # energy that restitution takes in the step [J]
     double grip  # stiffness of bristles over that of their points, 0 without them
     double *slots  # their history
     ptrdiff_t width  # numbers of a slot
@@ -73,12 +87,14 @@ cdef struct Data:
     bint is_sticking  # whether the matrix of a state contains the bristles of its history
     double dt  # length of the step, 0 outside of one [s]
     Search search
-    double *tight  # (n, 6): boxes of the axes in one state
+    double *tight  # (n, 6): boxes of the axes in one state or two
     # Control points (n, 4, 3) of a state, their velocities, and forces on them.
     double *now
     double *speed
     double *push
     Touches at_now
+    ptrdiff_t n_parts  # of threads
+    Touches *of_part  # which they find
     # Largest penetration of an accepted state of the run [m], the elements of the point and its foot,
     # and their places.
     double *deepest
@@ -135,6 +151,50 @@ cdef void blend(const double *points, const Touch *each, double *d) noexcept nog
             d[c] -= of_b[k] * points[12 * each.b + 3 * k + c]
 
 
+cdef int32_t find_bodies(Data *self, int32_t a, int32_t b) noexcept nogil:
+    """Return the number of the pair of bodies of two elements, or -1 without memory."""
+    cdef BodyPairs *pairs = &self.bodies
+    cdef int32_t one = self.body[a], other = self.body[b]
+    cdef int32_t low = min(one, other), high = max(one, other), k = pairs.first[low]
+    cdef BodyPair *each
+    cdef void *more
+    while k >= 0 and pairs.pair[k].other != high:
+        k = pairs.pair[k].next
+    if k >= 0:
+        return k
+    if pairs.n == pairs.room:
+        more = realloc(pairs.pair, (2 * pairs.room + 16) * sizeof(BodyPair))
+        if more == NULL:
+            return -1
+        pairs.pair, pairs.room = <BodyPair *>more, 2 * pairs.room + 16
+    each = pairs.pair + pairs.n
+    memset(each, 0, sizeof(BodyPair))
+    each.other, each.next, pairs.first[low] = high, pairs.first[low], <int32_t>pairs.n
+    each.mass = 1.0 / (1.0 / self.body_mass[low] + 1.0 / self.body_mass[high])
+    pairs.n += 1
+    return <int32_t>(pairs.n - 1)
+
+
+cdef void clear_stiffness(const Data *self) noexcept nogil:
+    """Let sums of stiffnesses begin."""
+    cdef ptrdiff_t k
+    for k in range(self.bodies.n):
+        self.bodies.pair[k].stiffness = 0.0
+
+
+cdef void sum_stiffness(const Data *self, const Touches *list) noexcept nogil:
+    """Set the stiffness of all touching points of each pair."""
+    cdef ptrdiff_t k
+    clear_stiffness(self)
+    for k in range(list.n):
+        self.bodies.pair[list.touch[k].bodies].stiffness += list.touch[k].stiffness
+
+
+cdef inline double rate_of(const BodyPair *self) noexcept nogil:
+    """Return sqrt(K / m), the rate of impacts [1/s]."""
+    return sqrt(self.stiffness / self.mass)
+
+
 cdef inline double damping_ratio(const Data *self, ptrdiff_t a, ptrdiff_t b) noexcept nogil:
     """Theta of the numerical damping of an impact, whose duration is pi sqrt(reduced mass / k)."""
     cdef double ratio = STEPS_PER_IMPACT * self.dt / M_PI
@@ -153,29 +213,85 @@ cdef bint list_damped(Data *self, const double *points, Touches *out) noexcept n
     return cover(&self.search, points, self.ahead) and collect(self, points, self.ahead, out)
 
 
+cdef void set_boxes(const Data *self, const double *one, const double *other) noexcept nogil:
+    """Set the boxes of the axes in two states, or one and null."""
+    cdef ptrdiff_t e
+    cdef int c
+    for e in range(self.n):
+        for c in range(3):
+            self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = one[12 * e + c]
+        bounds(one + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+        if other != NULL:
+            bounds(other + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
+
+
 cdef bint collect(Data *self, const double *points, const double *ahead,
                   Touches *out) noexcept nogil:
     """List the touching points of all pairs in a state; return False if memory is lacking.
 
     Those at the end of a damped step are given the points `ahead` as well.
     """
+    cdef Collection call
+    cdef ptrdiff_t part, total = 0
+    cdef void *more
+    set_boxes(self, points, ahead)
+    call.data, call.points, call.ahead = self, points, ahead
+    in_parts(self.n_parts, collect_part, &call)
+    out.n = 0
+    for part in range(self.n_parts):
+        if self.of_part[part].n < 0:
+            return False
+        total += self.of_part[part].n
+    if total > out.room:
+        more = realloc(out.touch, 2 * total * sizeof(Touch))
+        if more == NULL:
+            return False
+        out.touch, out.room = <Touch *>more, 2 * total
+    for part in range(self.n_parts):  # in the order of the pairs, for any number of parts
+        if self.of_part[part].n > 0:
+            memcpy(out.touch + out.n, self.of_part[part].touch, self.of_part[part].n * sizeof(Touch))
+            out.n += self.of_part[part].n
+    return name_bodies(self, out)
+
+
+cdef bint name_bodies(Data *self, Touches *list) noexcept nogil:
+    """Set the pairs of bodies of all touching points; return False if memory is lacking."""
+    cdef Touch *each
+    cdef ptrdiff_t k
+    for k in range(list.n):
+        each = list.touch + k
+        if k > 0 and each.a == list.touch[k - 1].a and each.b == list.touch[k - 1].b:
+            each.bodies = list.touch[k - 1].bodies
+            continue
+        each.bodies = find_bodies(self, each.a, each.b)
+        if each.bodies < 0:
+            return False
+    return True
+
+
+cdef struct Collection:  # of touching points in parts
+    const Data *data
+    const double *points
+    const double *ahead
+
+
+cdef void collect_part(void *context, ptrdiff_t part) noexcept nogil:
+    """List the touching points of a part of the pairs; set a negative number if memory is lacking."""
+    cdef const Collection *call = <const Collection *>context
+    cdef const Data *self = call.data
+    cdef Touches *out = self.of_part + part
     cdef const int32_t *pair
     cdef const double *box
     cdef const double *other
     cdef double reach
-    cdef ptrdiff_t k, e
+    cdef ptrdiff_t k
     cdef int c
     cdef bint is_separated
     cdef Cubic a
     cdef Cubic b
     out.n = 0
-    for e in range(self.n):
-        for c in range(3):
-            self.tight[6 * e + c] = self.tight[6 * e + 3 + c] = points[12 * e + c]
-        bounds(points + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
-        if ahead != NULL:
-            bounds(ahead + 12 * e, self.tight + 6 * e, self.tight + 6 * e + 3)
-    for k in range(self.search.n_pairs):
+    for k in range(self.search.n_pairs * part // self.n_parts,
+                   self.search.n_pairs * (part + 1) // self.n_parts):
         pair = self.search.pair + 2 * k
         box, other = self.tight + 6 * pair[0], self.tight + 6 * pair[1]
         reach = self.search.radius[pair[0]] + self.search.radius[pair[1]]
@@ -184,12 +300,12 @@ cdef bint collect(Data *self, const double *points, const double *ahead,
             is_separated = is_separated or box[c] > other[3 + c] + reach or other[c] > box[3 + c] + reach
         if is_separated:
             continue
-        expand(points + 12 * pair[0], &a)
-        expand(points + 12 * pair[1], &b)
-        if not (add_touches(self, &a, &b, pair[0], pair[1], reach, ahead, out)
-                and add_touches(self, &b, &a, pair[1], pair[0], reach, ahead, out)):
-            return False
-    return True
+        expand(call.points + 12 * pair[0], &a)
+        expand(call.points + 12 * pair[1], &b)
+        if not (add_touches(self, &a, &b, pair[0], pair[1], reach, call.ahead, out)
+                and add_touches(self, &b, &a, pair[1], pair[0], reach, call.ahead, out)):
+            out.n = -1
+            return
 
 
 cdef void set_way(const double *now, const double *ahead, Cubic *out) noexcept nogil:

@@ -14,7 +14,8 @@ generate energy in impacts that their steps do not resolve, take p(e1 + theta (e
 of the last accepted state and theta = min(1, (STEPS_PER_IMPACT dt / impact_time)^2).
 """
 from libc.math cimport INFINITY, NAN, sqrt, tan, tanh
-from libc.string cimport memcpy
+from libc.stdint cimport int64_t
+from libc.string cimport memcpy, memset
 
 include "../../contribution.pxi"
 include "../../points.pxi"
@@ -26,6 +27,7 @@ cdef struct Data:
     Points points
     Groups groups
     const int32_t *slot
+    const int64_t *first_slot  # of each group
     const double *stiffness  # of each point, times its length [N/m]
     const double *rate  # of each point: STEPS_PER_IMPACT over the duration of an impact [1/s]
     double gamma  # share of the pressure that changes its sign in an impact, 0 without restitution
@@ -34,7 +36,7 @@ cdef struct Data:
     double *slides  # of each point, 1 if its bristle slides there, otherwise 0; null without `friction0`
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
-    double *deepest  # largest penetration of an accepted state of the run [m], and its point
+    double *deepest  # penetration of an accepted state that is largest over its layer [m], its point
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
     # Vectors and matrices in space, with zeros for the third direction in the plane.
@@ -42,7 +44,8 @@ cdef struct Data:
     const double *normal  # of a plane
     const double *projector
     const double *spin  # of the velocity of the surface [rad/s]
-    double *weights  # workspace for `weigh`
+    double *weights  # workspace for `weigh`, of each part
+    ptrdiff_t n_weights
     const int32_t *turning  # of each coordinate of the points, i + 1 if it is of a vector u_i
     bint on_body  # whether the obstacle is on a body: any of `turning` is not zero
     bint is_round
@@ -56,7 +59,9 @@ cdef struct Data:
     ptrdiff_t[3] shape  # numbers of them
     double cell  # spacing of the grid [m]
     bint frame_moves  # whether it is on a body
-    double reach, layer, friction, slip_speed
+    const double *reach  # of each point: distance from the base or core at which surfaces touch [m]
+    const double *layer  # of each point: thickness of the layer in which the pressure begins [m]
+    double friction, slip_speed
     double friction0  # static coefficient of friction
     double grip  # tangential stiffness of bristles over the stiffness, 0 without them
     const double *settling  # of each point: damping of a bristle over its stiffness [s]
@@ -64,6 +69,10 @@ cdef struct Data:
     bint is_static  # whether states are equilibria, which displacements since the last one deflect
     bint is_sticking  # whether bristles stick in the matrix of a state, outside of steps
     double omega, turn  # angular velocity of the surface [rad/s]; 2 tan(omega dt/2) / omega [s]
+    # Runs of groups of each part, then those that share coordinates with several parts.
+    ptrdiff_t n_parts
+    const int32_t *run_start
+    const int32_t *runs  # (n_runs, 3): 0, first group and end
     ptrdiff_t n_all
     ptrdiff_t n_state  # numbers in `q0` and `x0`, 0 without bristles
     double *q0  # coordinates in the last accepted state
@@ -123,9 +132,9 @@ cdef class Contact(CompiledContribution):
         Spline coefficients of distances sampled on a grid; bounds are its inner nodes.
     cell : float
         Spacing of the grid [m].
-    reach : float
-        Distance from the base at which surfaces touch [m].
-    layer : float
+    reach : (n,) float
+        Distance of each point from the base at which surfaces touch [m].
+    layer : (n,) float
         Thickness of the layer in which the pressure begins [m].
     friction, slip_speed, friction0 : float
         Kinetic coefficient [-], slip speed, 0 with bristles [m/s], and their static coefficient [-].
@@ -140,10 +149,13 @@ cdef class Contact(CompiledContribution):
     """
 
     cdef Data data
+    cdef object runs
+    cdef double[::1] workspace
+    cdef const int64_t[::1] first_slot
 
     def __cinit__(self, start, place, weight, first, term, group_place, in_row, slot, stiffness,
                   impact_time, base, normal, projector, spin, turning, bint is_round, frame,
-                  bounds, double ring, grid, double cell, double reach, double layer,
+                  bounds, double ring, grid, double cell, reach, layer,
                   double friction, double slip_speed, double friction0,
                   double grip, settling, double restitution, slow, ptrdiff_t n_all):
         cdef Data *data = &self.data
@@ -171,8 +183,13 @@ cdef class Contact(CompiledContribution):
         data.base, data.normal = self.copy(in_space(base)), self.copy(in_space(normal))
         data.projector, data.spin = self.copy(in_space(projector)), self.copy(in_space(spin))
         data.turning, data.on_body = integers(turning), np.any(turning)
-        data.weights = self.copy(np.zeros(np.max(np.diff(start))))
-        data.is_round, data.reach, data.layer = is_round, reach, layer
+        data.n_weights = np.max(np.diff(start)) + 8  # those of two parts in different cache lines
+        # Pairs of the coordinates of each point of a group, in one triangle of the matrix.
+        sizes = data.points.dim * np.diff(term).astype(np.int64)
+        self.first_slot = np.cumsum(np.append(0, np.diff(first) * (sizes * (sizes + 1) // 2)))
+        data.first_slot = &self.first_slot[0]
+        data.is_round = is_round
+        data.reach, data.layer = self.copy(np.append(reach, 0.0)), self.copy(np.append(layer, 1.0))
         data.has_frame, data.ring = len(frame) > 0, ring
         data.frame_moves = data.has_frame and np.any(turning)
         if data.has_frame:
@@ -193,6 +210,7 @@ cdef class Contact(CompiledContribution):
         data.is_flat = not (is_round or data.has_frame or data.omega > 0.0)
         if data.grip > 0.0:
             data.trial, data.share = self.copy(np.zeros((n, 3))), self.copy(np.ones(n))
+        self.divide(np.array([0, 1, 1], np.int32), np.array([[0, 0, data.groups.n]], np.int32))
         self.interface.context, self.interface.damped = data, slip_speed > 0.0 or data.gamma > 0.0
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
@@ -201,6 +219,14 @@ cdef class Contact(CompiledContribution):
         self.interface.set_step, self.interface.contacts_changed = set_step, contacts_changed
         if friction > 0.0:
             self.interface.work = work
+
+    def divide(self, run_start, runs):
+        """Distribute the groups of points among threads, as `partition_blocks` does."""
+        self.runs = run_start, runs
+        self.data.n_parts = len(run_start) - 2
+        self.workspace = np.zeros((self.data.n_parts + 1) * self.data.n_weights)
+        self.data.weights = &self.workspace[0]
+        self.data.run_start, self.data.runs = integers(run_start), integers(runs)
 
     @property
     def is_sticking(self):
@@ -238,7 +264,7 @@ cdef class Contact(CompiledContribution):
 
     @property
     def deepest(self):
-        """Largest penetration of an accepted state of the last run [m], and its point."""
+        """Penetration of the last run that is largest over its radius [m], and its point."""
         return self.data.deepest[0], int(self.data.deepest[1])
 
     def forget_deepest(self):
@@ -352,6 +378,7 @@ cdef class Contact(CompiledContribution):
         return out, memory
 
 
+include "residual/parts.pxi"
 include "geometry/grids.pxi"
 include "geometry/shapes.pxi"
 include "accepted_states.pxi"

@@ -28,7 +28,7 @@ cdef inline void recall(const Data *self, ptrdiff_t k, Place *out) noexcept nogi
     memcpy(out.x, self.x0 + 4 * k, sizeof(out.x))
     if self.frame_moves:
         take_vectors(self, k, self.q0, out)
-    measure(self, out)
+    measure(self, k, out)
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
@@ -46,26 +46,37 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
             self.last[k] = saved_force(self, k, &here[p], x.v)
 
 
-cdef void accept(void *context, const ancf_state *x) noexcept nogil:
-    cdef Data *self = <Data *>context
+cdef void accept_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *call,
+                        ptrdiff_t part) noexcept nogil:
+    """Update the memory of groups to an accepted state."""
     cdef Place[MAX_POINTS] here
     cdef double force
     cdef ptrdiff_t g, k, p
-    if self.is_static:
-        return  # a relaxation passes no equilibria
-    for g in range(self.groups.n):
-        locate_group(self, g, x.q, here)
+    for g in range(begin, end):
+        locate_group(self, g, call.x.q, here)
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
-            if here[p].e > self.deepest[0] and self.stiffness[k] > 0.0:
-                self.deepest[0], self.deepest[1] = here[p].e, k
-            force = force_in_state(self, k, &here[p], x.v)
+            force = force_in_state(self, k, &here[p], call.x.v)
             if self.grip > 0.0:
                 if self.interval > 0.0:
-                    deflect(self, k, x.q, &here[p], force)
+                    deflect(self, k, call.x.q, &here[p], force)
                 memcpy(self.x0 + 4 * k, here[p].x, sizeof(here[p].x))
             self.last[k] = force
             self.before[k] = here[p].e
+
+
+cdef void accept(void *context, const ancf_state *x) noexcept nogil:
+    cdef Data *self = <Data *>context
+    cdef ptrdiff_t k
+    cdef Call call
+    if self.is_static:
+        return  # a relaxation passes no equilibria
+    call.data, call.work, call.x = self, accept_groups, x
+    for_all_groups(&call)
+    for k in range(self.points.n):
+        if (self.before[k] * self.layer[<ptrdiff_t>self.deepest[1]] > self.deepest[0] * self.layer[k]
+                and self.stiffness[k] > 0.0):
+            self.deepest[0], self.deepest[1] = self.before[k], k
     if self.grip > 0.0:
         memcpy(self.q0, x.q, self.n_all * sizeof(double))
 

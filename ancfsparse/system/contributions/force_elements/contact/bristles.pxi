@@ -246,7 +246,7 @@ cdef add_sliding(const Data *self, const double *q, double[:, ::1] out):
     cdef ptrdiff_t k, c
     for k in range(self.points.n):
         locate(self, k, q, &here)
-        pressure = self.stiffness[k] * law_force(here.e, self.layer)
+        pressure = self.stiffness[k] * law_force(here.e, self.layer[k])
         if pressure <= 0.0:
             continue
         try_equilibrium(self, k, q, &here, pressure)
@@ -255,4 +255,4 @@ cdef add_sliding(const Data *self, const double *q, double[:, ::1] out):
             limit = sqrt(dot(self.trial + 3 * k, self.trial + 3 * k))
             for c in range(self.points.dim):
                 out[k, c] = -self.grip * self.stiffness[k] * self.trial[3 * k + c] / limit * (
-                    limit_of(self, k, self.stiffness[k] * law_slope(here.e, self.layer)))
+                    limit_of(self, k, self.stiffness[k] * law_slope(here.e, self.layer[k])))

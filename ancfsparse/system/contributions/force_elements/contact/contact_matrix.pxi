@@ -10,8 +10,8 @@ cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, doubl
     if here.e == self.at[k]:
         pressure[0], slope[0] = self.force[k], self.slope[k]
     else:
-        pressure[0] = self.stiffness[k] * law_force(here.e, self.layer)
-        slope[0] = self.stiffness[k] * law_slope(here.e, self.layer)
+        pressure[0] = self.stiffness[k] * law_force(here.e, self.layer[k])
+        slope[0] = self.stiffness[k] * law_slope(here.e, self.layer[k])
     return pressure[0] > 0.0 or slope[0] > 0.0
 
 
@@ -43,22 +43,29 @@ cdef void sliding_block(const Data *self, ptrdiff_t k, const ancf_state *x, cons
 
 
 cdef void matrix(void *context, int part, const ancf_state *x, double *values) noexcept nogil:
-    cdef const Data *self = <const Data *>context
-    cdef const int32_t *slot = self.slot
+    cdef Call call
+    call.data, call.work, call.x, call.out, call.matrix = <Data *>context, add_groups, x, values, part
+    if part in (STIFFNESS, MATERIAL) or (part == DAMPING and x.v != NULL and (
+            call.data.slip_speed > 0.0 or call.data.gamma > 0.0)):
+        for_all_groups(&call)
+
+
+cdef void add_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *call,
+                     ptrdiff_t part) noexcept nogil:
+    """Add the derivatives of the forces on groups to the matrix."""
+    cdef const int32_t *slot
     cdef Place[MAX_POINTS] here
-    cdef bint depends = part == DAMPING and x.v != NULL
-    cdef bint slides = depends and self.slip_speed > 0.0
-    cdef bint presses = part == STIFFNESS or part == MATERIAL or (
-        depends and self.gamma > 0.0 and not self.is_mean)
+    cdef int kind = call.matrix
+    cdef bint slides = kind == DAMPING and self.slip_speed > 0.0
+    cdef bint presses = kind != DAMPING or (self.gamma > 0.0 and not self.is_mean)
     cdef ptrdiff_t g, k, p, size
-    if not (presses or slides):
-        return
-    for g in range(self.groups.n):
-        locate_group(self, g, x.q, here)
+    for g in range(begin, end):
+        locate_group(self, g, call.x.q, here)
         size = self.points.dim * (self.groups.term[g + 1] - self.groups.term[g])
+        slot = self.slot + self.first_slot[g]
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
             k = self.groups.first[g] + p
-            add_blocks(self, k, part, presses, slides, x, &here[p], slot, values)
+            add_blocks(self, k, kind, presses, slides, call.x, &here[p], slot, call.out)
             slot += size * (size + 1) // 2
 
 

@@ -21,8 +21,8 @@ from ancfsparse.system.coordinates.discretization import Discretization
 LOAD_FACTOR = 2.0  # largest pressure over its mean: 1.25 to 1.5 along a wire around a drum
 
 
-def default_stiffness(system: Discretization, contact: Contact) -> float:
-    """Return a stiffness for known loads, tensions and speeds [N/m2].
+def default_stiffness(system: Discretization, contact: Contact, number: int) -> float:
+    """Return a stiffness of a body of a contact for known loads, tensions and speeds [N/m2].
 
     A line of the weight w per length sinks in by w/k at rest, one under the tension T around a
     round obstacle of radius R by T/(R k), and one of the mass mu per length that arrives with the
@@ -34,7 +34,7 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
     InputError
         If there are neither loads, tensions nor speeds.
     """
-    body, obstacle, radius = contact.body, contact.obstacle, contact.radius
+    body, obstacle, radius = contact.bodies[number], contact.obstacle, contact.radii[number]
     gravity = float(np.linalg.norm(system.scene.gravity))
     stiffnesses = body.stiffnesses()
     mass = float(np.max(stiffnesses["mass_per_length"]))
@@ -42,7 +42,7 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
         _bound(load) for load in system.external_loads if isinstance(load, DistributedForce)
     )
     if not obstacle.is_flat:
-        pressure += _tension(system, contact) / (obstacle.bend_radius + radius)
+        pressure += _tension(system, body) / (obstacle.bend_radius + radius)
     gaps = obstacle.distances(body.positions) - radius
     squared_speed = 2.0 * gravity * float(np.max(gaps, initial=0.0))
     if body.velocity is not None:
@@ -54,8 +54,8 @@ def default_stiffness(system: Discretization, contact: Contact) -> float:
     )
     if stiffness == 0.0:
         raise InputError(
-            f"the stiffness of {contact.what} is needed: neither weight nor a known force, tension "
-            "or speed presses them together. Give contact the stiffness= in N/m2"
+            f"the stiffness of {contact.name_with((body,))} is needed: neither weight nor a known "
+            "force, tension or speed presses them together. Give contact the stiffness= in N/m2"
         )
     return stiffness
 
@@ -76,9 +76,8 @@ def _bent_curvature(body: ElasticBody) -> float:
     return float(np.max(2.0 * turns / (body.lengths[1:] + body.lengths[:-1])[bends], initial=0.0))
 
 
-def _tension(system: Discretization, contact: Contact) -> float:
+def _tension(system: Discretization, body: ElasticBody) -> float:
     """Return the tension of the body at the start plus all known point forces and weights [N]."""
-    body = contact.body
     ends = body.positions[body.row_nodes[body.ends]]
     stretch = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / body.lengths - 1.0
     tension = body.stiffnesses()["axial_stiffness"] * np.maximum(stretch, 0.0)

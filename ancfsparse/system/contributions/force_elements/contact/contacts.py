@@ -6,15 +6,17 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ancfsparse.array_types import Indices, Vector
+from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, GRIP_RATIO, LAYER_RATIO, Contact
 from ancfsparse.scene.force_elements.fixed_ends import fixed_points, is_left_out
+from ancfsparse.system import assembly
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
+    masses_per_length,
 )
 from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (
     default_stiffness,
@@ -27,6 +29,7 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
 )
 from ancfsparse.system.contributions.force_elements.penetrations import (
     LimitedPenetration,
+    Penetration,
     PenetrationLimit,
 )
 from ancfsparse.system.contributions.interface import Compiled, Contribution
@@ -42,6 +45,9 @@ class CompiledContact(Compiled, Protocol):
 
     def forget_deepest(self) -> None:
         """Let the largest penetration be one of the states to come."""
+
+    def divide(self, run_start: Integers, runs: Integers, /) -> None:
+        """Assign the points to threads."""
 
     def forces(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
         """Return normal force and friction on every point, (2, n, dim) [N]."""
@@ -89,13 +95,15 @@ class ContactContribution(LimitedPenetration):
         self.separates = contact.separates
         # Points that do not touch, since a joint fixes the axis there to the obstacle.
         self._left_out = is_left_out(contact, fixed_points(contact, system.joints))
-        self.stiffness = contact.stiffness or default_stiffness(system, contact)
+        # Of each body [N/m2].
+        self.stiffness = np.array(
+            [contact.stiffness or default_stiffness(system, contact, k)
+             for k in range(len(contact.bodies))]
+        )  # fmt: skip
         is_default = contact.stiffness is None
         # The pressure of a flat obstacle is right at any depth, so a given stiffness can be soft.
         if is_default or not contact.obstacle.is_flat:
-            self.penetration_limit = PenetrationLimit(
-                contact.what, contact.radius, self.stiffness, is_default, exponent=1.0
-            )
+            self.penetration_limit = PenetrationLimit(contact.what, is_default, exponent=1.0)
         relative: list[tuple[float, Point]] = []
         vectors: list[int] = []
         if contact.on is not None:
@@ -127,7 +135,7 @@ class ContactContribution(LimitedPenetration):
             points.weight,
             *points.groups(GAUSS_POINTS, self._n_all),
             points.slots(pattern, self._n_free),
-            self.stiffness * contact.weights * ~self._left_out,
+            contact.per_point(self.stiffness) * contact.weights * ~self._left_out,
             np.full(n, np.inf) if contact.restitution else self._impact_times(),
             np.zeros(dim) if contact.on else np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
@@ -140,8 +148,8 @@ class ContactContribution(LimitedPenetration):
             core.ring,
             core.coefficients,
             core.cell,
-            obstacle.radius + contact.radius,
-            LAYER_RATIO * contact.radius,
+            obstacle.radius + contact.per_point(contact.radii),
+            LAYER_RATIO * contact.per_point(contact.radii),
             contact.friction,
             contact.slip_speed,
             contact.static_friction,
@@ -153,11 +161,24 @@ class ContactContribution(LimitedPenetration):
         )
         return self._compiled
 
+    def divide(self, n_free: int, n_all: int, threads: int) -> bool:
+        """Assign the elements to threads, unless too many share coordinates."""
+        _, term, indices, _ = self._points.groups(GAUSS_POINTS, n_all)
+        # Coordinates of each group; those with fewer repeat their first one.
+        longest = np.arange(np.diff(term).max())
+        rows = term[:-1, None] + np.where(longest < np.diff(term)[:, None], longest, 0)
+        # The entries of fixed ones are in one place of the matrix.
+        tables = [np.minimum(indices[rows], np.int32(n_free)).reshape(len(rows), -1)]
+        runs = assembly.partition_blocks(tables, [1], n_all, threads)
+        if runs is not None:
+            self._compiled.divide(*runs)
+        return runs is not None
+
     def _impact_times(self) -> Vector:
         """Return the duration of an impact at every point, (n,) [s]."""
-        body = self.contact.body
-        of_elements = np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
-        return np.repeat(np.pi * np.sqrt(of_elements / self.stiffness), GAUSS_POINTS)
+        masses = [masses_per_length(body) for body in self.contact.bodies]
+        of_points = np.repeat(np.concatenate(masses), GAUSS_POINTS)
+        return np.asarray(np.pi * np.sqrt(of_points / self.contact.per_point(self.stiffness)))
 
     def _settling_times(self) -> Vector:
         """Return the damping of bristles over their stiffness at every point, (n,) [s]."""
@@ -170,7 +191,10 @@ class ContactContribution(LimitedPenetration):
 
     def check_step(self, dt: float, phase: float) -> None:
         """Refuse a step that does not resolve impacts with a restitution, or is not stable."""
-        impact = self.contact.what, self.stiffness, float(self._impact_times().min()), dt
+        times = self._impact_times()
+        k = int(np.argmin(times))
+        stiffness = float(self.contact.per_point(self.stiffness)[k])
+        impact = self.contact.what, stiffness, float(times[k]), dt
         check_contact_step(*impact, phase)
         check_impact_step(*impact, self.contact.restitution)
 
@@ -208,16 +232,27 @@ class ContactContribution(LimitedPenetration):
         return rates, depths
 
     def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
-        """Return the largest penetration and the radius [m], and the names of contact and place."""
-        contact, depths = self.contact, self.motion(q, np.zeros_like(q))[1]
-        k = int(np.argmax(depths))
-        return float(depths[k]), contact.radius, contact.what, repr(contact.points[k])
+        """Return the penetration that is largest over the radius, the radius [m], and two names."""
+        depth, radius, _, where = self.deepest_at(q)
+        return depth, radius, self.contact.what, where
+
+    def deepest_at(self, q: Vector) -> Penetration:
+        """Return the penetration in a state that is largest over its radius."""
+        depths = self.motion(q, np.zeros_like(q))[1]
+        k = int(np.argmax(depths / self.contact.per_point(self.contact.radii)))
+        return self._penetration(float(depths[k]), k)
 
     @property
-    def deepest_of_motion(self) -> tuple[float, str]:
-        """The largest penetration in the steps of the last motion [m], and its point."""
-        depth, k = self._compiled.deepest
-        return depth, repr(self.contact.points[k])
+    def deepest_of_motion(self) -> Penetration:
+        """The penetration in the steps of the last motion that is largest over its radius."""
+        return self._penetration(*self._compiled.deepest)
+
+    def _penetration(self, depth: float, k: int) -> Penetration:
+        contact = self.contact
+        radius, stiffness = (
+            float(contact.per_point(each)[k]) for each in (contact.radii, self.stiffness)
+        )
+        return Penetration(depth, radius, stiffness, repr(contact.points[k]))
 
     def forget_deepest(self) -> None:
         """Let that penetration be one of the states to come."""

@@ -25,11 +25,11 @@ cdef double damping_loss(const Data *self, const ancf_state *x0,
         locate(self, k, x0.q, &begin)
         locate(self, k, x1.q, &end)
         if self.is_mean:
-            before = self.stiffness[k] * mean_force(begin.e, end.e, self.layer)
+            before = self.stiffness[k] * mean_force(begin.e, end.e, self.layer[k])
             sum += (force_between(self, k, begin.e, end.e, NULL) - before) * (end.e - begin.e)
             continue
-        before = self.last[k] - self.stiffness[k] * law_force(begin.e, self.layer)
-        after = force_in_state(self, k, &end, x1.v) - self.stiffness[k] * law_force(end.e, self.layer)
+        before = self.last[k] - self.stiffness[k] * law_force(begin.e, self.layer[k])
+        after = force_in_state(self, k, &end, x1.v) - self.stiffness[k] * law_force(end.e, self.layer[k])
         for c in range(self.points.dim):
             if self.has_frame:
                 sum += 0.5 * (before * begin.m[c] + after * end.m[c]) * (begin.b[c] - end.b[c])

@@ -12,7 +12,7 @@ cdef inline double impact_rate(const Data *self, ptrdiff_t k, const Place *here,
                                const double *v) noexcept nogil:
     """Return s in a state."""
     return -separation_rate(self, k, v, here) / (
-        self.slow[k] * ((here.e if here.e > 0.0 else 0.0) + self.layer))
+        self.slow[k] * ((here.e if here.e > 0.0 else 0.0) + self.layer[k]))
 
 
 cdef inline double force_in_state(const Data *self, ptrdiff_t k, const Place *here,
@@ -27,7 +27,7 @@ cdef inline double force_in_state(const Data *self, ptrdiff_t k, const Place *he
 cdef inline double saved_force(const Data *self, ptrdiff_t k, const Place *here,
                                const double *v) noexcept nogil:
     """Force of the pressure in a state, without the numerical damping of a step."""
-    cdef double force = self.stiffness[k] * law_force(here.e, self.layer)
+    cdef double force = self.stiffness[k] * law_force(here.e, self.layer[k])
     if force > 0.0 and self.gamma > 0.0 and v != NULL:
         force *= 1.0 + self.gamma * tanh(impact_rate(self, k, here, v))
     return force
@@ -38,7 +38,7 @@ cdef inline void restrain(const Data *self, ptrdiff_t k, const Place *here, cons
     """Multiply the pressure in a state, and set its derivative by the penetration."""
     cdef double s = impact_rate(self, k, here, v), t = tanh(s)
     slope[0] = (1.0 + self.gamma * t) * slope[0] - (
-        self.gamma * (1.0 - t * t) * s / (here.e + self.layer) * force[0])
+        self.gamma * (1.0 - t * t) * s / (here.e + self.layer[k]) * force[0])
     force[0] *= 1.0 + self.gamma * t
 
 
@@ -49,19 +49,19 @@ cdef inline double restitution_damping(const Data *self, ptrdiff_t k, const Plac
     if here.e <= 0.0:
         return 0.0
     t = tanh(impact_rate(self, k, here, v))
-    return (self.gamma * (1.0 - t * t) / (self.slow[k] * (here.e + self.layer))
-            * self.stiffness[k] * law_force(here.e, self.layer))
+    return (self.gamma * (1.0 - t * t) / (self.slow[k] * (here.e + self.layer[k]))
+            * self.stiffness[k] * law_force(here.e, self.layer[k]))
 
 
 cdef inline double force_between(const Data *self, ptrdiff_t k, double e0, double e1,
                                  double *slope) noexcept nogil:
     """Force of the pressure between two states, and twice its derivative by e1 as in `mean_slope`."""
-    cdef double force = mean_force(e0, e1, self.layer), depth, rate, s, t
+    cdef double force = mean_force(e0, e1, self.layer[k]), depth, rate, s, t
     if slope != NULL:
-        slope[0] = self.stiffness[k] * mean_slope(e0, e1, self.layer)
+        slope[0] = self.stiffness[k] * mean_slope(e0, e1, self.layer[k])
     if self.gamma == 0.0 or self.interval == 0.0:
         return self.stiffness[k] * force
-    depth = 0.5 * ((e0 if e0 > 0.0 else 0.0) + (e1 if e1 > 0.0 else 0.0)) + self.layer
+    depth = 0.5 * ((e0 if e0 > 0.0 else 0.0) + (e1 if e1 > 0.0 else 0.0)) + self.layer[k]
     rate = 1.0 / (self.interval * self.slow[k] * depth)
     s = (e1 - e0) * rate
     t = tanh(s)

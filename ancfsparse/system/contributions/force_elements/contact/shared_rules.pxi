@@ -1,6 +1,11 @@
 """Rules that contacts with obstacles and of beams with each other share; an include file."""
 from libc.math cimport sqrt
 
+cdef extern from "parallel.h":
+    const int MOST_PARTS "ANCF_MOST_PARTS"
+    void in_parts "ancf_in_parts" (
+        ptrdiff_t, void (*)(void *, ptrdiff_t) noexcept nogil, void *) noexcept nogil
+
 # Steps per impact below which it is damped fully.  Level impacts on 1e5 N/m2 with 16 steps of
 # GeneralizedAlpha(.9) return at most .9975 of their energy; 1.0023 with 1.5 in place of 2.
 cdef double STEPS_PER_IMPACT = 2.0

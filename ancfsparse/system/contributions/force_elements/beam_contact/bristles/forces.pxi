@@ -13,8 +13,8 @@ part of K beyond the present overlap, with its part of S: an overlap that moves 
 force.  The energy S^2 / 2 K of all can only fall by this, as it is convex in (S, K).
 
 With a static coefficient bristles have a damper, and stick and slide as on obstacles (../../contact/bristles.pxi);
-a pair that takes over a part of one that slides slides too.  The damper makes the reduced
-mass of both bodies on all bristles critically damped.
+a pair that takes over a part of one that slides slides too.  The damper makes the
+reduced mass of two bodies on all their bristles critically damped.
 """
 
 from libc.math cimport INFINITY, atan2, cos, sin
@@ -22,12 +22,14 @@ from libc.math cimport INFINITY, atan2, cos, sin
 
 cdef struct Bristle:
     int32_t a, b, next, slot  # elements, the next bristle of a, and its place in the history or -1
+    int32_t bodies  # number of the pair of bodies
     double stiffness, before  # K now and in the last accepted state [N/m]
     double surplus  # what others can take over of K
     double pressure, limit  # sum of normal forces, and mu times the size of their resultant [N]
     double mu  # coefficient of the present step
     bint slides, will_slide  # in the last accepted state, and at the end of the step
     double[3] n  # from b to a
+    double delay  # damping over the stiffness and the step
     double share  # part of the displacement since the last equilibrium in contact
     double[4] of_a  # weights of control points
     double[4] of_b
@@ -278,9 +280,9 @@ cdef void stretch(Data *self, Bristle *each, const double *start, const double *
         shorten(each.limit, each.trial)
     memcpy(each.end, each.trial, sizeof(each.end))
     each.will_slide = stretch_by(
-        x, share + self.delay, self.delay, each.limit, each.slides, square, each.end)
+        x, share + each.delay, each.delay, each.limit, each.slides, square, each.end)
     for c in range(3):
-        each.trial[c] += (share + self.delay) * x[c]
+        each.trial[c] += (share + each.delay) * x[c]
         each.f[c] = -each.trial[c]
     shorten(each.limit, each.f)
     turn(each.n, (1.0 - share) * angle, each.end)
@@ -308,14 +310,23 @@ cdef bint set_bristles(Data *self, bint is_mean) noexcept nogil:
 cdef bint stretch_all(Data *self, const double *start, const double *end,
                       bint is_mean) noexcept nogil:
     cdef ptrdiff_t k, n_touching = 0
-    cdef double stiffness = 0.0
+    cdef Bristle *each
+    cdef double rate
+    clear_stiffness(self)
     for k in range(self.n_bristles):
-        average(self, self.bristle + k)
-        n_touching += self.bristle[k].limit > 0.0
-        stiffness += self.bristle[k].stiffness
-    self.delay = 0.0
-    if self.has_two and self.interval > 0.0 and stiffness > 0.0:
-        self.delay = self.settling * sqrt(self.body_mass / stiffness) / self.interval
+        each = self.bristle + k
+        average(self, each)
+        n_touching += each.limit > 0.0
+        each.bodies = find_bodies(self, each.a, each.b)
+        if each.bodies < 0:
+            return False
+        self.bodies.pair[each.bodies].stiffness += each.stiffness
+    for k in range(self.n_bristles):
+        each = self.bristle + k
+        rate = rate_of(self.bodies.pair + each.bodies)
+        each.delay = 0.0
+        if self.has_two and self.interval > 0.0 and rate > 0.0:
+            each.delay = self.settling / (rate * self.interval)
     if n_touching > self.n_slots:
         self.crowded = n_touching
         return False
@@ -356,7 +367,7 @@ cdef void bristle_block(const Data *self, const Bristle *each, double *block) no
     cdef double square = dot(each.trial, each.trial), factor = each.share * each.stiffness
     cdef double share = 0.0, limit = each.limit
     cdef int c, e
-    factor *= 1.0 + (2.0 if self.stepped else 1.0) * self.delay
+    factor *= 1.0 + (2.0 if self.stepped else 1.0) * each.delay
     if self.is_sticking:
         limit *= 1.0 - SLIDING_RATIO
     if square > limit * limit:

@@ -130,11 +130,12 @@ cdef void add_ratio_blocks(const Data *self, const Touches *list, double by_chan
     cdef ptrdiff_t i, end, k = 0
     if self.gamma == 0.0:
         return
-    rate = self.slow * impact_rate(self, list)
+    sum_stiffness(self, list)
     while k < list.n:
         memset(g, 0, sizeof(g))
         memset(h, 0, sizeof(h))
         end, energy, each = end_of_pair(list, k), 0.0, list.touch + k
+        rate = self.slow * rate_of(self.bodies.pair + each.bodies)
         for i in range(k, end):
             energy += list.touch[i].stiffness * list.touch[i].e * list.touch[i].e
             add_gradients(self, each, list.touch + i, g, h)

@@ -96,12 +96,12 @@ cdef void locate_group(const Data *self, ptrdiff_t g, const double *q, Place *ou
 cdef inline void approach_group(const Data *self, ptrdiff_t g, const double *q,
                                 Place *out) noexcept nogil:
     """Find the distances of the points of a group, see `approach`."""
-    cdef ptrdiff_t p
+    cdef ptrdiff_t p, first = self.groups.first[g]
     sum_group(self, g, q, &out[0].x[0], sizeof(Place) // sizeof(double))
-    for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+    for p in range(self.groups.first[g + 1] - first):
         if self.frame_moves:
-            take_vectors(self, self.groups.first[g] + p, q, &out[p])
-        approach(self, &out[p])
+            take_vectors(self, first + p, q, &out[p])
+        approach(self, first + p, &out[p])
 
 
 cdef inline void subtract_terms(const double *weight, ptrdiff_t size, ptrdiff_t n,

@@ -26,7 +26,7 @@ cdef void locate(const Data *self, ptrdiff_t k, const double *q, Place *out) noe
     sum_up(&self.points, k, q, NULL, &out.x[0])
     if self.frame_moves:
         take_vectors(self, k, q, out)
-    measure(self, out)
+    measure(self, k, out)
 
 
 cdef void take_vectors(const Data *self, ptrdiff_t k, const double *q, Place *out) noexcept nogil:
@@ -39,19 +39,19 @@ cdef void take_vectors(const Data *self, ptrdiff_t k, const double *q, Place *ou
                 out.u[3 * (self.turning[i] - 1) + c] = q[points.place[c * points.m + i]]
 
 
-cdef inline void measure(const Data *self, Place *out) noexcept nogil:
+cdef inline void measure(const Data *self, ptrdiff_t k, Place *out) noexcept nogil:
     """Set all but the position; the normal is zero on the axis or centre of a round obstacle."""
-    approach(self, out)
+    approach(self, k, out)
     face(self, out)
 
 
-cdef inline void approach(const Data *self, Place *out) noexcept nogil:
+cdef inline void approach(const Data *self, ptrdiff_t k, Place *out) noexcept nogil:
     """Set the distance, and all but the normal unless the obstacle has a frame."""
     if self.has_frame:
         approach_core(self, out)
     else:
         approach_base(self, out)
-    out.e = self.reach - out.distance
+    out.e = self.reach[k] - out.distance
 
 
 cdef void approach_core(const Data *self, Place *out) noexcept nogil:

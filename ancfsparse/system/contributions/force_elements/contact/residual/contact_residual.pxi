@@ -12,7 +12,7 @@ cdef inline double damped_force(const Data *self, ptrdiff_t k, double e) noexcep
     if is_free(self, k, e):
         return 0.0
     e += damping_ratio(self, k) * (e - self.before[k])
-    return self.stiffness[k] * law_force(e, self.layer)
+    return self.stiffness[k] * law_force(e, self.layer[k])
 
 
 cdef inline bint is_free(const Data *self, ptrdiff_t k, double e) noexcept nogil:
@@ -69,15 +69,17 @@ cdef inline void set_point_force(const Data *self, ptrdiff_t g, ptrdiff_t p, con
             f[c] += rubbing[c]
 
 
-cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
-    cdef Data *self = <Data *>context
+cdef void press_groups(Data *self, ptrdiff_t first, ptrdiff_t last, const Call *call,
+                       ptrdiff_t part) noexcept nogil:
+    """Subtract the forces on groups in a state from the residual."""
     cdef Place[MAX_POINTS] here
     cdef GroupForces forces
+    cdef const ancf_state *x = call.x
+    cdef double *r = call.out
     cdef double theta, e
     cdef ptrdiff_t g, k, p
     cdef bint together = self.is_plain and not self.is_static
-    self.is_mean = False
-    for g in range(self.groups.n):
+    for g in range(first, last):
         if together and self.groups.weight_of_three[g] >= 0:
             press_three(self, g, x, r)
             continue
@@ -93,8 +95,8 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
             theta = damping_ratio(self, k)
             e = here[p].e + theta * (here[p].e - self.before[k])
             self.at[k] = here[p].e
-            self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer)
-            self.force[k] = self.stiffness[k] * law_force(e, self.layer)
+            self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer[k])
+            self.force[k] = self.stiffness[k] * law_force(e, self.layer[k])
             if self.gamma > 0.0 and x.v != NULL and self.force[k] > 0.0:
                 restrain(self, k, &here[p], x.v, &self.force[k], &self.slope[k])
             if self.force[k] > 0.0:
@@ -105,17 +107,20 @@ cdef void residual(void *context, const ancf_state *x, double *r, double *phi) n
             subtract_group_forces(self, g, forces.f, r)
 
 
-cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
-                  double *r, double *phi) noexcept nogil:
-    cdef Data *self = <Data *>context
+cdef void press_groups_between(Data *self, ptrdiff_t first, ptrdiff_t last, const Call *call,
+                               ptrdiff_t part) noexcept nogil:
+    """Subtract the forces on groups between two states from the residual."""
+    cdef const ancf_state *x = call.x
+    cdef const double *q0 = call.q0
+    cdef const double *q1 = call.q1
+    cdef double *r = call.out
     cdef Place[MAX_POINTS] begin
     cdef Place[MAX_POINTS] end
     cdef Place[MAX_POINTS] middle
     cdef GroupForces forces
     cdef ptrdiff_t g, k, p
     cdef bint together = self.is_plain and not self.is_static
-    self.is_mean = True
-    for g in range(self.groups.n):
+    for g in range(first, last):
         if together and self.groups.weight_of_three[g] >= 0:
             press_three_between(self, g, q0, q1, x, r)
             continue
@@ -139,15 +144,42 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
             subtract_group_forces(self, g, forces.f, r)
 
 
-cdef double energy(void *context, const double *q) noexcept nogil:
-    cdef const Data *self = <const Data *>context
+cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:
+    cdef Call call
+    call.data, call.work, call.x, call.out = <Data *>context, press_groups, x, r
+    call.data.is_mean = False
+    for_all_groups(&call)
+
+
+cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
+                  double *r, double *phi) noexcept nogil:
+    cdef Call call
+    call.data, call.work, call.x, call.out = <Data *>context, press_groups_between, x, r
+    call.q0, call.q1, call.data.is_mean = q0, q1, True
+    for_all_groups(&call)
+
+
+cdef void sum_energies(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *call,
+                       ptrdiff_t part) noexcept nogil:
+    """Add the energies of groups to the number of a part."""
     cdef Place[MAX_POINTS] here
-    cdef double sum = 0.0
-    cdef ptrdiff_t g, p
-    for g in range(self.groups.n):
-        locate_group(self, g, q, here)
+    cdef ptrdiff_t g, k, p
+    for g in range(begin, end):
+        locate_group(self, g, call.q0, here)
         for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+            k = self.groups.first[g] + p
             if here[p].e > 0.0:
-                sum += (self.stiffness[self.groups.first[g] + p]
-                        * law_energy(here[p].e, self.layer))
+                call.out[part] += self.stiffness[k] * law_energy(here[p].e, self.layer[k])
+
+
+cdef double energy(void *context, const double *q) noexcept nogil:
+    cdef double[MOST_PARTS + 1] of_part
+    cdef double sum = 0.0
+    cdef ptrdiff_t part
+    cdef Call call
+    call.data, call.work, call.q0, call.out = <Data *>context, sum_energies, q, &of_part[0]
+    memset(&of_part[0], 0, sizeof(of_part))
+    for_all_groups(&call)
+    for part in range(call.data.n_parts + 1):
+        sum += of_part[part]
     return sum

@@ -168,10 +168,10 @@ cdef inline void press_three(Data *self, ptrdiff_t g, const ancf_state *state, d
     cdef row[3] d
     cdef row[3] n
     cdef row[3] rubbing
-    cdef row distance, e, approached, theta, s, beyond, force
+    cdef row distance, e, approached, theta, s, beyond, force, layer = load_row(self.layer + k)
     sum_three(weight, place, state.q, x)
     distance = approach_three(self, x, d)
-    e = self.reach - distance
+    e = load_row(self.reach + k) - distance
     store_row(self.at + k, e)
     theta = self.dt * load_row(self.rate + k)
     theta = theta * theta
@@ -181,11 +181,11 @@ cdef inline void press_three(Data *self, ptrdiff_t g, const ancf_state *state, d
         store_row(self.force + k, same(0.0))
         store_row(self.slope + k, same(0.0))
         return
-    s = approached / same(self.layer)
+    s = approached / layer
     s = where_above(s, same(1.0), same(1.0), where_above(s, same(0.0), s, same(0.0)))
-    beyond = approached - self.layer
+    beyond = approached - layer
     beyond = where_above(beyond, same(0.0), beyond, same(0.0))
-    force = load_row(self.stiffness + k) * (self.layer * s * s * s * (1.0 - 0.5 * s) + beyond)
+    force = load_row(self.stiffness + k) * (layer * s * s * s * (1.0 - 0.5 * s) + beyond)
     store_row(self.force + k, force)
     store_row(self.slope + k, (1.0 + theta) * load_row(self.stiffness + k) * s * s * (3.0 - 2.0 * s))
     face_three(self, d, distance, n)
@@ -220,21 +220,21 @@ cdef inline void press_three_between(Data *self, ptrdiff_t g, const double *q0, 
     cdef row[3] rubbing
     cdef double[3] e0
     cdef double[3] e1
-    cdef row distance, before, after, deeper, force
+    cdef row distance, before, after, deeper, force, reach = load_row(self.reach + k)
     sum_three(weight, place, q0, x)
     before = approach_three(self, x, begin)
     sum_three(weight, place, q1, x)
     after = approach_three(self, x, end)
-    store_row(e0, self.reach - before)
-    store_row(e1, self.reach - after)
-    deeper = self.reach - where_above(before, after, after, before)
+    store_row(e0, reach - before)
+    store_row(e1, reach - after)
+    deeper = reach - where_above(before, after, after, before)
     if not any_positive(deeper):
         store_row(self.at + k, same(NAN))
         store_row(self.force + k, same(0.0))
         return
     sum_three(weight, place, state.q, rubbing)
     distance = approach_three(self, rubbing, middle)
-    store_row(self.at + k, where_above(deeper, same(0.0), self.reach - distance, same(NAN)))
+    store_row(self.at + k, where_above(deeper, same(0.0), reach - distance, same(NAN)))
     for p in range(3):
         self.force[k + p] = force_between(self, k + p, e0[p], e1[p], &self.slope[k + p])
     force = row_of(self.force + k, 1)
