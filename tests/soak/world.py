@@ -315,6 +315,7 @@ GIVEN = {
     "Trajectory.joint_force": lambda w: {"frame": "space"},
     "Plan.run": lambda w: {"verify": False, "save_every": 1, "tolerance": "default"},
     "simulate": motion,
+    "Simulation": lambda w: {"scene": w.held, "dt": 1e-3},
     "simulate, to an accuracy": lambda w: motion(w, accuracy=1e-3),
     "simulate, from a state": lambda w: motion(w, t_end=0.02, start=w.run.last),
     "simulate, explicitly": lambda w: {
