@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 DEFAULT_INTEGRATOR = GeneralizedAlpha(0.9)
 EQUILIBRIUM = "equilibrium"  # start from statics
 # Of steps in scenes with contact.  Of 21 random scenes with contact that ended with an error 19 are
-# completed with it, and all 42 points of the stability map where no solver is (docs/stability.md).
+# completed with it, and all 26 points of the stability map where no solver is (docs/stability.md).
 CONTACT_HALVINGS = 6
 MAX_ROTATION = 0.07  # rotation of a rigid body in a step, beyond which its energy grows [rad]
 N_SAVED = 200  # states of a run to an accuracy without dt
