@@ -1,9 +1,9 @@
 """A cable wrapped around a rotating cylinder: normal force and friction against formulas.
 
-This is the last system of the paper.  The surface slides around the axis below the entire cable, so
-friction has no axial component: the tension keeps its own, and its component around the cylinder
-grows by exp(mu phi).  The normal force per length is the tension times the curvature of the cable,
-and friction is mu times as much.
+This is the last system of the paper.  The surface slides along circles below the entire cable, so
+friction has no axial component: the axial component of the tension is constant, and the one around
+the cylinder grows by exp(mu phi).  The normal force per length is the tension times the
+curvature of the cable, and friction is mu times as much.
 """
 
 from __future__ import annotations
@@ -197,7 +197,8 @@ def findings(wraps: Sequence[Wrap]) -> list[str]:
     dearest = max(wraps, key=lambda each: each.iterations)
     return [
         *lines,
-        f"The largest median difference of friction and mu times the pressure is {sliding:.0e}",
+        "The largest median relative difference between friction and mu times the pressure is "
+        f"{sliding:.0e}",
         f"The mean number of iterations per step is at most {dearest.iterations:.0f}, for mu = "
         f"{dearest.mu:g} and {dearest.angle:g} degrees",
     ]
