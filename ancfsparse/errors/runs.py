@@ -306,9 +306,9 @@ class UnresolvedSignalWarning(UserWarning):
 class PenetrationWarning(UserWarning):
     """A body sank deep into an obstacle or another body.
 
-    With the default stiffness by more than 30 % of its radius in a run, and 3 % in an equilibrium;
-    with a given one by more than its radius, between bodies the smaller one, except on flat
-    obstacles, where a soft contact is allowed.
+    With the default stiffness the limit is 30 % of its radius in a run, and 3 % in an equilibrium;
+    with a given one it is the radius, between bodies the smaller one, except on flat obstacles,
+    where a soft contact is allowed.
     """
 
 

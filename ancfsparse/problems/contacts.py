@@ -21,7 +21,7 @@ from ancfsparse.scene.records.signals import Ramp, Table
 DRUM_RADIUS = 0.1  # [m]
 WIRE_RADIUS = 1e-3  # [m]
 TAIL_LENGTH = 0.05  # of the straight ends [m]
-# Of the bending stiffness in space to that in the plane: 3e-4 changes tensions of 0.2 N by 0.5 %.
+# Bending stiffness in space over the planar one; with 3e-4, tensions of 0.2 N change by 0.5 %.
 FLEXIBLE_RATIO = 3e-6
 LOAD_TIME = 0.05  # until the force has its full value [s]
 ROD_RADIUS = 0.01  # [m]
@@ -40,8 +40,7 @@ HEAD_RADIUS = 0.1  # [m]
 HAIR_RADIUS = 1.2e-3  # [m]
 HAIR_LENGTH = 0.12  # [m]
 HAIR_ANGLE = 65.0  # of the outermost roots from the vertical [degrees]
-# Rubber; the damping of velocities is that of air, and brings the hairs to rest in some tenths of a
-# second.
+# Rubber; the damping of velocities, as by air, brings the hairs to rest in some tenths of a second.
 HAIR_MATERIAL = Material(
     1e6, 1000.0, axial_damping=0.02, bending_damping=0.02, rayleigh=(20.0, 0.0)
 )
@@ -73,9 +72,9 @@ def capstan(
     The wire can stick, or with a `slip_speed` [m/s] its friction depends on the velocity.
 
     With a `pitch` [m] of its pulled end, the wire lies in space and has almost no bending
-    stiffness.  The drum slides along circles, so friction has no component along its axis: this
-    component of the tension is constant, the one around the drum grows by
-    ``exp(mu * angle)``, and the pitch decreases by that factor.
+    stiffness.  The surface of the drum moves along circles, so friction has no axial component: the
+    axial component of the tension is constant, the one around the drum grows by the factor
+    ``exp(mu * angle)``, and the pitch decreases by it.
 
     Quantities: the ``held`` tension at the fixed end [N].
     """
@@ -182,9 +181,9 @@ def hair(n_hairs: int = 48, n_elements: int = 8, mu: float = 0.3) -> Mechanism:
     """Return a ball with hairs that fall over it and are combed to one side.
 
     The ball has a radius of 0.1 m; the hairs, of soft rubber, 0.12 m long and 2.4 mm thick, are
-    clamped in its upper part and stick out radially at the start.  They fall in 0.4 s; then a rod
-    of 20 mm, 10 mm above the ball, turns about its centre over it and takes 0.9 s.  Hairs, ball and
-    comb have friction that sticks, with the coefficient `mu`.
+    clamped in its upper part and stick out radially at the start.  They fall for 0.4 s; then a
+    rod of 20 mm, 10 mm above the ball, turns over it and about its centre in 0.9 s.  All contacts
+    have friction of bristles with the coefficient `mu`.
 
     Quantities: ``combed``, the mean displacement of the ends of hairs in the direction of the comb
     [m]; ``moment`` on the comb [N m]; vertical ``force`` of the ball on the hairs [N];
@@ -192,7 +191,7 @@ def hair(n_hairs: int = 48, n_elements: int = 8, mu: float = 0.3) -> Mechanism:
     """
     scene = Scene((0.0, 0.0, -GRAVITY))
     n = check_count("n_hairs", n_hairs)
-    # Points of equal areas, each turned from the one before by the golden angle.
+    # Points for equal areas, each turned from the one before by the golden angle.
     rank = np.arange(n) + 0.5
     height = 1.0 - (1.0 - math.cos(math.radians(HAIR_ANGLE))) * rank / n
     turn, width = math.pi * (1.0 + math.sqrt(5.0)) * rank, np.sqrt(1.0 - height**2)

@@ -212,12 +212,12 @@ def pile(
     cables_in_layer: int = 5,
     width: float = 0.3,
 ) -> Mechanism:
-    """Return layers of rubber cables across each other that fall onto a floor and a pile.
+    """Return crossed layers of rubber cables that fall onto a floor and form a pile.
 
     The cables have a diameter of 10 mm and elements of 40 mm.  A layer has `cables_in_layer` of
-    them, at equal distances across its `width` [m], each end off by up to 4 mm.  They press on each
-    other with a `stiffness` [N/m2] and on the floor with a tenth of it, with friction, which sticks
-    by bristles unless there is a `slip_speed` [m/s].
+    them, at equal distances across its `width` [m], each end displaced by up to 4 mm.  Their
+    contacts have the `stiffness` [N/m2], and a tenth of it on the floor.  Friction is by bristles
+    unless a `slip_speed` [m/s] is given.
 
     Quantities: vertical ``force`` on the floor [N]; ``kinetic_energy`` [J]; largest ``speed`` of a
     node [m/s]; largest ``penetration`` of cables over their radius [-].

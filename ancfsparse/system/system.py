@@ -75,7 +75,7 @@ class System(Discretization):
         """Set the internal variables of contributions, here and for the start of motions."""
         self.assembly.memory = memory
         for each in self.contributions:
-            each.forget_deepest()  # which was in another motion
+            each.forget_deepest()  # of another motion
         self._memory = self.assembly.memory
 
     def reset_memory(self) -> None:

@@ -1,4 +1,4 @@
-"""The examples of docs/simulation.md run as they stand, to the values that were asked for."""
+"""The examples of docs/simulation.md run unchanged, and reach the values that they set."""
 
 import re
 

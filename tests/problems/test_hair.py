@@ -72,7 +72,7 @@ def test_they_stay_outside_the_ball_and_the_rod(made, run):
     x = np.stack([run.position(point) for point in pressed], axis=1)
     share = np.clip(np.sum((x - begin) * (end - begin), axis=2) / 0.04, 0.0, 1.0)
     away = np.linalg.norm(x - begin - share[:, :, None] * (end - begin), axis=2) - COMB
-    assert 0.9 * RADIUS < away.min() < RADIUS  # the promise of impacts
+    assert 0.9 * RADIUS < away.min() < RADIUS  # the limit for impacts
 
 
 def test_its_energy_is_accounted_for(run):

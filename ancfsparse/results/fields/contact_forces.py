@@ -35,12 +35,12 @@ class ForceOfStates:
 
 @dataclass(frozen=True, eq=False)
 class ContactForce(ForceOfStates):
-    """Force of an obstacle on bodies, at their quadrature points, or of all contacts of a body.
+    """Force of an obstacle on bodies at quadrature points, or of all contacts on one body.
 
     Attributes
     ----------
     s : ndarray, shape (n,)
-        Arc coordinates of the points, of each body from its start, or of the middles of the
+        Arc coordinates of the points, from the start of each body, or of the midpoints of the
         elements [m].
     pressure : ndarray, shape (k, n)
         Normal force per length [N/m].
@@ -127,7 +127,7 @@ def force_on_elements(system: System, of: ElasticBody, states: StateHistory) -> 
                 state = np.ascontiguousarray(q[row]), np.ascontiguousarray(v[row])
                 elements, _, force, _ = each.compiled.touches(*state)
                 along = each.friction(*state, None if history is None else history[row])
-                # The first of both elements has the point, the second one its foot.
+                # The first element of a pair has the point, the second one its foot.
                 for element, sign in zip((elements - first).T, (1.0, -1.0), strict=True):
                     here = (element >= 0) & (element < n)
                     np.add.at(sizes[row], element[here], np.linalg.norm(force[here], axis=1))

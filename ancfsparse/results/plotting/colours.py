@@ -24,7 +24,7 @@ COLOURS = ("N", *ELEMENT_MEANS)
 COLOUR_MAP = ListedColormap(plt.get_cmap("viridis_r")(np.linspace(0.12, 1.0, 256)))
 """Light colours for small values, which are visible on white, and dark ones for large values."""
 OTHER_COLOUR = "0.4"  # of rigid bodies, ropes and springs
-LINE_WIDTH = 1.8  # of coloured lines, over that of others
+LINE_WIDTH = 1.8  # of coloured lines, over the width of others
 BAR_WIDTH = 0.12  # inch
 BAR_GAP = 0.15  # inch, from planar axes
 BAR_HEIGHT = 0.6  # over the height of axes in perspective

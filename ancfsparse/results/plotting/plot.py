@@ -229,9 +229,9 @@ def _plot_along(
     ax: Axes | None,
     labels: Sequence[str],
 ) -> Axes:
-    """Plot a quantity along a beam, one curve for every state, or for the `RANGE` of them.
+    """Plot a quantity along a beam, one curve for every state, or the curves of `RANGE`.
 
-    Mean values of elements are drawn in their middles; other quantities also at both ends of the
+    Mean values of elements are drawn at their midpoints; other quantities also at both ends of the
     beam, where moments are often largest.
     """
     if not isinstance(of, Beam):

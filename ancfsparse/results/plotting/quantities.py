@@ -43,7 +43,7 @@ def label_of(what: str) -> str:
 
 
 def select_states(run: Motion, rows: NDArray[np.intp] | None = None) -> StateHistory:
-    """Return the states of a run that quantities follow from, or some rows of them."""
+    """Return the states of a run for the evaluation of quantities, or some rows of them."""
     none = np.empty((len(run.t), 0))
     if rows is None:
         return StateHistory(run.q, run.v, none, none, run.t, run.history)
@@ -56,7 +56,7 @@ def evaluate_quantity(
 ) -> Vector:
     """Evaluate a quantity at points of a body, (k, p) or (k, p, components).
 
-    Friction has its size; that and pressure are mean values of the element of each point.
+    Friction is its magnitude; pressure and friction are mean values of the element of each point.
     """
     if what in CONTACT_QUANTITIES:
         own, where = locate_points(system, body, s)

@@ -116,7 +116,7 @@ class Equilibrium(SingleState):
         of : Beam or Mesh, optional
             Body; by default all.
         ax, view, colour
-            As in `Trajectory.plot`; with a `colour` without the reference shape.
+            As in `Trajectory.plot`; with a `colour` the reference shape is left out.
 
         Returns
         -------

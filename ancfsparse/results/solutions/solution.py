@@ -192,8 +192,8 @@ class Solution(Configurations):
             (k, dim) [N].
             Of two bodies, the resultant ``force`` (k, dim) on the first one, the sum of the sizes
             of all forces ``size`` (k,) [N], and the largest ``penetration`` (k,) [m].
-            Of a body, the same as of an obstacle, from all its contacts with obstacles and bodies:
-            ``pressure`` and ``friction`` are the mean values of its n elements, whose middles are
+            Of a body, the same as of an obstacle, for all its contacts with obstacles and bodies:
+            ``pressure`` and ``friction`` are the mean values of its n elements, whose midpoints are
             at ``s``.
 
         Raises
@@ -265,7 +265,7 @@ class Solution(Configurations):
 
 
 class SingleState(Solution):
-    """One configuration with the forces in it; arrays have no axis of time."""
+    """One configuration with the forces in it; arrays have no time axis."""
 
     def _select(self, values: Values) -> Values:
         if not isinstance(values, np.ndarray):

@@ -51,14 +51,14 @@ class TrajectoryOutput(Solution):
         what : str, optional
             ``"shape"``; ``"energy"``; of a point, over time, ``"position"``, ``"velocity"``,
             ``"acceleration"``, ``"slope"`` or ``"reaction"``; ``"N"``, ``"Q"``, ``"M"``, ``"T"``,
-            ``"strain"``, ``"curvature"``, or the size of ``"pressure"`` or ``"friction"`` of all
-            contacts, over time at a point or along a beam at some times.
+            ``"strain"``, ``"curvature"``, or the magnitude of ``"pressure"`` or ``"friction"`` of
+            all contacts, over time at a point or along a beam at some times.
         of : Beam, Mesh, RigidBody or Point, optional
             Body or point, such as ``rod`` or ``rod.end``; by default all bodies.
         times : array_like, optional
             Times [s] of shapes and of quantities along a beam, rounded to those of saved states.
-            By default six, from the first to the last, with a `colour` the last.  ``"range"`` plots
-            the least, mean and greatest values along a beam of all saved states.
+            By default six, from the first to the last; with a `colour` the last.  ``"range"`` plots
+            the least, mean and greatest values over all saved states along a beam.
         ax : Axes, optional
             Axes to plot into; by default those of a new figure.
         view : str or (float, float), optional

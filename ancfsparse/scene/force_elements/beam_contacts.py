@@ -32,7 +32,7 @@ class BeamContact(ContactLaw):
     Attributes
     ----------
     bodies, one, other : tuple of Beam or Mesh
-        All bodies, and those of both sides; one on both sides touches itself.
+        All bodies, and those of each side; a body on both sides touches itself.
     radii : tuple of float
         Distances of the surfaces of all bodies from their axes [m].
     stiffness, friction, slip_speed, restitution, static_friction
@@ -67,7 +67,7 @@ class BeamContact(ContactLaw):
         return np.array([(body in one) + 2 * (body in other) for body in self.bodies])
 
     def per_element(self, values: ArrayLike) -> Vector:
-        """Return numbers of the bodies for each of their elements."""
+        """Return values of the bodies, repeated for each of their elements."""
         return np.repeat(values, [body.n_elements for body in self.bodies])
 
     def notes(self, joints: Iterable[Joint]) -> list[str]:
@@ -87,7 +87,7 @@ class BeamContact(ContactLaw):
 
 
 def check_pairs(contact: BeamContact, before: Iterable[Attachment]) -> None:
-    """Refuse a contact of two bodies that touch by another one already."""
+    """Refuse a contact with a pair of bodies that an earlier contact has already."""
     own = set(contact.one), set(contact.other)
     for each in before:
         if not isinstance(each, BeamContact):

@@ -135,7 +135,7 @@ def radius_of(body: ElasticBody, radius: float | None) -> float:
 
 
 def check_contact(contact: Contact, joints: Iterable[Joint], before: Iterable[Attachment]) -> None:
-    """Refuse bodies that cannot touch an obstacle, begin inside it, or touch it already."""
+    """Refuse bodies that cannot touch an obstacle, begin inside it, or have a contact with it."""
     check_reach(contact)
     if not contact.separates:
         check_penetration(contact, joints)
@@ -165,7 +165,7 @@ def check_reach(contact: Contact) -> None:
 def check_penetration(contact: Contact, joints: Iterable[Joint]) -> None:
     """Refuse bodies that begin inside the obstacle.
 
-    With a given stiffness, which can be soft, their axes alone must be outside.
+    With a given stiffness, which can be soft, only their axes must be outside.
     """
     points, radii = contact.points, contact.per_point(contact.radii)
     distances = contact.obstacle.distances(np.array([point.position for point in points]))

@@ -106,7 +106,7 @@ class Contact(ContactLaw):
         return self.name_with(self.bodies)
 
     def name_with(self, bodies: Sequence[Body]) -> str:
-        """Return the name of the contact of some of its bodies in messages."""
+        """Return the name, in messages, of the contact for some of its bodies."""
         return f"the contact of {names(bodies)} with the {self.obstacle.noun}"
 
     @property
@@ -118,7 +118,7 @@ class Contact(ContactLaw):
         ]
 
     def per_point(self, values: ArrayLike) -> Vector:
-        """Return numbers of the bodies at their quadrature points, (k,)."""
+        """Return values of the bodies, repeated for each quadrature point, (k,)."""
         return np.repeat(values, [GAUSS_POINTS * body.n_elements for body in self.bodies])
 
     def notes(self, joints: Iterable[Joint]) -> list[str]:
@@ -211,11 +211,11 @@ class Contacts(SceneBase):
         Parameters
         ----------
         body : Beam or Mesh, or sequence of these
-            The body or bodies, with given element and number of elements; all that have been added
-            are ``scene.beams``.
+            The body or bodies, with given element and number of elements; ``scene.beams`` are all
+            that have been added.
         obstacle : HalfSpace, Drum, Ball, Capsule, Block, Torus, TriangleMesh, HeightField or body
-            The obstacle, or another body or several.  Each one on this side touches each one on
-            the other side; a body on both sides touches itself.
+            The obstacle, or one or several bodies.  Each body on one side touches each body on the
+            other side; a body on both sides touches itself.
         stiffness : float, optional
             Force per length and penetration k [N/m2].  A line of weight w per length that rests on
             it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
@@ -271,8 +271,8 @@ class Contacts(SceneBase):
         Two bodies need a stiffness, and press on each other with k e per length, integrated where
         they overlap; planar ones lie in one plane.  Two elements that touch have one bristle, and
         with a `restitution` one factor 1 + gamma tanh(10 W'/(eps sqrt(K/M) W)) of all pressures,
-        where W is their energy, K the stiffness of all points at which both bodies touch [N/m] and
-        M the reduced mass of both bodies [kg].
+        where W is their energy, K the stiffness of all points at which the two bodies touch [N/m]
+        and M their reduced mass [kg].
         Friction opposes the relative motion of points of both axes, without the motion of surfaces
         by rotation, and acts on these points, without a moment.  A body touches itself where the
         arc between two places is longer than half a turn of its radius and two elements.

@@ -57,7 +57,7 @@ def fixed_points(contact: Contact, joints: Iterable[Joint]) -> list[FixedPoint]:
 def joined_points(
     contact: BeamContact, joints: Iterable[Joint]
 ) -> list[tuple[FixedPoint, FixedPoint]]:
-    """Return the points at which joints make the axes of two bodies meet, first side first."""
+    """Return pairs of points at which joints make two axes meet, the first side first."""
     points = []
     for joint in joints:
         for one, other in _coincident_points(joint):

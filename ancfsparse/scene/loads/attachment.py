@@ -51,7 +51,7 @@ class Attachment(ABC):
 
 
 def names(bodies: Sequence[Body]) -> str:
-    """Return bodies as text."""
+    """Return the names of bodies as text."""
     more = {1: "", 2: f" and {bodies[-1].name}"}.get(len(bodies), f" and {len(bodies) - 1} others")
     return bodies[0].name + more
 

@@ -17,15 +17,15 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.records.signal import Signal
 
-ROUNDING = 1e-9  # of the end of a transition, the end of a step, over its duration
+ROUNDING = 1e-9  # rounding of the time at the end of a transition, over its duration
 NUMBERS = count(1)  # of inputs without a name
 
 
 class Transition(NamedTuple):
     """Value of an input over time: from one value to another, then with a constant rate.
 
-    The polynomial of fifth degree between both has given values and rates at both ends, a given
-    second rate at the first and none at the second.
+    The polynomial of fifth degree between them has given values and rates at both ends, a given
+    second derivative at the first and zero at the second.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def make_transition(
     end: Vector,
     rate: Vector,
 ) -> Transition:
-    """Return the transition from a value with two rates to a value with a rate."""
+    """Return the transition from a value with two derivatives to a value with a rate."""
     first, second = first_rate * duration, second_rate * duration**2
     change = end - value - first - 0.5 * second
     of_rate, of_second = rate * duration - first - second, -second
@@ -91,9 +91,9 @@ class Input(Signal):
         Number of components: 1 for a number, 2 or 3 for a vector.
     default : float or array_like, shape (size,), optional
         The value before it is set, and in all runs other than a `Simulation` [unit of its use]; a
-        number is that of all components.
+        number applies to all components.
     name : str, optional
-        Name; inputs of one name are one input.
+        Name; inputs of the same name are the same input.
 
     Raises
     ------

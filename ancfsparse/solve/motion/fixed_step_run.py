@@ -107,7 +107,7 @@ class FixedStepRun(ABC):
         """Set the time loop to the end of a crossing."""
 
     def save_checkpoint(self) -> Checkpoint:
-        """Return the present state; the next steps are those after a return to it."""
+        """Return the present state; the next steps equal those after a return to it."""
         saved = self._save()
         self.return_to(saved)
         return saved
@@ -217,7 +217,7 @@ class FixedStepRun(ABC):
         step : int
             Number of the step.
         report : callable, optional
-            Called with the number of steps from time to time.
+            Called with the number of steps after each chunk of them.
 
         Raises
         ------

@@ -45,15 +45,15 @@ ROUNDING = 1e-9  # of a time, over the step
 
 
 class NoRecorder:
-    """Recorder of a simulation, which has its present state alone."""
+    """Recorder that stores no states: a simulation has its present one only."""
 
     rows = 1
 
     def append(self, *tables: object, begin: int | None = None) -> None:
-        """Leave the states out."""
+        """Discard the states."""
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
-        """Leave the statistics out."""
+        """Discard the statistics."""
 
 
 class Snapshot:
@@ -81,14 +81,14 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Punctuality:
-    """Report of a simulation that was to keep up with the clock.
+    """Report of a simulation in real time.
 
     Attributes
     ----------
     steps : int
         Number of steps.
     missed : int
-        Steps that ended after their time.
+        Number of steps that ended late.
     latest : float
         Largest delay [s].
     """
@@ -101,7 +101,7 @@ class Punctuality:
 class Simulation(SingleState):
     """A motion with a fixed step that is advanced on demand.
 
-    Results are named as in a `Trajectory`, without its axis of time:
+    Results have the names of those in a `Trajectory`, but no time axis:
     ``simulation.position(rod.end)`` is an array (dim,) at the present time.  All steps are those of
     `simulate`, bit for bit.
 
@@ -126,8 +126,8 @@ class Simulation(SingleState):
 
     Notes
     -----
-    Functions of time of prescribed motions are checked over the first 1000 steps.  Mechanisms of
-    rigid bodies are not carried across singular configurations as `simulate` does it.
+    Functions of time of prescribed motions are checked over the first 1000 steps only.  Unlike in
+    `simulate`, mechanisms of rigid bodies are not carried across singular configurations.
     """
 
     def __init__(
@@ -250,7 +250,7 @@ class Simulation(SingleState):
 
     @contextmanager
     def _set_inputs(self) -> Iterator[None]:
-        """Let the inputs of the scene have the values of this simulation."""
+        """Give the inputs of the scene the values of this simulation."""
         before = TRANSITIONS.set(self._transitions)
         try:
             yield
@@ -276,8 +276,8 @@ class Simulation(SingleState):
         rate : float or array_like, shape (size,), optional
             Rate with which it arrives there and continues, by default zero [unit/s].
         over : float, optional
-            Duration of the change [s], by default one step.  A load of the next step has the new
-            value at its end.
+            Duration of the change [s], by default one step.  A load then reaches the new value at
+            the end of the next step.
 
         Raises
         ------
@@ -303,11 +303,11 @@ class Simulation(SingleState):
         if not isinstance(which, Input) or which.name not in self._inputs:
             names = ", ".join(self._inputs) or "none"
             raise InputError(
-                f"{format_value(which)} is no input of this scene; its inputs are: {names}"
+                f"{format_value(which)} is not an input of this scene; its inputs are: {names}"
             )
 
     def run_real_time(self, t: float, factor: float = 1.0) -> Punctuality:
-        """Take steps to a time, each not before its time by the clock.
+        """Take steps to a time in real time: none ends before its time by the clock.
 
         Parameters
         ----------
@@ -319,7 +319,7 @@ class Simulation(SingleState):
         Returns
         -------
         Punctuality
-            Number of steps, missed ones, and the largest delay [s].
+            Number of steps, number of late ones, and the largest delay [s].
         """
         check_positive("factor", factor)
         begin, clock, missed, latest = self.t, time.perf_counter(), 0, 0.0
@@ -367,7 +367,7 @@ class Simulation(SingleState):
         return n
 
     def on_step(self, call: Callable[[Simulation], object], every: int = 1) -> None:
-        """Call a function with the simulation after steps.
+        """Call a function with the simulation after every step, or every few steps.
 
         Parameters
         ----------
@@ -394,7 +394,7 @@ class Simulation(SingleState):
         Raises
         ------
         InputError
-            If it is of another one.
+            If the snapshot is of another simulation.
         """
         if not isinstance(snapshot, Snapshot) or snapshot._owner is not self:
             raise InputError(
@@ -437,5 +437,5 @@ class Simulation(SingleState):
         return self._trajectory().contacts()
 
     def body(self, body: RigidBody) -> BodyMotion:
-        """Return the motion of a rigid body, as `Trajectory.body` does, with one row of each."""
+        """Return the motion of a rigid body, as `Trajectory.body` does, with arrays of one row."""
         return self._trajectory().body(body)

@@ -29,7 +29,7 @@ def partition_elements(
     Returns
     -------
     run_start, runs
-        As of `partition_blocks`, with the numbers of the layouts.
+        As `partition_blocks` returns them, with layouts as groups.
         None in place of both if too many blocks share coordinates.
     """
     places = [_places(layout, n_free) for layout in layouts]
@@ -48,9 +48,9 @@ def partition_blocks(
     Parameters
     ----------
     places : sequence of (n_blocks, k) int
-        Coordinates of each block, in groups with as many coordinates.
+        Coordinates of each block, in groups of blocks with the same number k of coordinates.
     work_of_block : sequence of int
-        Work in a block of each group.
+        Work of one block of each group.
     n_all : int
         Number of coordinates.
     threads : int

@@ -114,7 +114,7 @@ class Contribution(ABC):
         return 0.0, 1.0, "", ""
 
     def forget_deepest(self) -> None:  # noqa: B027
-        """Let the largest penetration of a motion be one of the states to come."""
+        """Discard the penetrations of earlier states."""
 
     def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
         """Return warnings of the last motion, with its saved times (k,) [s] and states (k, n)."""

@@ -76,7 +76,7 @@ def test_a_seed_is_renewed_inside_a_step_where_it_costs_less_than_to_wait(cost_s
 
 @pytest.mark.parametrize(("cost_seed", "renewed"), [(1.0, 2), (200.0, 1)])
 def test_a_step_begins_with_a_new_seed_where_the_last_one_renewed_it_twice(cost_seed, renewed):
-    # A hardening spring: far out, more than one seed on the way to equilibrium is out of date.
+    # A hardening spring: from far away, several seeds become outdated on the way to equilibrium.
     equations = Equations(
         lambda x: 50.0 * x**3 + x - 0.1, lambda x: np.diag(150.0 * x**2 + 1.0), [1.0]
     )

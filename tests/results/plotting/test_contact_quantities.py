@@ -42,7 +42,7 @@ def stack():
 
 @pytest.fixture(scope="module")
 def crossing():
-    """Return a wire that slides across another one, with both contacts and forces by hand."""
+    """Return the run of a wire that slides across another one, both wires and their contact."""
     scene = ancf.Scene((0, 0, -9.81))
     lower = scene.add_beam("thin", (-0.5, 0, 0), (0.5, 0, 0), 9, ROPE, WIRE, name="lower")
     scene.clamp(lower.start)

@@ -125,7 +125,7 @@ def test_an_equilibrium_deeper_than_the_radius_is_reported(length, kind, solve):
 
 @pytest.mark.parametrize("length", LENGTHS)
 def test_a_default_stiffness_is_reported_at_rest_from_three_per_cent_of_the_radius(length):
-    """It is for half a percent by the weight alone, and does not know functions of time."""
+    """The weight alone causes half a percent; the stiffness does not consider functions of time."""
 
     def run(load, stiffness=None):
         scene, radius = ancf.Scene((0.0, -GRAVITY)), length / 100.0

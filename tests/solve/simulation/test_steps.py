@@ -119,7 +119,7 @@ def test_a_failed_step_keeps_the_state_and_a_snapshot_is_returned_to():
         (lambda sim: sim.run_until(0.0015), "number of steps of 0.001 s"),
         (lambda sim: sim.on_step(3), "on_step needs a function"),
         (lambda sim: sim.set(ancf.Input(2, name="other"), 1.0), "its inputs are: tip"),
-        (lambda sim: sim.set(3, 1.0), "3 is no input of this scene"),
+        (lambda sim: sim.set(3, 1.0), "3 is not an input of this scene"),
         (lambda sim: sim.restore(3), "needs a snapshot of this simulation"),
         (lambda sim: sim.set(ancf.Input(2, name="tip"), 1.0), "the value of tip"),
         (lambda sim: sim.set(ancf.Input(2, name="tip"), (1, 2), over=0.0), "over must be"),

@@ -1,4 +1,4 @@
-"""Penetrations that contacts are made for, and warnings of larger ones."""
+"""Penetrations that contacts are designed for, and warnings of too large ones."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, PenetrationWarning
 from ancfsparse.system.contributions.interface import Contribution
 
-REST_RATIO = 0.01  # penetration at rest by a default stiffness, over the radius of the body
-IMPACT_RATIO = 0.1  # penetration of an impact by it, over this radius
-MAX_EXCESS = 3.0  # penetrations without a warning, over those that a default stiffness is for
-# Penetration over the radius up to which a stiffness of the user can be soft.  Beyond it the axis
-# is inside: round obstacles press a body that passes their middle to the other side.
+REST_RATIO = 0.01  # penetration at rest with the default stiffness, over the radius of the body
+IMPACT_RATIO = 0.1  # penetration in an impact with it, over this radius
+MAX_EXCESS = 3.0  # limit of penetrations, over those for which the default stiffness is chosen
+# Limit of penetrations with a given stiffness, over the radius.  Beyond it the axis is inside:
+# round obstacles press a body that passes their middle to the other side.
 MAX_SOFT_RATIO = 1.0
 
 
@@ -33,7 +33,7 @@ class Penetration(NamedTuple):
     stiffness : float
         Force per length and penetration there [N/m2].
     where : str
-        Names of the point and of its foot on a body.
+        Name of the point, between bodies also of its foot on the other one.
     """
 
     depth: float
@@ -44,7 +44,7 @@ class Penetration(NamedTuple):
 
 @dataclass(frozen=True)
 class PenetrationLimit:
-    """The largest penetration that a contact is made for.
+    """The largest penetration of a contact without a warning.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class PenetrationLimit:
         """Return the warning of a penetration at a time or a load.
 
         A force at rest is proportional to the power `exponent` of the penetration, and the energy
-        of an impact to the next one.
+        of an impact to the power `exponent` + 1.
         """
         ratio = deepest.depth / deepest.radius
         power = self.exponent if at_rest else self.exponent + 1.0
@@ -93,12 +93,12 @@ def _goal(at_rest: bool) -> float:
 
 
 class LimitedPenetration(Contribution):
-    """A contact that warns of penetrations that are larger than it is made for.
+    """A contact that warns of penetrations above its limit.
 
     Attributes
     ----------
     penetration_limit : PenetrationLimit or None
-        Limit of the penetration; None if it can be any.
+        Limit of the penetration; None for no limit.
     """
 
     penetration_limit: PenetrationLimit | None = None
@@ -106,11 +106,11 @@ class LimitedPenetration(Contribution):
     @property
     @abstractmethod
     def deepest_of_motion(self) -> Penetration:
-        """The penetration in the steps of the last motion that is largest over its radius."""
+        """The penetration in the last motion with the largest ratio to the radius."""
 
     @abstractmethod
     def deepest_at(self, q: Vector) -> Penetration:
-        """Return the penetration in a state that is largest over its radius."""
+        """Return the penetration in a state with the largest ratio to the radius."""
 
     def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
         """Return a warning if the penetration in any step of the last motion was too large.
@@ -138,6 +138,6 @@ class LimitedPenetration(Contribution):
         )
 
     def _deepest_state(self, q: Any) -> int:
-        """Return the number of the state with the largest penetration over its radius."""
+        """Return the number of the state with the largest ratio of penetration to radius."""
         deepest = (self.deepest_at(q[k]) for k in range(len(q)))
         return int(np.argmax([each.depth / each.radius for each in deepest]))

@@ -164,12 +164,12 @@ class BeamContactContribution(LimitedPenetration):
         return depth, radius, self.contact.what, where
 
     def deepest_at(self, q: Vector) -> Penetration:
-        """Return the penetration in a state that is largest over both radii."""
+        """Return the penetration in a state with the largest ratio to both radii."""
         depth, radii, where = self._deepest(q)
         return Penetration(depth, float(radii.min()), self.contact.stiffness, where)
 
     def _deepest(self, q: Vector) -> tuple[float, Vector, str]:
-        """Return the penetration that is largest over both radii, these [m], and its place."""
+        """Return the penetration with the largest ratio to both radii, these [m], and its place."""
         contact = self.contact
         try:
             elements, positions, _, depths = self.compiled.touches(q)
@@ -188,14 +188,14 @@ class BeamContactContribution(LimitedPenetration):
 
     @property
     def deepest_of_motion(self) -> Penetration:
-        """The penetration in the steps of the last motion that is largest over both radii."""
+        """The penetration in the last motion with the largest ratio to both radii."""
         depth, elements, positions = self.compiled.deepest
         radius = float(self.contact.per_element(self.contact.radii)[list(elements)].min())
         names = self._names(elements, positions)
         return Penetration(depth, radius, self.contact.stiffness, names)
 
     def forget_deepest(self) -> None:
-        """Let that penetration be one of the states to come."""
+        """Discard the penetrations of earlier states."""
         self.compiled.forget_deepest()
 
     def admits(self, q0: Vector, q1: Vector) -> bool:

@@ -17,7 +17,7 @@ class CompiledBeamContact(Compiled, Protocol):
     deepest: tuple[float, tuple[int, int], tuple[float, float]]
 
     def forget_deepest(self) -> None:
-        """Let the largest penetration be one of the states to come."""
+        """Discard the penetrations of earlier states."""
 
     def divide(self, threads: int, /) -> None:
         """Distribute the pairs among threads."""

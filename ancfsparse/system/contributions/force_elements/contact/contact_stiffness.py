@@ -22,7 +22,7 @@ LOAD_FACTOR = 2.0  # largest pressure over its mean: 1.25 to 1.5 along a wire ar
 
 
 def default_stiffness(system: Discretization, contact: Contact, number: int) -> float:
-    """Return a stiffness of a body of a contact for known loads, tensions and speeds [N/m2].
+    """Return a stiffness for a body of a contact by known loads, tensions and speeds [N/m2].
 
     A line of the weight w per length sinks in by w/k at rest, one under the tension T around a
     round obstacle of radius R by T/(R k), and one of the mass mu per length that arrives with the

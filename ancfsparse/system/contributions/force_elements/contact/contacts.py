@@ -44,7 +44,7 @@ class CompiledContact(Compiled, Protocol):
     is_sticking: bool
 
     def forget_deepest(self) -> None:
-        """Let the largest penetration be one of the states to come."""
+        """Discard the penetrations of earlier states."""
 
     def divide(self, run_start: Integers, runs: Integers, /) -> None:
         """Assign the points to threads."""
@@ -167,7 +167,7 @@ class ContactContribution(LimitedPenetration):
         # Coordinates of each group; those with fewer repeat their first one.
         longest = np.arange(np.diff(term).max())
         rows = term[:-1, None] + np.where(longest < np.diff(term)[:, None], longest, 0)
-        # The entries of fixed ones are in one place of the matrix.
+        # The entries of constrained coordinates share one place in the matrix.
         tables = [np.minimum(indices[rows], np.int32(n_free)).reshape(len(rows), -1)]
         runs = assembly.partition_blocks(tables, [1], n_all, threads)
         if runs is not None:
@@ -232,19 +232,19 @@ class ContactContribution(LimitedPenetration):
         return rates, depths
 
     def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
-        """Return the penetration that is largest over the radius, the radius [m], and two names."""
+        """Return the penetration with the largest ratio to the radius, both [m], and two names."""
         depth, radius, _, where = self.deepest_at(q)
         return depth, radius, self.contact.what, where
 
     def deepest_at(self, q: Vector) -> Penetration:
-        """Return the penetration in a state that is largest over its radius."""
+        """Return the penetration in a state with the largest ratio to the radius."""
         depths = self.motion(q, np.zeros_like(q))[1]
         k = int(np.argmax(depths / self.contact.per_point(self.contact.radii)))
         return self._penetration(float(depths[k]), k)
 
     @property
     def deepest_of_motion(self) -> Penetration:
-        """The penetration in the steps of the last motion that is largest over its radius."""
+        """The penetration in the last motion with the largest ratio to the radius."""
         return self._penetration(*self._compiled.deepest)
 
     def _penetration(self, depth: float, k: int) -> Penetration:
@@ -255,7 +255,7 @@ class ContactContribution(LimitedPenetration):
         return Penetration(depth, radius, stiffness, repr(contact.points[k]))
 
     def forget_deepest(self) -> None:
-        """Let that penetration be one of the states to come."""
+        """Discard the penetrations of earlier states."""
         self._compiled.forget_deepest()
 
     def begin_equilibria(self, q: Vector) -> None:
