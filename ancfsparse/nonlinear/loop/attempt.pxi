@@ -200,8 +200,8 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                     self.counts.reseeds_inside += 1
                     renew_seed(self, newton, attempt_cost(self, used[0]))
                 multiply(self, self.r, newton)
-                # The contraction of the old seed does not count for the new one.  Pairs, which are
-                # new too, lower its contraction later: a four-bar linkage needed 30 factors for 9.
+                # The contraction of the old seed does not count for the new one, except with secant
+                # pairs, which improve it later: else a four-bar linkage needed 30 factors, not 9.
                 last_theta = theta if learns else 0.0
                 continue
         last_theta = theta
