@@ -141,11 +141,17 @@ class Repetition:
         Number of steps between checkpoints.
     first : Checkpoint
         The first checkpoint.
+
+    Attributes
+    ----------
+    first_step : int
+        Number of steps before the first one that can be repeated.
     """
 
     def __init__(self, iteration: NonlinearLoop, interval: int, first: Checkpoint) -> None:
         self._iteration, self._interval, self._failed = iteration, interval, 0
         self._newer = self._older = first
+        self.first_step = first.step
 
     def is_due(self, step: int) -> bool:
         """Return whether the next checkpoint is due after a step."""
@@ -161,10 +167,10 @@ class Repetition:
         """Return the checkpoint from which the steps before a failed one are repeated.
 
         Returns None if that is in vain, because Newton's method failed, or only the failed step
-        would be repeated.
+        would be repeated, or if a step cannot be repeated.
         """
         back = self._older
-        if self._iteration.newton or back.step >= failed - 1:
+        if self._iteration.newton or not self.first_step <= back.step < failed - 1:
             return None
         self._failed, self._newer = failed, back
         return back

@@ -120,6 +120,9 @@ class FixedStepRun(ABC):
     def return_to(self, back: Checkpoint) -> None:
         """Return to a checkpoint of this run."""
 
+    def forbid_repetition(self) -> None:  # noqa: B027
+        """Let the steps so far not be repeated, since their inputs are not known any more."""
+
     @property
     def steps(self) -> int:
         """Number of steps taken."""

@@ -251,6 +251,11 @@ class ImplicitRun(FixedStepRun):
         if self._repetition:
             self._repetition = Repetition(self._iteration, self._chunk // 2, back)
 
+    def forbid_repetition(self) -> None:
+        """Let the steps so far not be repeated, since their inputs are not known any more."""
+        if self._repetition:
+            self._repetition.first_step = self._stats.steps
+
     def _end_trial(self) -> bool:
         failure, trial = self._failure, self._recorder
         if not failure or not isinstance(trial, TrialRecorder) or not self._repetition:

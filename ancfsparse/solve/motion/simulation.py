@@ -291,6 +291,7 @@ class Simulation(SingleState):
         last = self._transitions.get(which.name, which.initial)
         now, first, second = (last.evaluate(np.array([self.t]), order)[0] for order in range(3))
         change = make_transition(self.t, duration, now, first, second, end, velocity)
+        self._run.forbid_repetition()
         self._transitions = self._transitions | {which.name: change}
 
     def value(self, which: Input) -> float | Vector:

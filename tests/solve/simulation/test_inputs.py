@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from tests.solve.simulation.scenes import pendulum, same
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.solve.motion import fixed_step_run, implicit_run
+from tests.solve.simulation.scenes import STEEL, pendulum, same
 
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
@@ -125,3 +127,35 @@ def test_simulations_of_one_scene_have_their_own_inputs():
 def test_invalid_inputs_are_refused(arguments, message):
     with pytest.raises(ancf.InputError, match=message):
         ancf.Input(**arguments)
+@pytest.mark.parametrize("last_change", [48, 0])
+def test_steps_with_earlier_inputs_are_not_repeated(monkeypatch, last_change):
+    monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 10)
+    monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", 10)
+    load, advance, failed = ancf.Input(2), fixed_step_run.FixedStepRun._advance, []
+
+    def fail_once(run, end):
+        outcome = advance(run, end)
+        if run.steps < 50 or failed:
+            return outcome
+        failed.append(run.steps)
+        return Outcome.TOO_MANY
+
+    monkeypatch.setattr(fixed_step_run.FixedStepRun, "_advance", fail_once)
+    sim = ancf.Simulation(pendulum(load)[0], 1e-3, max_halvings=0)
+    for k in range(49):
+        if k <= last_change:
+            sim.set(load, (0.0, np.sin(0.3 * (k + 1))))
+        sim.step()
+    if last_change:
+        with pytest.raises(ancf.ConvergenceError):
+            sim.step()
+        assert sim.stats.events == []
+        return
+    for _ in range(2):  # repeats the last steps, whose input is known
+        sim.step()
+    assert [each.cause for each in sim.stats.events] == ["too many"]
+    table = ancf.Table((0.0, 1e-3, 1.0), [(0, 0), (0, np.sin(0.3)), (0, np.sin(0.3))])
+    run = ancf.simulate(pendulum(table)[0], sim.t, 1e-3, solver=ancf.Newton())
+    assert np.max(np.abs(sim.q - run.q[-1])) < 1e-4
+
+
