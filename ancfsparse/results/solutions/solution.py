@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 import numpy as np
@@ -103,6 +104,10 @@ class Solution(Configurations):
         """All states, with the multipliers that forces of joints follow from."""
         return self._states
 
+    def _signals(self) -> AbstractContextManager[None]:
+        """Return a context in which loads and motions have the values of this solution."""
+        return nullcontext()
+
     @abstractmethod
     def _select(self, values: Values) -> Values:
         """Return values (k, ...) in the shape of this solution."""
@@ -120,7 +125,8 @@ class Solution(Configurations):
         ndarray, shape (dim,) or (k, dim)
             Force [N].
         """
-        return self._select(recovery.reaction(self.system, node, self._states_of_forces))
+        with self._signals():
+            return self._select(recovery.reaction(self.system, node, self._states_of_forces))
 
     def joint_force(self, joint: Joint, frame: str = "space") -> JointForce:
         """Return the force and the moment of a joint.
@@ -156,8 +162,9 @@ class Solution(Configurations):
         motions, multipliers follow from the exact accelerations of these at the saved times;
         otherwise `EnergyMomentum` saves means over the step before.
         """
-        states = StateHistory(*map(np.asarray, self._states_of_forces))
-        return self._select(fields.joint_force(self.system, joint, states, frame))
+        with self._signals():
+            states = StateHistory(*map(np.asarray, self._states_of_forces))
+            return self._select(fields.joint_force(self.system, joint, states, frame))
 
     def tension(self, rope: Rope | Winch) -> Vector:
         """Return the tension of a rope, (k,) or a number [N]; of a winch negative in compression.
@@ -167,8 +174,9 @@ class Solution(Configurations):
         rope : Rope or Winch
             A rope or winch of the scene, as ``scene.rope`` or ``scene.winch`` returned it.
         """
-        states = StateHistory(*map(np.asarray, self._states_of_forces))
-        return self._select(fields.tension(self.system, rope, states))
+        with self._signals():
+            states = StateHistory(*map(np.asarray, self._states_of_forces))
+            return self._select(fields.tension(self.system, rope, states))
 
     @overload
     def contact_force(self, contact: Contact | ElasticBody) -> ContactForce: ...
@@ -260,7 +268,8 @@ class Solution(Configurations):
             space [N], [N m]: of the part beyond, at larger s, on the part before.
         """
         states = self._states
-        force = fields.section_force(self.system, states.q, states.v, states.t, body, s)
+        with self._signals():
+            force = fields.section_force(self.system, states.q, states.v, states.t, body, s)
         return self._select(force)
 
 

@@ -33,7 +33,7 @@ from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.system.coordinates.state import State, StateHistory
-from ancfsparse.system.used_signals import signals_of
+from ancfsparse.system.used_signals import inputs_of
 
 if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit, Implicit
@@ -165,8 +165,7 @@ class Simulation(SingleState):
         request = replace(request, n_steps=ENDLESS, save_every=ENDLESS)
         request = select_halvings(select_integrator(request, self.system), self.system)
         self._clock, self._settings = request.clock, request.settings | {"t_end": None}
-        used = [each.signal for each in signals_of(self.system)]
-        self._inputs = {each.name: each for each in used if isinstance(each, Input)}
+        self._inputs = inputs_of(self.system)
         self._transitions: dict[str, Transition] = {}
         self._run = cast(FixedStepRun, build_run(request, self.system, needed))
         self._run.begin(NoRecorder())
@@ -242,14 +241,14 @@ class Simulation(SingleState):
                 f"the simulation ended at t = {self.t:.6g} s with an error "
                 f"({type(self._error).__name__}): restore a snapshot, or begin another simulation"
             ) from self._error
-        with self._set_inputs():
+        with self._signals():
             outcome = self._run.advance_to(end)
             if outcome != Outcome.CONVERGED:
                 self._error = self._run.failure(outcome, self._trajectory())
                 raise self._error
 
     @contextmanager
-    def _set_inputs(self) -> Iterator[None]:
+    def _signals(self) -> Iterator[None]:
         """Give the inputs of the scene the values of this simulation."""
         before = TRANSITIONS.set(self._transitions)
         try:
@@ -284,28 +283,30 @@ class Simulation(SingleState):
         InputError
             If the scene has no such input, or a value is invalid.
         """
-        self._check_input(which)
+        which = self._own(which)
         duration = self.dt if over is None else check_positive("over", over, "s")
         end = which.check_value("the value", value)
         velocity = np.zeros(which.size) if rate is None else which.check_value("the rate", rate)
         last = self._transitions.get(which.name, which.initial)
         now, first, second = (last.evaluate(np.array([self.t]), order)[0] for order in range(3))
         change = make_transition(self.t, duration, now, first, second, end, velocity)
-        self._run.forbid_repetition()
         self._transitions = self._transitions | {which.name: change}
+        self._run.forbid_repetition()
 
     def value(self, which: Input) -> float | Vector:
         """Return the present value of an input, a number or (size,) [unit of its use]."""
-        self._check_input(which)
+        which = self._own(which)
         value = self._transitions.get(which.name, which.initial).evaluate(np.array([self.t]))[0]
         return value if which.size > 1 else float(value[0])
 
-    def _check_input(self, which: Input) -> None:
+    def _own(self, which: Input) -> Input:
+        """Return the input of the scene that has the name of one."""
         if not isinstance(which, Input) or which.name not in self._inputs:
             names = ", ".join(self._inputs) or "none"
             raise InputError(
                 f"{format_value(which)} is not an input of this scene; its inputs are: {names}"
             )
+        return self._inputs[which.name]
 
     def run_real_time(self, t: float, factor: float = 1.0) -> Punctuality:
         """Take steps to a time in real time: none ends before its time by the clock.
@@ -417,8 +418,7 @@ class Simulation(SingleState):
 
     @property
     def _states_of_forces(self) -> StateHistory:
-        with self._set_inputs():
-            return self._trajectory()._states_of_forces
+        return self._trajectory()._states_of_forces
 
     @property
     def multipliers(self) -> Vector:

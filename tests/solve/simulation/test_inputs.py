@@ -57,6 +57,46 @@ def test_a_length_moves_with_the_rates_that_are_set():
     assert sim.tension(winch) == pytest.approx(2.0 * (9.81 - second[500]), rel=1e-4)
 
 
+def test_forces_of_joints_follow_from_the_inputs():
+    push = ancf.Input(2)
+    scene, rod = pendulum()
+    (pin,) = scene.joints
+    scene.point_force(rod.start, push)
+    sim = ancf.Simulation(scene, 1e-3)
+    free = ancf.simulate(scene, 0.02, 1e-3)
+    sim.set(push, (3.0, -2.0))  # at the pin, which takes it
+    sim.run_until(0.02)
+    expected = free.joint_force(pin).force[-1] - (3.0, -2.0)
+    assert sim.joint_force(pin).force == pytest.approx(expected, rel=1e-12)
+    assert sim.reaction(rod.start) == pytest.approx(expected, rel=1e-12)
+
+
+def test_section_forces_and_tensions_follow_from_the_inputs():
+    strain, length = ancf.Input(), ancf.Input(default=1.0)
+    scene = ancf.Scene((0, 0))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), STEEL, eigenstrain=strain)
+    scene.clamp(rod.start)
+    scene.pin(rod.end)
+    rope = scene.rope([(1, 1), rod.end], stiffness=100.0, length=length)
+    sim = ancf.Simulation(scene, 1e-3)
+    sim.set(strain, 1e-3)
+    sim.set(length, 0.8)
+    sim.step()
+    assert sim.section_force(rod, 0.5).N == pytest.approx(-1e-3 * 1e7 * rod.section.area, rel=1e-3)
+    assert sim.tension(rope) == pytest.approx(100.0 * (1.0 / 0.8 - 1.0), rel=1e-9)
+
+
+def test_inputs_of_one_name_are_one_input():
+    scene, _ = pendulum(ancf.Input(2, default=(0.0, 1.0), name="tip"))
+    sim = ancf.Simulation(scene, 1e-3)
+    assert np.array_equal(sim.value(ancf.Input(name="tip")), (0.0, 1.0))
+    with pytest.raises(ancf.InputError, match="value of tip"):
+        sim.set(ancf.Input(name="tip"), 2.0)
+    scene.point_force(scene.bodies[0].at(0.5), ancf.Input(2, name="tip"))
+    with pytest.raises(ancf.InputError, match="inputs of one name are one input"):
+        ancf.Simulation(scene, 1e-3)
+
+
 def test_an_input_that_is_not_set_has_its_default():
     scene, load, winch, _ = weight_on_a_winch()
     run = ancf.simulate(scene, 0.05, 1e-3)
@@ -115,18 +155,6 @@ def test_simulations_of_one_scene_have_their_own_inputs():
     assert sims[0].position(rod.end)[1] > sims[1].position(rod.end)[1] + 1e-4
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"size": 4}, "size of an input must be 1, 2 or 3"),
-        ({"size": 2, "default": (1.0,)}, "default of input"),
-        ({"default": np.nan}, "default of input"),
-        ({"name": 3}, "name of an input must be a text"),
-    ],
-)
-def test_invalid_inputs_are_refused(arguments, message):
-    with pytest.raises(ancf.InputError, match=message):
-        ancf.Input(**arguments)
 @pytest.mark.parametrize("last_change", [48, 0])
 def test_steps_with_earlier_inputs_are_not_repeated(monkeypatch, last_change):
     monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 10)
@@ -159,3 +187,15 @@ def test_steps_with_earlier_inputs_are_not_repeated(monkeypatch, last_change):
     assert np.max(np.abs(sim.q - run.q[-1])) < 1e-4
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"size": 4}, "size of an input must be 1, 2 or 3"),
+        ({"size": 2, "default": (1.0,)}, "default of input"),
+        ({"default": np.nan}, "default of input"),
+        ({"name": 3}, "name of an input must be a text"),
+    ],
+)
+def test_invalid_inputs_are_refused(arguments, message):
+    with pytest.raises(ancf.InputError, match=message):
+        ancf.Input(**arguments)
