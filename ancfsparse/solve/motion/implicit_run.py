@@ -67,6 +67,8 @@ class ImplicitRun(FixedStepRun):
         self._back, self._switches, self._solved = ready.back, list[Event](), list[Event]()
         self._repetition: Repetition | None = None
         self._failure: Failure | None = None
+        self._begin: Checkpoint | None = None  # of a failed step, in a run without end
+        self._report: FailedStep | None = None
         if self._chunk >= MIN_REPEATED_CHUNK:
             first = checkpoints.save(system, ready.time_loop, ready.iteration, 0)
             self._repetition = Repetition(ready.iteration, self._chunk // 2, first)
@@ -118,6 +120,8 @@ class ImplicitRun(FixedStepRun):
         pause = 0
         if self._ahead and outcome == Outcome.CONVERGED:
             pause = self._cross_ahead(self._ahead)
+        if self._request.is_endless and outcome != Outcome.CONVERGED:
+            self._begin = self._save()
         for recovery in (self._compliant, self._halving):
             if recovery and outcome in RECOVERABLE_OUTCOMES:
                 outcome = self._recover_step(recovery, outcome)
@@ -207,10 +211,11 @@ class ImplicitRun(FixedStepRun):
         failed = stats.steps + (outcome in RECOVERABLE_OUTCOMES)
         rate, cause = self._iteration.contraction, CAUSE_NAMES[outcome]
         outcome = self._withdraw(outcome)
+        self._report = report = FailedStep.record(self._loop, self._iteration, outcome)
+        self._leave_step()
         if self._repetition is None:
             return outcome
         self._check_functions(failed)
-        report = FailedStep.record(self._loop, self._iteration, outcome)
         end, inside, self._before = self._save(), self._before is None, None
         back = self._repetition.begin(failed)
         if back is None:
@@ -250,6 +255,17 @@ class ImplicitRun(FixedStepRun):
         self._failure, self._before = None, (back.step, self._time_loop.steps)
         if self._repetition:
             self._repetition = Repetition(self._iteration, self._chunk // 2, back)
+
+    def settle(self) -> None:
+        """Let the state be that after the last step, although a step has failed."""
+        super().settle()
+        self._leave_step()
+
+    def _leave_step(self) -> None:
+        """Return to the begin of a step that the time loop is inside, in a run without end."""
+        if self._before is None and self._begin is not None:
+            self._restore(self._begin)
+            self._before = self._begin.step, self._time_loop.steps
 
     def forbid_repetition(self) -> None:
         """Let the steps so far not be repeated, since their inputs are not known any more."""
@@ -319,7 +335,7 @@ class ImplicitRun(FixedStepRun):
             hint = initial_conditions.describe_contradiction(
                 self._system, self._time_loop.state[0], self._clock.at(steps + 1)
             )
-        report = self._failure.report if self._failure else None
+        report = self._failure.report if self._failure else self._report
         return step_error(
             self._system,
             report or FailedStep.record(self._loop, self._iteration, outcome),

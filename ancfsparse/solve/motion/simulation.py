@@ -242,7 +242,13 @@ class Simulation(SingleState):
                 f"({type(self._error).__name__}): restore a snapshot, or begin another simulation"
             ) from self._error
         with self._signals():
-            outcome = self._run.advance_to(end)
+            outcome = None
+            self.system.assembly.forget()  # errors of functions in an earlier step
+            try:
+                outcome = self._run.advance_to(end)
+            finally:
+                if outcome != Outcome.CONVERGED:
+                    self._run.settle()
             if outcome != Outcome.CONVERGED:
                 self._error = self._run.failure(outcome, self._trajectory())
                 raise self._error

@@ -111,6 +111,58 @@ def test_a_failed_step_keeps_the_state_and_a_snapshot_is_returned_to():
     assert sim.steps == 15
 
 
+@pytest.mark.parametrize("max_halvings", [0, 4])
+def test_a_step_that_fails_in_parts_keeps_the_state(max_halvings):
+    fails = [True]
+
+    def force(x, v, t):
+        # The first half of the step from 100 ms on can be taken.  A part after it has no solution,
+        # since the force moves the end to the other side of its place.
+        return -1e6 * np.sign(x - state.q[-4:-2]) if fails[0] and t > 0.1051 else 0.0 * x
+
+    scene, rod = pendulum()
+    scene.force([rod.end], force)
+    damped = ancf.GeneralizedAlpha(0.9)
+    sim = ancf.Simulation(scene, 1e-2, integrator=damped, max_halvings=max_halvings)
+    sim.step(10)
+    state = sim.state
+    with pytest.raises(ancf.ConvergenceError):
+        sim.step(5)
+    assert same(sim.state, state)
+    assert sim.t == sim.state.t == state.t
+    after = sim.snapshot()
+    fails[0] = False
+    sim.restore(after)
+    sim.step(5)
+    run = ancf.simulate(scene, 0.15, 1e-2, integrator=damped)
+    assert np.max(np.abs(sim.q - run.q[-1])) < 1e-6
+
+
+def test_a_function_that_has_failed_is_called_again():
+    fails = [True]
+
+    def force(x, v, t):
+        if fails[0] and t > 0.0205:
+            raise ValueError("no force")
+        return 0.0 * x
+
+    scene, rod = pendulum()
+    scene.force([rod.end], force)
+    sim = ancf.Simulation(scene, 1e-3)
+    sim.step(10)
+    before = sim.snapshot()
+    for _ in range(2):
+        with pytest.raises(ancf.LoadError, match="no force"):
+            sim.step(20)
+        assert sim.steps == 20
+    fails[0] = False
+    sim.step(10)
+    last = sim.state
+    sim.restore(before)
+    sim.step(20)
+    assert np.max(np.abs(sim.q - last.q)) < 1e-6
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
