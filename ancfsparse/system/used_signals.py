@@ -8,9 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.errors import InputError
-from ancfsparse.scene import Beam, Input, Signal
-from ancfsparse.scene.force_elements.ropes import Rope
+from ancfsparse.scene import Beam, Signal
 from ancfsparse.scene.mechanisms.prescribed_joint import RotatingVector
 from ancfsparse.scene.records.signal import Sum
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
@@ -71,27 +69,6 @@ def signals_of(system: System) -> list[UsedSignal]:
         if isinstance(signal, Signal)
         for part in _parts(signal)
     ]
-
-
-def inputs_of(system: System) -> dict[str, Input]:
-    """Return the inputs of a system by their names.
-
-    Raises
-    ------
-    InputError
-        If two inputs of one name differ.
-    """
-    lengths = [each.given for each in system.attachments if isinstance(each, Rope)]
-    signals = [each.signal for each in signals_of(system)]
-    signals += [part for each in lengths if isinstance(each, Signal) for part in each.summands]
-    inputs: dict[str, Input] = {}
-    for each in signals:
-        if isinstance(each, Input) and inputs.setdefault(each.name, each) != each:
-            raise InputError(
-                f"inputs of one name are one input, but {inputs[each.name]!r} and {each!r} differ: "
-                "give one of them another name"
-            )
-    return inputs
 
 
 def _parts(signal: Signal) -> list[Signal]:

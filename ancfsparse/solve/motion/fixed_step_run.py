@@ -120,13 +120,13 @@ class FixedStepRun(ABC):
     def return_to(self, back: Checkpoint) -> None:
         """Return to a checkpoint of this run."""
 
-    def settle(self) -> None:
+    def end_step(self) -> None:
         """Let the state be that after the last step, although a step has failed."""
         self._collect()
         self._end_trial()
 
     def forbid_repetition(self) -> None:  # noqa: B027
-        """Let the steps so far not be repeated, since their inputs are not known any more."""
+        """Let earlier steps not be repeated, since their inputs are not known any more."""
 
     @property
     def steps(self) -> int:
@@ -183,7 +183,7 @@ class FixedStepRun(ABC):
             self._count()
             raise
         except BaseException:  # an interruption may come between any two lines
-            self.settle()
+            self.end_step()
             self._keep_last()
             self._count()
             raise

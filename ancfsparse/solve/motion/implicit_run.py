@@ -256,9 +256,9 @@ class ImplicitRun(FixedStepRun):
         if self._repetition:
             self._repetition = Repetition(self._iteration, self._chunk // 2, back)
 
-    def settle(self) -> None:
+    def end_step(self) -> None:
         """Let the state be that after the last step, although a step has failed."""
-        super().settle()
+        super().end_step()
         self._leave_step()
 
     def _leave_step(self) -> None:
@@ -268,7 +268,7 @@ class ImplicitRun(FixedStepRun):
             self._before = self._begin.step, self._time_loop.steps
 
     def forbid_repetition(self) -> None:
-        """Let the steps so far not be repeated, since their inputs are not known any more."""
+        """Let earlier steps not be repeated, since their inputs are not known any more."""
         if self._repetition:
             self._repetition.first_step = self._stats.steps
 

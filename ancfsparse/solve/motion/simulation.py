@@ -33,7 +33,7 @@ from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.system.coordinates.state import State, StateHistory
-from ancfsparse.system.used_signals import inputs_of
+from ancfsparse.system.used_inputs import inputs_of
 
 if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit, Implicit
@@ -248,7 +248,7 @@ class Simulation(SingleState):
                 outcome = self._run.advance_to(end)
             finally:
                 if outcome != Outcome.CONVERGED:
-                    self._run.settle()
+                    self._run.end_step()
             if outcome != Outcome.CONVERGED:
                 self._error = self._run.failure(outcome, self._trajectory())
                 raise self._error
