@@ -120,7 +120,7 @@ class FixedStepRun(ABC):
     def return_to(self, back: Checkpoint) -> None:
         """Return to a checkpoint of this run."""
 
-    def end_step(self) -> None:
+    def keep_last_step(self) -> None:
         """Let the state be that after the last step, although a step has failed."""
         self._collect()
         self._end_trial()
@@ -183,7 +183,7 @@ class FixedStepRun(ABC):
             self._count()
             raise
         except BaseException:  # an interruption may come between any two lines
-            self.end_step()
+            self.keep_last_step()
             self._keep_last()
             self._count()
             raise

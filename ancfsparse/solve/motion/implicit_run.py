@@ -72,9 +72,10 @@ class ImplicitRun(FixedStepRun):
         if self._chunk >= MIN_REPEATED_CHUNK:
             first = checkpoints.save(system, ready.time_loop, ready.iteration, 0)
             self._repetition = Repetition(ready.iteration, self._chunk // 2, first)
+        self._full_chunk = self._chunk
         if self._back is not None:
-            self._full_chunk = self._chunk
             self._chunk = min(self._chunk, preparation.FIRST_COMPARISON)
+        self._compared = 0, self._chunk  # last step before a comparison of costs, steps to the next
         self._compliant: stepping.CompliantConstraints | None = None
         if system.n_multipliers and any(body.masses is not None for body in system.scene.bodies):
             self._compliant = stepping.CompliantConstraints(
@@ -164,8 +165,14 @@ class ImplicitRun(FixedStepRun):
     def _consider(self, back: preparation.SwitchToDirect, outcome: Outcome) -> Outcome:
         """Switch to the complete seed, if it fits, where the incomplete one fails or costs more."""
         failed, steps = outcome in RECOVERABLE_OUTCOMES, self._stats.steps
+        last, interval = self._compared
+        if not failed and steps < last + interval:  # a simulation pauses at any step
+            self._chunk = min(last + interval - steps, self._full_chunk)
+            return outcome
+        self._chunk = interval
         if not failed and not back.is_cheaper(self._iteration.counts, self._solved_with[0].inner):
-            self._chunk = min(2 * self._chunk, self._full_chunk)
+            self._chunk = min(2 * interval, self._full_chunk)
+            self._compared = steps, self._chunk
             return outcome
         complete, self._back = back.switch(), None
         if complete is None:
@@ -254,11 +261,11 @@ class ImplicitRun(FixedStepRun):
         self._restore(back)
         self._failure, self._before = None, (back.step, self._time_loop.steps)
         if self._repetition:
-            self._repetition = Repetition(self._iteration, self._chunk // 2, back)
+            self._repetition = Repetition(self._iteration, self._full_chunk // 2, back)
 
-    def end_step(self) -> None:
+    def keep_last_step(self) -> None:
         """Let the state be that after the last step, although a step has failed."""
-        super().end_step()
+        super().keep_last_step()
         self._leave_step()
 
     def _leave_step(self) -> None:

@@ -248,7 +248,7 @@ class Simulation(SingleState):
                 outcome = self._run.advance_to(end)
             finally:
                 if outcome != Outcome.CONVERGED:
-                    self._run.end_step()
+                    self._run.keep_last_step()
             if outcome != Outcome.CONVERGED:
                 self._error = self._run.failure(outcome, self._trajectory())
                 raise self._error

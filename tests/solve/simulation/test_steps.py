@@ -5,6 +5,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.solve.motion import simulation as module
+from ancfsparse.solve.preparation import choose_factorization
+from ancfsparse.solve.preparation.switch_to_direct import SwitchToDirect
 from tests.solve.simulation.scenes import (
     INTEGRATORS,
     SCENES,
@@ -27,6 +29,25 @@ def test_steps_are_those_of_simulate(name, integrator):
     assert same(sim.state, run.last)
     assert sim.t == run.t[-1]
     assert sim.steps == 120
+
+
+def test_costs_of_seeds_are_compared_at_the_steps_of_simulate(monkeypatch):
+    monkeypatch.setattr(choose_factorization, "_may_fill_in", lambda *_: True)
+    monkeypatch.setattr(choose_factorization, "_fills_in", lambda *_: True)
+    compare, solves = SwitchToDirect.is_cheaper, []
+
+    def is_cheaper(back, counts, inner):
+        solves.append(counts["solves"])
+        return compare(back, counts, inner)
+
+    monkeypatch.setattr(SwitchToDirect, "is_cheaper", is_cheaper)
+    ancf.simulate(pendulum()[0], 0.06, 1e-3)
+    expected = solves[:3]  # after 5, 15 and 35 steps
+    solves.clear()
+    sim = ancf.Simulation(pendulum()[0], 1e-3)
+    for n in (1, 2, 7, 1, 20, 20):
+        sim.step(n)
+    assert solves[:3] == expected
 
 
 def test_explicit_steps_are_those_of_simulate():
