@@ -174,3 +174,24 @@ def test_steps_that_are_repeated_do_not_lose_the_deepest_point(kind):
     assert contact.deepest_of_motion[0] == 0.0
     assembly.memory = memory
     assert contact.deepest_of_motion == deepest
+
+
+def test_the_deepest_of_several_pairs_is_that_with_the_largest_ratio_to_the_smaller_radius():
+    scene, stiffness = ancf.Scene(), 2e4
+    lower, upper, depths = [], [], []
+    for k, (below, above, speed) in enumerate(((0.02, 0.02, 3.3), (0.06, 0.002, 5.3))):
+        for side, radius, y in ((lower, below, 0.0), (upper, above, below + above + 1e-5)):
+            start, end = (2.0 * k, y), (2.0 * k + 1.0, y)
+            section, material = ancf.Circle(2.0 * radius), ancf.Material(1e13, 1e3)
+            velocity = (0.0, -speed if side is upper else 0.0)
+            side.append(scene.add_beam("thin", start, end, 2, section, material, velocity=velocity))
+        for s in (0.0, 0.5, 1.0):
+            scene.pin(lower[k].at(s))
+        mass = math.pi * above**2 * 1e3
+        depths.append(speed * math.sqrt(mass / stiffness) / min(below, above))
+    assert depths[1] > 1.5 * depths[0]
+    scene.contact(lower, upper, stiffness=stiffness)
+    with pytest.warns(ancf.PenetrationWarning, match="the radius of 0.002 m") as caught:
+        ancf.simulate(scene, 0.015, 5e-5, integrator=ancf.EnergyMomentum())
+    ratio = float(re.search(r"m, (\S+) times", str(caught[0].message)).group(1))
+    assert ratio == pytest.approx(depths[1], rel=0.03)

@@ -23,14 +23,15 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     self.deepest[0] = 0.0
 
 
-cdef inline double reach(const Data *self, ptrdiff_t a, ptrdiff_t b) noexcept nogil:
-    return self.search.radius[a] + self.search.radius[b]
+cdef inline double smaller_radius(const Data *self, ptrdiff_t a, ptrdiff_t b) noexcept nogil:
+    return fmin(self.search.radius[a], self.search.radius[b])
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     """Keep the control points of a state, and the friction on them unless its work is that of means."""
     cdef Data *self = <Data *>context
     cdef const Touch *each
+    cdef double radius
     cdef ptrdiff_t k
     if self.is_static:
         return  # a relaxation passes no equilibria
@@ -44,8 +45,8 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     leave_out_idle_pairs(&self.coupling, &self.at_end)
     for k in range(self.at_end.n):
         each = self.at_end.touch + k
-        if each.depth * reach(self, <ptrdiff_t>self.deepest[1], <ptrdiff_t>self.deepest[2]) > (
-                self.deepest[0] * reach(self, each.a, each.b)):
+        radius = smaller_radius(self, <ptrdiff_t>self.deepest[1], <ptrdiff_t>self.deepest[2])
+        if each.depth * radius > self.deepest[0] * smaller_radius(self, each.a, each.b):
             self.deepest[0], self.deepest[1], self.deepest[2] = each.depth, each.a, each.b
             self.deepest[3], self.deepest[4] = each.z, each.u
 

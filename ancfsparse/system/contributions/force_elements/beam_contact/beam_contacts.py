@@ -151,8 +151,8 @@ class BeamContactContribution(LimitedPenetration):
 
     def _check_start(self, q: Vector) -> None:
         """Refuse bodies that begin inside each other."""
-        depth, reach, where = self._deepest(q)
-        if depth > MAX_START_DEPTH_RATIO * reach.sum():
+        depth, distance, where = self._deepest(q, lambda radii: radii.sum(axis=1))
+        if depth > MAX_START_DEPTH_RATIO * distance:
             raise InputError(
                 f"{self.contact.what} begins with a penetration of {depth:.3g} m at {where}: move "
                 "them apart, give contact push_out=True, or start from an equilibrium"
@@ -164,22 +164,25 @@ class BeamContactContribution(LimitedPenetration):
         return depth, radius, self.contact.what, where
 
     def deepest_at(self, q: Vector) -> Penetration:
-        """Return the penetration in a state with the largest ratio to both radii."""
-        depth, radii, where = self._deepest(q)
-        return Penetration(depth, float(radii.min()), self.contact.stiffness, where)
+        """Return the penetration in a state with the largest ratio to the smaller radius."""
+        depth, radius, where = self._deepest(q, lambda radii: radii.min(axis=1))
+        return Penetration(depth, radius, self.contact.stiffness, where)
 
-    def _deepest(self, q: Vector) -> tuple[float, Vector, str]:
-        """Return the penetration with the largest ratio to both radii, these [m], and its place."""
+    def _deepest(self, q: Vector, measure: Callable[[Vector], Vector]) -> tuple[float, float, str]:
+        """Return the penetration with the largest ratio to a length [m], this, and its place.
+
+        The length is a measure of the radii of both bodies, (k, 2).
+        """
         contact = self.contact
         try:
             elements, positions, _, depths = self.compiled.touches(q)
         except InputError as crowded:
             raise InputError(f"{contact.what}: {crowded}") from None
         if not len(depths):
-            return 0.0, np.array(contact.radii), ""
-        radii = contact.per_element(contact.radii)[elements]
-        k = int(np.argmax(depths / radii.sum(axis=1)))
-        return float(depths[k]), radii[k], self._names(elements[k], positions[k])
+            return 0.0, min(contact.radii), ""
+        lengths = measure(contact.per_element(contact.radii)[elements])
+        k = int(np.argmax(depths / lengths))
+        return float(depths[k]), float(lengths[k]), self._names(elements[k], positions[k])
 
     def _names(self, elements: Iterable[int], positions: Iterable[float]) -> str:
         """Return the names of a point and of its foot."""
