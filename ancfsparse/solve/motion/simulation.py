@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_count, check_finite, check_positive
+from ancfsparse.checks import check_count, check_finite, check_moderate, check_positive
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method, Outcome
@@ -290,7 +290,7 @@ class Simulation(SingleState):
             If the scene has no such input, or a value is invalid.
         """
         which = self._own(which)
-        duration = self.dt if over is None else check_positive("over", over, "s")
+        duration = self.dt if over is None else check_moderate("over", over, "s")
         end = which.check_value("the value", value)
         velocity = np.zeros(which.size) if rate is None else which.check_value("the rate", rate)
         last = self._transitions.get(which.name, which.initial)

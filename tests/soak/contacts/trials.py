@@ -249,8 +249,8 @@ def is_announced(contact, path):
     if not isinstance(contact, Contact) or contact.stiffness is None:
         return False
     part = part_of(contact, path)
-    limit, depth = part.penetration_limit, part.deepest_of_motion[0]
-    return limit is not None and not limit.allows(depth, at_rest=False)
+    limit = part.penetration_limit
+    return limit is not None and not limit.allows(part.deepest_of_motion, at_rest=False)
 
 
 def judge_friction(friction, most, unit):

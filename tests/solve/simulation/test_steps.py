@@ -196,6 +196,7 @@ def test_a_function_that_has_failed_is_called_again():
         (lambda sim: sim.restore(3), "needs a snapshot of this simulation"),
         (lambda sim: sim.set(ancf.Input(2, name="tip"), 1.0), "the value of tip"),
         (lambda sim: sim.set(ancf.Input(2, name="tip"), (1, 2), over=0.0), "over must be"),
+        (lambda sim: sim.set(ancf.Input(2, name="tip"), (1, 2), over=1e300), "over must lie"),
         (lambda sim: sim.run_real_time(0.01, factor=0.0), "factor must be"),
     ],
 )
