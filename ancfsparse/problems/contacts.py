@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -134,11 +135,19 @@ def _unit(vector: tuple[float, ...]) -> Vector:
     return np.array(vector) / math.hypot(*vector)
 
 
-def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mechanism:
+def knot(
+    mu: float = 0.1,
+    radius: float = 0.125,
+    n_elements: int = 110,
+    thickness: float = 2.0 * ROD_RADIUS,
+    slowness: float = 1.0,
+) -> Mechanism:
     """Return a rubber rod in an overhand knot (a trefoil), which its ends tighten.
 
-    The rod has a radius h of 10 mm and a loop of 0.5 m; it comes to rest in 2.4 s, and then its
-    ends move apart until, at 16 s, they have taken 2 pi (0.5 m - `radius` [m]) of its length.  For
+    The rod has a radius h of half its `thickness` [m] and a loop of 0.5 m; it comes to rest in
+    2.4 s, and then its ends move apart until, at 16 s, they have taken 2 pi (0.5 m - `radius` [m])
+    of its length.  All times are in proportion to 20 mm over the thickness, as bending waves take,
+    and the motion of the ends lasts longer by the factor `slowness`.  For
     ``eps = sqrt(h / R)`` towards zero, with the radius R of the loop, its tension T follows
     ``T h^2 / B = eps^4 / 2 + 0.492 mu eps^3`` (Audoly, Clauvelin and Neukirch, 2007), where B is
     the bending stiffness.
@@ -147,23 +156,27 @@ def knot(mu: float = 0.1, radius: float = 0.125, n_elements: int = 110) -> Mecha
     takes over 2 pi [m]; ``pressing``, the sum of normal forces [N].
     """
     check_positive("radius", radius, "m")
+    h = 0.5 * check_positive("thickness", thickness, "m")
+    scale = ROD_RADIUS / h  # of times
+    settling = scale * SETTLING_TIME
+    tightening = scale * TIGHTENING_TIME * check_positive("slowness", slowness)
     scene = Scene((0.0, 0.0, 0.0))
     rod = scene.add_beam(
         "thin",
-        curve=_overhand(LOOP_RADIUS, ROD_RADIUS, ROD_TAIL),
+        curve=_overhand(LOOP_RADIUS, h, ROD_TAIL),
         rest="straight",
         n_elements=n_elements,
-        section=Circle(2.0 * ROD_RADIUS),
-        material=RUBBER,
+        section=Circle(2.0 * h),
+        material=replace(RUBBER, rayleigh=(1.0 / scale, 0.0)),
         name="rod",
     )
-    times = np.linspace(0.0, SETTLING_TIME + TIGHTENING_TIME, N_TIMES)
-    progress = np.clip((times - SETTLING_TIME) / TIGHTENING_TIME, 0.0, 1.0)
+    times = np.linspace(0.0, settling + tightening, N_TIMES)
+    progress = np.clip((times - settling) / tightening, 0.0, 1.0)
     displacement = math.pi * LOOP_RADIUS * (1.0 - (radius / LOOP_RADIUS) ** progress)
     for end, sign in ((rod.start, -1.0), (rod.end, 1.0)):
         path = np.array(end.position) + np.outer(sign * displacement, (1.0, 0.0, 0.0))
         scene.drive(end, Table(times, path, smooth=True))
-    contact = scene.contact(rod, rod, stiffness=CONTACT_STIFFNESS, friction=mu)
+    contact = scene.contact(rod, rod, stiffness=CONTACT_STIFFNESS / scale**2, friction=mu)
 
     def loop(run: Trajectory) -> Vector:
         chord = np.linalg.norm(run.position(rod.end) - run.position(rod.start), axis=1)
