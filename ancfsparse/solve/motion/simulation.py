@@ -127,7 +127,8 @@ class Simulation(SingleState):
     Notes
     -----
     Functions of time of prescribed motions are checked over the first 1000 steps only.  Unlike in
-    `simulate`, mechanisms of rigid bodies are not carried across singular configurations.
+    `simulate`, mechanisms of rigid bodies are not carried across singular configurations, and deep
+    penetrations of contacts give no warning.
     """
 
     def __init__(
