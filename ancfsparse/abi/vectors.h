@@ -379,6 +379,13 @@ VEC_ROW void vec_row_subtract(const double *weight, const int32_t *place, const 
     }
 }
 
+/* The components of the vectors at p, p + stride and p + 2 stride, each followed by another number. */
+VEC_ROW void vec_row_load_points(const double *p, ptrdiff_t stride, vec_four *v)
+{
+    const vec_four point[3] = {vec_row_load(p), vec_row_load(p + stride), vec_row_load(p + 2 * stride)};
+    vec_row_turn(point, v);
+}
+
 /* Store the vectors v of three points one after the other. */
 VEC_ROW void vec_row_store_points(double *out, const vec_four *v)
 {

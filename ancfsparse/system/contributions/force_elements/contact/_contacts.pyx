@@ -224,7 +224,7 @@ cdef class Contact(CompiledContribution):
         """Distribute the groups of points among threads, as `partition_blocks` does."""
         self.runs = run_start, runs
         self.data.n_parts = len(run_start) - 2
-        self.workspace = np.zeros((self.data.n_parts + 1) * self.data.n_weights)
+        self.workspace = np.zeros(self.data.n_parts * self.data.n_weights)
         self.data.weights = &self.workspace[0]
         self.data.run_start, self.data.runs = integers(run_start), integers(runs)
 

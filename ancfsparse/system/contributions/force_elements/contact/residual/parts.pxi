@@ -18,13 +18,17 @@ cdef struct Call:  # arguments of a pass
 
 
 cdef void do_part(void *context, ptrdiff_t part) noexcept nogil:
-    """Do the work on the groups of a part, with a workspace of its own."""
+    """Do the work on the groups of a part, with a workspace of its own beside other threads."""
     cdef const Call *call = <const Call *>context
-    cdef Data own = call.data[0]
+    cdef Data *data = call.data
+    cdef Data own
     cdef ptrdiff_t k
-    own.weights += part * own.n_weights
-    for k in range(own.run_start[part], own.run_start[part + 1]):
-        call.work(&own, own.runs[3 * k + 1], own.runs[3 * k + 2], call, part)
+    if 0 < part < data.n_parts:
+        own = data[0]
+        own.weights += part * own.n_weights
+        data = &own
+    for k in range(data.run_start[part], data.run_start[part + 1]):
+        call.work(data, data.runs[3 * k + 1], data.runs[3 * k + 2], call, part)
 
 
 cdef void for_all_groups(Call *call) noexcept nogil:

@@ -14,6 +14,7 @@ cdef extern from "vectors.h":
     row root "vec_row_sqrt" (row) noexcept nogil
     bint any_positive "vec_row_any_positive" (row) noexcept nogil
     void store_row "vec_row_store" (double *, row) noexcept nogil
+    void load_points "vec_row_load_points" (const double *, ptrdiff_t, row *) noexcept nogil
     void store_points "vec_row_store_points" (double *, const row *) noexcept nogil
     void sum_three "vec_row_sum" (
         const double *, const int32_t *, const double *, row *) noexcept nogil
@@ -89,8 +90,8 @@ cdef inline void creep_three(const Data *self, ptrdiff_t k, const row *x, const 
     cdef row[3] begin
     cdef row[3] middle
     cdef ptrdiff_t c
+    load_points(self.x0 + 4 * k, 4, begin)
     for c in range(3):
-        begin[c] = row_of(self.x0 + 4 * k + c, 4)
         path[c] = x[c] - begin[c]
         normal[c] = n[c]
     if not self.is_flat:
@@ -104,26 +105,31 @@ cdef inline void creep_three(const Data *self, ptrdiff_t k, const row *x, const 
 
 cdef inline void shorten_three(row limit, row *u) noexcept nogil:
     """Scale vectors to limits, if they are longer."""
-    cdef row square = dot_three(u, u)
-    cdef row ratio = where_above(square, limit * limit, limit / root(square), same(1.0))
+    cdef row square = dot_three(u, u), ratio
     cdef ptrdiff_t c
+    if not any_positive(square - limit * limit):
+        return
+    ratio = where_above(square, limit * limit, limit / root(square), same(1.0))
     for c in range(3):
         u[c] = ratio * u[c]
 
 
 cdef inline void stick_three(Data *self, ptrdiff_t k, const row *x, const row *d, const row *n,
-                             row pressure, row *f) noexcept nogil:
-    """Set the friction of bristles at the end of a step, or between its states, as `stick` does."""
+                             row depth, row *f) noexcept nogil:
+    """Set the friction of bristles at the end of a step, or between its states, as `stick` does.
+
+    The depth is the pressure over the stiffness.
+    """
     cdef row[3] path
     cdef row[3] normal
     cdef const row *place = n
-    cdef row factor = self.grip * load_row(self.stiffness + k), limit = same(self.friction), share
+    cdef row limit = same(self.friction / self.grip), share = same(0.5 if self.is_mean else 1.0)
     cdef ptrdiff_t c
     if self.slides != NULL:
-        limit = where_above(load_row(self.slides + k), same(0.0), limit, same(self.friction0))
-    limit = limit * pressure / factor
-    for c in range(3):
-        f[c] = row_of(self.z + 3 * k + c, 3)
+        limit = where_above(load_row(self.slides + k), same(0.0), limit,
+                            same(self.friction0 / self.grip))
+    limit = limit * depth
+    load_points(self.z + 3 * k, 3, f)
     if self.is_mean:
         shorten_three(limit, f)
     if self.interval > 0.0:
@@ -134,7 +140,8 @@ cdef inline void stick_three(Data *self, ptrdiff_t k, const row *x, const row *d
             else:
                 transport_three(n, path)
             transport_three(place, f)
-        share = same(0.5 if self.is_mean else 1.0) + load_row(self.settling + k) / same(self.interval)
+        if self.slides != NULL:
+            share = share + load_row(self.settling + k) / same(self.interval)
         for c in range(3):
             f[c] = f[c] + share * path[c]
     elif not self.is_flat:
@@ -142,7 +149,7 @@ cdef inline void stick_three(Data *self, ptrdiff_t k, const row *x, const row *d
     store_points(self.trial + 3 * k, f)
     shorten_three(limit, f)
     for c in range(3):
-        f[c] = -factor * f[c]
+        f[c] = -self.grip * load_row(self.stiffness + k) * f[c]
 
 
 cdef inline void rub_three(const Data *self, ptrdiff_t g, const double *v, const row *d,
@@ -168,7 +175,7 @@ cdef inline void press_three(Data *self, ptrdiff_t g, const ancf_state *state, d
     cdef row[3] d
     cdef row[3] n
     cdef row[3] rubbing
-    cdef row distance, e, approached, theta, s, beyond, force, layer = load_row(self.layer + k)
+    cdef row distance, e, approached, theta, s, depth, force, layer = load_row(self.layer + k)
     sum_three(weight, place, state.q, x)
     distance = approach_three(self, x, d)
     e = load_row(self.reach + k) - distance
@@ -183,14 +190,14 @@ cdef inline void press_three(Data *self, ptrdiff_t g, const ancf_state *state, d
         return
     s = approached / layer
     s = where_above(s, same(1.0), same(1.0), where_above(s, same(0.0), s, same(0.0)))
-    beyond = approached - layer
-    beyond = where_above(beyond, same(0.0), beyond, same(0.0))
-    force = load_row(self.stiffness + k) * (layer * s * s * s * (1.0 - 0.5 * s) + beyond)
+    depth = approached - layer
+    depth = where_above(depth, same(0.0), depth, same(0.0)) + layer * s * s * s * (1.0 - 0.5 * s)
+    force = load_row(self.stiffness + k) * depth
     store_row(self.force + k, force)
     store_row(self.slope + k, (1.0 + theta) * load_row(self.stiffness + k) * s * s * (3.0 - 2.0 * s))
     face_three(self, d, distance, n)
     if self.grip > 0.0:
-        stick_three(self, k, x, d, n, force, rubbing)
+        stick_three(self, k, x, d, n, depth, rubbing)
     elif self.friction > 0.0 and state.v != NULL:
         rub_three(self, g, state.v, d, n, force, rubbing)
     else:
@@ -240,7 +247,7 @@ cdef inline void press_three_between(Data *self, ptrdiff_t g, const double *q0, 
     force = row_of(self.force + k, 1)
     if self.grip > 0.0:
         face_three(self, end, after, n)
-        stick_three(self, k, x, end, n, force, rubbing)
+        stick_three(self, k, x, end, n, force / load_row(self.stiffness + k), rubbing)
     elif self.friction > 0.0 and state.v != NULL:
         face_three(self, middle, distance, n)
         rub_three(self, g, state.v, middle, n, force, rubbing)
