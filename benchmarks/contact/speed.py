@@ -5,9 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 
 from ancfsparse.scene import Circle, Material, Scene
 from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS
@@ -28,12 +30,12 @@ CASES: dict[str, tuple[float, dict[str, float]]] = {
     "slip speed": (-0.01, {"friction": 0.3, "slip_speed": 1e-2}),
 }
 """Gaps over the radius, and arguments of `Scene.contact`."""
-ROUNDS = 15  # the shortest time counts, since other programs can slow some rounds
+ROUNDS = 60  # of all in turn; the shortest time counts, since other programs can slow some rounds
 SHORTEST = 10_000  # elements evaluated in one timing, about 0.5 ms
 N_ELEMENTS = (10, 20, 40, 100)  # of the cables whose steps are timed
 STATES: dict[str, float | None] = {"air": None, "equilibrium": 0.0, "falling": 10.0}
 """Height of the fall over the radius; None without a floor."""
-RUNS = 20  # the shortest time counts
+RUNS = 40  # of all cables in turn; the shortest time counts
 N_STEPS = 400
 DT = 1e-3  # [s]
 LENGTH = 0.05  # of an element [m]
@@ -79,13 +81,9 @@ class ContactSpeed:
 
 def contact_speed(progress: bool = False) -> ContactSpeed:
     """Time contact with a floor per point and per step."""
-    points: list[PointCost] = []
-    for n in bar(SIZES, "size", progress):
-        points += _time_points(n)
-    steps: list[StepCost] = []
-    for n in bar(N_ELEMENTS, "cable", progress):
-        steps += _time_steps(n)
-    return ContactSpeed(points, steps)
+    n_points, n_steps = ROUNDS * len(SIZES) * (len(CASES) + 2), RUNS * len(N_ELEMENTS) * len(STATES)
+    with bar(n_points + n_steps, "run", progress) as runs:
+        return ContactSpeed(_time_points(runs), _time_steps(runs))
 
 
 def _cable(n: int, gap: float, contact: dict[str, Any] | None) -> Scene:
@@ -99,31 +97,31 @@ def _cable(n: int, gap: float, contact: dict[str, Any] | None) -> Scene:
     return scene
 
 
-def _time_points(n: int) -> list[PointCost]:
+def _time_points(runs: tqdm[Any]) -> list[PointCost]:
     gap = CASES["no friction"][0] * RADIUS
-    # Less the time of one element, which is little more than the call, for the elements' time.
-    calls = [_residuals(_cable(m, gap, None)) for m in (1, n)]
-    for ratio, options in CASES.values():
-        calls.append(_residuals(_cable(n, ratio * RADIUS, {"stiffness": STIFFNESS, **options})))
-    repeat = max(1, SHORTEST // n)
+    calls: dict[tuple[int, str], tuple[Callable[[], Any], Callable[[], Any]]] = {}
+    for n in SIZES:
+        # Less the time of one element, which is little more than the call, for the elements' time.
+        calls[n, "call"] = _residuals(_cable(1, gap, None))
+        calls[n, "elements"] = _residuals(_cable(n, gap, None))
+        for case, (ratio, options) in CASES.items():
+            scene = _cable(n, ratio * RADIUS, {"stiffness": STIFFNESS, **options})
+            calls[n, case] = _residuals(scene)
 
-    def best_of(which: int) -> list[float]:
-        rounds = in_turn([each[which] for each in calls], lambda call: _time(call, repeat), ROUNDS)
-        return [min(samples) for samples in rounds]
+    def run(which: tuple[int, str]) -> list[float]:
+        return [_time(call, max(1, SHORTEST // which[0])) for call in calls[which]]
 
-    residual, between = best_of(0), best_of(1)
-    factor = 1e9 / (GAUSS_POINTS * n)
-    return [
-        PointCost(
-            case,
-            GAUSS_POINTS * n,
-            factor * (residual[k] - residual[1]),
-            factor * (between[k] - between[1]),
-            (residual[k] - residual[1]) / (residual[1] - residual[0]),
-            (between[k] - between[1]) / (between[1] - between[0]),
+    samples = in_turn(list(calls), run, ROUNDS, runs)
+    best = {which: np.min(times, axis=0) for which, times in zip(calls, samples, strict=True)}
+    costs = []
+    for n, case in product(SIZES, CASES):
+        contact = best[n, case] - best[n, "elements"]
+        ratios = contact / (best[n, "elements"] - best[n, "call"])
+        factor = 1e9 / (GAUSS_POINTS * n)
+        costs.append(
+            PointCost(case, GAUSS_POINTS * n, *(factor * contact).tolist(), *ratios.tolist())
         )
-        for k, case in enumerate(CASES, 2)
-    ]
+    return costs
 
 
 def _residuals(scene: Scene) -> tuple[Callable[[], Any], Callable[[], Any]]:
@@ -148,17 +146,20 @@ def _time(call: Callable[[], Any], repeat: int) -> float:
     return (time.process_time() - begin) / repeat
 
 
-def _time_steps(n: int) -> list[StepCost]:
-    def run(height: float | None) -> tuple[float, float]:
+def _time_steps(runs: tqdm[Any]) -> list[StepCost]:
+    cases = list(product(N_ELEMENTS, STATES))
+
+    def run(case: tuple[int, str]) -> tuple[float, float]:
+        n, height = case[0], STATES[case[1]]
         contact = None if height is None else {"friction": 0.3}
         scene = _cable(n, (height or 0.0) * RADIUS, contact)
         stats = simulate(scene, N_STEPS * DT, DT).stats
         return 1e6 * stats.march_seconds / stats.steps, stats.iterations / stats.steps
 
-    costs = [min(samples) for samples in in_turn(list(STATES.values()), run, RUNS)]
+    costs = [min(samples) for samples in in_turn(cases, run, RUNS, runs)]
     return [
         StepCost(state, n, *cost, MUJOCO[n][STATES[state] is not None])
-        for state, cost in zip(STATES, costs, strict=True)
+        for (n, state), cost in zip(cases, costs, strict=True)
     ]
 
 
