@@ -19,7 +19,10 @@ from ancfsparse.instruction_sets import REQUIRED_FLAGS
 
 HEADERS = Path(__file__).parent
 PACKAGE = HEADERS.parent
-FLAGS = ("-O2", "-fno-tree-vectorize", "-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC")
+FLAGS = (  # those of kernels in meson.build
+    *("-O2", "-fno-tree-vectorize", "-fno-tree-pre", "-fno-code-hoisting"),
+    *("-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC"),
+)
 ARCHITECTURE_FLAGS = {
     name: "-march=" + name.replace("_v", "-v").replace("x86_", "x86-") for name in REQUIRED_FLAGS
 }
