@@ -18,7 +18,7 @@ cdef struct Call:  # arguments of a pass
 
 
 cdef void do_part(void *context, ptrdiff_t part) noexcept nogil:
-    """Do the work on the groups of a part, with a workspace of its own beside other threads."""
+    """Do the work on the groups of a part, each thread with a workspace of its own."""
     cdef const Call *call = <const Call *>context
     cdef Data *data = call.data
     cdef Data own
