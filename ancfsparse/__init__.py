@@ -46,6 +46,7 @@ from ancfsparse.scene import (
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
+    from ancfsparse.embedding import gym
     from ancfsparse.integrators import CentralDifference, DormandPrince, RungeKuttaNystrom
     from ancfsparse.plans import (
         Plan,
@@ -161,6 +162,7 @@ __all__ = [
     "energy",
     "frequency",
     "grid",
+    "gym",
     "latin_hypercube",
     "load",
     "load_path",
@@ -185,6 +187,7 @@ __all__ = [
 _load = on_demand(
     __name__,
     {
+        "embedding": "gym",
         "integrators": "CentralDifference DormandPrince RungeKuttaNystrom",
         "plans": "Plan energy frequency plan position reaction section_force slope_angle "
         "static_deflection strain velocity",
