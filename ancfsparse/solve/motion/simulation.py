@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -16,10 +17,8 @@ from ancfsparse.checks import check_count, check_finite, check_moderate, check_p
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method, Outcome
-from ancfsparse.results import Equilibrium, RunStats, Trajectory
-from ancfsparse.results.data.interpolation import interpolate
-from ancfsparse.results.solutions.solution import SingleState
-from ancfsparse.scene import Input, Point, Scene
+from ancfsparse.results import Equilibrium, RunStats
+from ancfsparse.scene import Input, Scene
 from ancfsparse.scene.records.inputs import TRANSITIONS, Transition, make_transition
 from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
 from ancfsparse.solve.motion.arguments import (
@@ -30,16 +29,15 @@ from ancfsparse.solve.motion.arguments import (
 )
 from ancfsparse.solve.motion.checkpoints import Checkpoint
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
+from ancfsparse.solve.motion.present_state import PresentState
 from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.preparation.memory_estimate import check_memory
-from ancfsparse.system.coordinates.state import State, StateHistory
+from ancfsparse.system.contributions.force_elements.penetrations import LimitedPenetration
+from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.used_inputs import inputs_of
 
 if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit, Implicit
-    from ancfsparse.results.fields.contact_table import ContactTable
-    from ancfsparse.results.fields.rigid_body_motion import BodyMotion
-    from ancfsparse.scene.bodies.rigid_body import RigidBody
 
 ROUNDING = 1e-9  # of a time, over the step
 
@@ -98,7 +96,7 @@ class Punctuality:
     latest: float
 
 
-class Simulation(SingleState):
+class Simulation(PresentState):
     """A motion with a fixed step that is advanced on demand.
 
     Results have the names of those in a `Trajectory`, but no time axis:
@@ -127,8 +125,7 @@ class Simulation(SingleState):
     Notes
     -----
     Functions of time of prescribed motions are checked over the first 1000 steps only.  Unlike in
-    `simulate`, mechanisms of rigid bodies are not carried across singular configurations, and deep
-    penetrations of contacts give no warning.
+    `simulate`, mechanisms of rigid bodies are not carried across singular configurations.
     """
 
     def __init__(
@@ -171,6 +168,9 @@ class Simulation(SingleState):
         self._run = cast(FixedStepRun, build_run(request, self.system, needed))
         self._run.begin(NoRecorder())
         self._error: AncfError | None = None
+        self._contacts = [
+            each for each in self.system.contributions if isinstance(each, LimitedPenetration)
+        ]
         self._calls: list[tuple[Callable[[Simulation], object], int]] = []
 
     def __repr__(self) -> str:
@@ -182,26 +182,6 @@ class Simulation(SingleState):
     def dt(self) -> float:
         """Time step [s]."""
         return float(self._clock.dt)
-
-    @property
-    def steps(self) -> int:
-        """Number of steps taken."""
-        return self._run.steps
-
-    @property
-    def t(self) -> float:
-        """Present time [s]."""
-        return float(self._clock.at(self.steps))
-
-    @property
-    def q(self) -> Vector:  # type: ignore[override]  # not to be set
-        """Coordinates, (n,) [m for positions, 1 for slopes]."""
-        return self._run.state[0]
-
-    @property
-    def stats(self) -> RunStats:
-        """Operation counts and times of all steps."""
-        return self._run.count()
 
     @property
     def state(self) -> State:
@@ -253,6 +233,10 @@ class Simulation(SingleState):
             if outcome != Outcome.CONVERGED:
                 self._error = self._run.failure(outcome, self._trajectory())
                 raise self._error
+        for contact in tuple(self._contacts):
+            for warning in contact.motion_warnings(lambda: f"before t = {self.t:.4g} s,"):
+                self._contacts.remove(contact)  # one warning is enough
+                warnings.warn(warning, stacklevel=3)
 
     @contextmanager
     def _signals(self) -> Iterator[None]:
@@ -412,38 +396,3 @@ class Simulation(SingleState):
             )
         self._run.return_to(snapshot._checkpoint)
         self._transitions, self._error = snapshot._transitions, None
-
-    @property
-    def _states(self) -> StateHistory:
-        q, v, a, lam = (table[None] for table in self._run.state)
-        return StateHistory(q, v, a, lam, np.array([self.t]), self.system.assembly.history[None])
-
-    def _trajectory(self) -> Trajectory:
-        q, v, a, lam, t, history = self._states
-        stats, settings = self.stats, self._settings
-        return Trajectory(self.system, t, q, v, a, lam, stats, settings, None, history)
-
-    @property
-    def _states_of_forces(self) -> StateHistory:
-        return self._trajectory()._states_of_forces
-
-    @property
-    def multipliers(self) -> Vector:
-        """Lagrange multipliers of the constraints, (m,)."""
-        return self._run.state[3]
-
-    def velocity(self, node: Point) -> Vector:
-        """Return the velocity of a point, (dim,) [m/s]."""
-        return interpolate(self.system.point(node), self._run.state[1])
-
-    def acceleration(self, node: Point) -> Vector:
-        """Return the acceleration of a point, (dim,) [m/s2]."""
-        return interpolate(self.system.point(node), self._run.state[2])
-
-    def contacts(self) -> ContactTable:
-        """Return the places that touch, as `Trajectory.contacts` does."""
-        return self._trajectory().contacts()
-
-    def body(self, body: RigidBody) -> BodyMotion:
-        """Return the motion of a rigid body, as `Trajectory.body` does, with arrays of one row."""
-        return self._trajectory().body(body)

@@ -161,6 +161,22 @@ def test_a_run_with_few_saved_points_is_reported_without_a_time():
     assert np.shape(run.t) == (2,)
 
 
+@pytest.mark.parametrize("n", [1, 60])
+def test_a_simulation_warns_once_after_the_step_that_is_too_deep(n):
+    scene, step = lying(10.0, "rod", 0.75)[0], half_period(10.0, 0.75) / 50.0
+    sim = ancf.Simulation(scene, step)
+    times = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        for _ in range(180 // n):
+            sim.step(n)
+            times += [sim.t] * (len(caught) > len(times))
+    (warning,) = caught
+    assert warning.category is ancf.PenetrationWarning
+    assert f"before t = {times[0]:.4g} s, at beam" in str(warning.message)
+    assert warning.filename == __file__
+
+
 @pytest.mark.parametrize("kind", ["rod", "block"])
 def test_steps_that_are_repeated_do_not_lose_the_deepest_point(kind):
     """A repetition begins anew, and restores the internal variables of an earlier state."""

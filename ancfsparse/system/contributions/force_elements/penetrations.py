@@ -117,14 +117,21 @@ class LimitedPenetration(Contribution):
 
         Saved states are searched for its time only then, since that takes longer than a step.
         """
+
+        def when() -> str:
+            try:
+                return f"at t = {t[self._deepest_state(q)]:.4g} s,"
+            except InputError:  # not all coordinates were saved
+                return "in the run"
+
+        return self.motion_warnings(when)
+
+    def motion_warnings(self, when: Callable[[], str]) -> list[Warning]:
+        """Return a warning if the penetration in any step so far was too large."""
         limit, deepest = self.penetration_limit, self.deepest_of_motion
         if limit is None or limit.allows(deepest, at_rest=False):
             return []
-        try:
-            when = f"at t = {t[self._deepest_state(q)]:.4g} s,"
-        except InputError:  # not all coordinates were saved
-            when = "in the run"
-        return [limit.warning(deepest, when, at_rest=False)]
+        return [limit.warning(deepest, when(), at_rest=False)]
 
     def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
         """Return a warning if the penetration in any of the equilibria was too large."""

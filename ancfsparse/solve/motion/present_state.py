@@ -1,0 +1,84 @@
+"""The present state of a motion that is advanced step by step, and results of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ancfsparse.array_types import Vector
+from ancfsparse.integrators.interface.time_grid import TimeGrid
+from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results.data.interpolation import interpolate
+from ancfsparse.results.solutions.solution import SingleState
+from ancfsparse.scene import Point
+from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
+from ancfsparse.system.coordinates.state import StateHistory
+
+if TYPE_CHECKING:
+    from ancfsparse.results.fields.contact_table import ContactTable
+    from ancfsparse.results.fields.rigid_body_motion import BodyMotion
+    from ancfsparse.scene.bodies.rigid_body import RigidBody
+
+
+class PresentState(SingleState):
+    """Results of the present state of a run, without a time axis."""
+
+    _run: FixedStepRun
+    _clock: TimeGrid
+    _settings: dict[str, Any]
+
+    @property
+    def steps(self) -> int:
+        """Number of steps taken."""
+        return self._run.steps
+
+    @property
+    def t(self) -> float:
+        """Present time [s]."""
+        return float(self._clock.at(self.steps))
+
+    @property
+    def q(self) -> Vector:  # type: ignore[override]  # not to be set
+        """Coordinates, (n,) [m for positions, 1 for slopes]."""
+        return self._run.state[0]
+
+    @property
+    def stats(self) -> RunStats:
+        """Operation counts and times of all steps."""
+        return self._run.count()
+
+    @property
+    def _states(self) -> StateHistory:
+        q, v, a, lam = (table[None] for table in self._run.state)
+        return StateHistory(q, v, a, lam, np.array([self.t]), self.system.assembly.history[None])
+
+    def _trajectory(self) -> Trajectory:
+        q, v, a, lam, t, history = self._states
+        stats, settings = self.stats, self._settings
+        return Trajectory(self.system, t, q, v, a, lam, stats, settings, None, history)
+
+    @property
+    def _states_of_forces(self) -> StateHistory:
+        return self._trajectory()._states_of_forces
+
+    @property
+    def multipliers(self) -> Vector:
+        """Lagrange multipliers of the constraints, (m,)."""
+        return self._run.state[3]
+
+    def velocity(self, node: Point) -> Vector:
+        """Return the velocity of a point, (dim,) [m/s]."""
+        return interpolate(self.system.point(node), self._run.state[1])
+
+    def acceleration(self, node: Point) -> Vector:
+        """Return the acceleration of a point, (dim,) [m/s2]."""
+        return interpolate(self.system.point(node), self._run.state[2])
+
+    def contacts(self) -> ContactTable:
+        """Return the places that touch, as `Trajectory.contacts` does."""
+        return self._trajectory().contacts()
+
+    def body(self, body: RigidBody) -> BodyMotion:
+        """Return the motion of a rigid body, as `Trajectory.body` does, with arrays of one row."""
+        return self._trajectory().body(body)
