@@ -108,33 +108,37 @@ class Scene(
         return digest(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the scene to a JSON file, from which `Scene.load` rebuilds it.
+        """Write the scene to a JSON or TOML file, from which `Scene.load` rebuilds it.
 
-        It has a line for each call, with all arguments by name in SI units; arrays of more than
-        1000 numbers are in base64.  Every number is restored to the last bit.  Functions and
-        elements of your own are stored by name, such as ``"module.gust"``.
+        JSON has a line for each call, with all arguments by name in SI units; TOML has a table for
+        each call, with the arguments that are not defaults and names in place of references, as
+        users write it.  Arrays of more than 1000 numbers are in base64.  Every number is restored
+        to the last bit.  Functions and elements of your own are stored by name, such as
+        ``"module.gust"``.
 
         Parameters
         ----------
         path : str or Path
-            The file, such as ``"scene.json"``; an older one is replaced, but not results of a run.
+            The file, such as ``"scene.json"`` or ``"scene.toml"``; an older one is replaced, but
+            not results of a run.
 
         Raises
         ------
         InputError
             If a function is compiled, two functions have one name, the name does not end in
-            ``.json``, or nothing can be written there.
+            ``.json`` or ``.toml``, or nothing can be written there.
         """
         storage.save(self, path)
 
     @classmethod
     def load(cls, path: str | Path, own: Mapping[str, Any] | None = None) -> Scene:
-        """Build the scene that `save` wrote to a file.
+        """Build the scene of a file, which `save` or a user wrote.
 
         Parameters
         ----------
         path : str or Path
-            The file.
+            The file, TOML if its name ends in ``.toml``, else JSON; docs/scene-files.md describes
+            it.  Settings of a run in it are read by the command ``ancfsparse run``.
         own : dict of str to object, optional
             Functions and elements of your own, under the names in the file.  Loading a file imports
             and calls nothing else.
@@ -142,13 +146,13 @@ class Scene(
         Returns
         -------
         Scene
-            A scene equal to the one that was saved.
+            The scene, equal to the one that was saved.
 
         Raises
         ------
         InputError
             If the file is not valid, needs a function that is missing, or has an invalid call; the
-            message gives the number of the record.
+            message gives the number of the record, or the line and the keys.
         """
         return storage.load(cls, path, {} if own is None else own)
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,7 +13,6 @@ import numpy as np
 
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError, InputError
-from ancfsparse.file_names import check_file_name, check_target
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.rigid_shapes import SHAPE_TYPES
@@ -67,42 +64,21 @@ def written(scene: SceneBase) -> str:
     return f'{{{first},\n"records": [\n' + ",\n".join(lines) + "\n]}\n"
 
 
-def save(scene: SceneBase, path: str | Path) -> None:
-    """Write a scene; see `Scene.save`."""
-    file = check_target("the file of a scene", path, (".json",))
-    text = written(scene)
-    part = file.with_name(f".{file.name}.{os.getpid()}")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(file)
-    except OSError as error:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
-        raise InputError(f"the scene cannot be written to {file}: {error.strerror}") from error
-
-
-def load(kind: Callable[[Any], AnyScene], path: str | Path, own: Mapping[str, Any]) -> AnyScene:
-    """Read a scene; see `Scene.load`."""
-    file = check_file_name("the file of a scene", path, "scene.json")
-    try:
-        text = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"the scene {file} cannot be read: {error.strerror}") from error
-    return built(kind, text, file, own)
-
-
 def built(
     kind: Callable[[Any], AnyScene], text: str | bytes, file: Path, own: Mapping[str, Any]
 ) -> AnyScene:
     """Build a scene of a class from the text of its file; `own` are those of `Scene.load`."""
-    if not isinstance(own, Mapping):
-        raise InputError(
-            f"own must be a mapping of names to functions and elements, got {format_value(own)}"
-        )
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:  # not text or not JSON
         raise InputError(f"{file} is not a file of a scene: {error}") from error
+    return built_from_records(kind, data, file, own)
+
+
+def built_from_records(
+    kind: Callable[[Any], AnyScene], data: Any, file: Path, own: Mapping[str, Any]
+) -> AnyScene:
+    """Build a scene of a class from the data of its file, a list of records."""
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise InputError(f"{file} is not a file of a scene: its format is not {FORMAT!r}")
     if data.get("version") != VERSION:
@@ -171,15 +147,15 @@ def _build(scene: SceneBase, entry: Any, own: Mapping[str, Any]) -> None:
     if not isinstance(entry, dict):
         raise InputError(f"it must be a method and its arguments, got {format_value(entry)}")
     method = check_choice("method", entry.get("method"), RECORD_TYPES)
-    given = {name: _decoded(each, own) for name, each in entry.items() if name != "method"}
+    given = {name: decoded(each, own) for name, each in entry.items() if name != "method"}
     record: Record = _made(RECORD_TYPES[method], given, method)
     record.build(scene)
 
 
-def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
+def decoded(value: Any, own: Mapping[str, Any]) -> Any:
     """Return an argument from JSON data."""
     if isinstance(value, list):
-        return tuple(_decoded(each, own) for each in value)
+        return tuple(decoded(each, own) for each in value)
     if not isinstance(value, dict):
         return value
     if "own" in value:
@@ -193,7 +169,7 @@ def _decoded(value: Any, own: Mapping[str, Any]) -> Any:
         return _array_of(value)
     known = DATA | REFERENCE_TYPES
     kind = check_choice("kind", value.get("kind"), known)
-    given = {name: _decoded(each, own) for name, each in value.items() if name != "kind"}
+    given = {name: decoded(each, own) for name, each in value.items() if name != "kind"}
     return _made(known[kind], given, kind)
 
 
