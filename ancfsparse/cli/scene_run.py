@@ -19,6 +19,7 @@ from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method
 from ancfsparse.nonlinear.methods import BY_NAME as METHODS, ModifiedNewton, Newton, QuasiNewton
 from ancfsparse.plans.goal_oriented_run import simulate
+from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.scene import Scene
 from ancfsparse.scene.storage.named_parts import (
     Reader,
@@ -27,6 +28,7 @@ from ancfsparse.scene.storage.named_parts import (
     locate_errors,
 )
 from ancfsparse.scene.storage.scene_file import SceneFile, open_scene_file
+from ancfsparse.scene.storage.toml_text import written_as_toml
 
 NOT_IN_FILES = {"scene", "output", "progress", "quantity", "error"}
 """Arguments of `simulate` that are not data, or belong to the command."""
@@ -101,13 +103,31 @@ def check(file: SceneArgument) -> None:
         typer.echo(f"run: {', '.join(f'{name} {value}' for name, value in settings.items())}")
 
 
-def new(file: Annotated[Path, typer.Argument(help="File to write, .toml.")]) -> None:
-    """Write a scene to begin with, and comments on it."""
+def new(
+    file: Annotated[Path, typer.Argument(help="File to write, .toml.")],
+    problem: Annotated[
+        str | None, typer.Option(help="Name in ancfsparse problem --list [default: a cable].")
+    ] = None,
+) -> None:
+    """Write a scene to begin with, and comments on it, or a benchmark problem."""
     target = check_target("the file of a scene", file, (".toml",))
     if target.exists():
         raise InputError(f"{target} exists: give the name of a new file")
-    target.write_text(STARTER.read_text(encoding="utf-8"), encoding="utf-8")
+    text = STARTER.read_text(encoding="utf-8") if problem is None else _write_problem(problem)
+    target.write_text(text, encoding="utf-8")
     typer.echo(f"written: {target}\nrun it: ancfsparse run {target} -o {target.stem}.h5")
+
+
+def _write_problem(name: str) -> str:
+    """Return a benchmark problem as the text of a file, with the settings of its reference."""
+    case = MECHANISMS[check_choice("name of a problem", name, MECHANISMS)]
+    mechanism = case.make()
+    steps = max(1, round(case.time / case.dt))  # one for an equilibrium
+    settings: dict[str, Any] = {"t_end": steps * case.dt, "dt": case.dt}
+    settings["integrator"] = case.integrator
+    if mechanism.settles:
+        settings["start"] = "equilibrium"
+    return written_as_toml(mechanism.scene, settings)
 
 
 STARTER = files("ancfsparse.cli") / "starter.toml"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from inspect import Parameter, signature
 from itertools import count
@@ -18,8 +18,15 @@ from ancfsparse.scene.storage.json_file import FORMAT, encoded
 BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
-def written_as_toml(scene: SceneBase) -> str:
+def written_as_toml(scene: SceneBase, settings: Mapping[str, Any] | None = None) -> str:
     """Return a scene as the text of its TOML file.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    settings : mapping of str to object, optional
+        Settings of a run, as data; integrators are dataclasses.
 
     Raises
     ------
@@ -33,6 +40,9 @@ def written_as_toml(scene: SceneBase) -> str:
         values = {"method": record.method} | writer.arguments(record, number)
         rows = "".join(f"{_key(name)} = {toml(value)}\n" for name, value in values.items())
         tables.append(f"[parts.{_key(writer.names[number])}]\n{rows}")
+    if settings:
+        rows = "".join(f"{name} = {toml(value)}\n" for name, value in settings.items())
+        tables.append(f"[run]\n{rows}")
     return "\n".join(tables)
 
 
@@ -43,12 +53,14 @@ class _Writer:
         self.scene = scene
         self.functions: dict[str, object] = {}
         bodies = {body.name for body in scene.bodies}
+        numbers_of: dict[str, Iterator[int]] = {}
         self.names: list[str] = []
         for record in scene.records:
+            following = numbers_of.setdefault(record.method, count(1))
+            numbered = (f"{record.method}-{k}" for k in following)
             name = record.given.get("name")
-            numbered = (f"{record.method}-{k}" for k in count(1))
-            used = bodies.union(self.names)
-            self.names.append(name or next(each for each in numbered if each not in used))
+            self.names.append(name or next(each for each in numbered if each not in bodies))
+        self.parts = frozenset(self.names)
         numbers = {id(record): number for number, record in enumerate(scene.records)}
         self.joints = {
             k: self.names[numbers[id(scene.record_of(joint))]]
@@ -68,7 +80,7 @@ class _Writer:
     def data(self, value: Any, where: str) -> Any:
         """Return an argument as data, with names in place of references."""
         if isinstance(value, BodyRef):
-            return name_of_reference(value, self.scene, self.joints, self.names)
+            return name_of_reference(value, self.scene, self.joints, self.parts)
         if isinstance(value, tuple):
             return [self.data(each, where) for each in value]
         data = encoded(value, where, self.functions)
@@ -94,6 +106,9 @@ def toml(value: Any) -> str:
     if isinstance(value, Mapping):
         pairs = ", ".join(f"{_key(name)} = {toml(each)}" for name, each in value.items())
         return f"{{ {pairs} }}"
+    if is_dataclass(value):
+        values = {each.name: getattr(value, each.name) for each in fields(value) if each.init}
+        return toml({"kind": type(value).__name__} | values)
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(toml, value))}]"
     if isinstance(value, str):
