@@ -17,6 +17,7 @@ from ancfsparse.cli.files import animate, convert, info, plot
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
 from ancfsparse.cli.scene_run import check, new, run
+from ancfsparse.cli.scene_schema import schema
 from ancfsparse.errors import AccuracyError, InputError, StepError
 from ancfsparse.file_names import check_target
 from ancfsparse.kernels.building import build_element
@@ -31,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (run, check, new, info, plot, animate, convert):
+for command in (run, check, new, schema, info, plot, animate, convert):
     app.command()(command)
 
 

@@ -260,18 +260,28 @@ def arguments_of(call: Any) -> tuple[Argument, ...]:
 
 def documented_units(call: Callable[..., Any]) -> dict[str, tuple[str, ...]]:
     """Return the units of parameters, in brackets in the docstring, such as ``"[N or N m]"``."""
-    units: dict[str, tuple[str, ...]] = {}
+    units = {}
+    for name, text in descriptions_of(call).items():
+        groups = [re.split(r", | or ", group) for group in IN_BRACKETS.findall(text)]
+        units[name] = tuple(
+            dict.fromkeys(each for group in groups for each in group if _is_unit(each))
+        )
+    return units
+
+
+def descriptions_of(call: Callable[..., Any]) -> dict[str, str]:
+    """Return the descriptions of parameters in the docstring."""
+    lines: dict[str, list[str]] = {}
     names: list[str] = []
     for line in cleandoc(call.__doc__ or "").splitlines():
         if head := PARAMETER.match(line):
             names = head[1].split(", ")
         elif line and not line.startswith(" "):
             names = []
-        for text in IN_BRACKETS.findall(line):
-            valid = tuple(filter(_is_unit, re.split(r", | or ", text)))
+        else:
             for name in names:
-                units[name] = tuple(dict.fromkeys((*units.get(name, ()), *valid)))
-    return units
+                lines.setdefault(name, []).append(line.strip())
+    return {name: " ".join(filter(None, words)) for name, words in lines.items()}
 
 
 def _is_unit(text: str) -> bool:

@@ -62,7 +62,9 @@ class SceneFile:
             with locate_errors(()):
                 for name in self.data:
                     with locate_errors((name,)):
-                        check_choice("key", name, ("format", "version", *known, "parts", "run"))
+                        check_choice(
+                            "key", name, ("format", "version", *known, "parts", "run", "$schema")
+                        )
                 if self.data.get("format", FORMAT) != FORMAT:
                     raise InputError(f"its format is not {FORMAT!r}")
                 parts = self.data.get("parts", {})
