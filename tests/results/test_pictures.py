@@ -187,7 +187,7 @@ def test_a_film_needs_ffmpeg_for_mp4(swing, tmp_path, monkeypatch):
             lambda run, rod: run.plot("position"),
             "position is a quantity of a point, such as rod.end",
         ),
-        (lambda run, rod: run.plot("N"), "N is plotted along a beam of the run or, over time"),
+        (lambda run, rod: run.plot("N"), "N is evaluated along a beam of the run or, over time"),
         (lambda run, rod: run.plot("T", rod), "beam 0 has no torsion: it is planar"),
         (lambda run, rod: run.plot("energy", rod), "energies are of the entire scene"),
         (lambda run, rod: run.plot("N", rod, view="xy"), "view is for shapes"),

@@ -81,6 +81,6 @@ def save_run(run: Trajectory, options: Mapping[str, Any]) -> Trajectory:
     storage = RunStorage(run.system, len(run.t), nodes, output, settings)
     with storage.open() as recorder:
         q, v, a = (np.asarray(table) for table in (run.q, run.v, run.a))
-        recorder.append(run.t, q, v, a, run.lam, run.history)
+        recorder.append(run.t, q, v, a, run.lam, run.internal)
         recorder.finish(run.stats, run.last)
     return storage.trajectory()

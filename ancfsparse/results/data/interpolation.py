@@ -1,4 +1,4 @@
-"""Interpolation of positions and slopes from coordinates."""
+"""Interpolation: positions from coordinates, and states between two others."""
 
 from __future__ import annotations
 
@@ -27,3 +27,11 @@ def interpolate(places: tuple[NDArray[np.integer[Any]], Vector], q: Vector) -> V
     """
     indices, weights = places
     return np.asarray(q[..., indices] @ weights)
+
+
+def interpolate_cubic(
+    s: Vector, h: Vector, q0: Vector, q1: Vector, v0: Vector, v1: Vector
+) -> Vector:
+    """Return the cubic with these values and rates at the ends of a step, at the fraction `s`."""
+    r = 1.0 - s
+    return (1.0 + 2.0 * s) * r**2 * q0 + (1.0 + 2.0 * r) * s**2 * q1 + h * s * r * (r * v0 - s * v1)

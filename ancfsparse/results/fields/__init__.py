@@ -1,4 +1,4 @@
-"""Energy balance, forces of sections, joints and contacts, and rigid-body motion of solutions."""
+"""Energies, forces of sections, joints and contacts, rigid-body motion, states at any times."""
 
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,8 @@ if TYPE_CHECKING:
     from ancfsparse.results.fields.contact_table import contact_table
     from ancfsparse.results.fields.energy_balance import evaluate_energy
     from ancfsparse.results.fields.joint_forces import joint_force, tension
+    from ancfsparse.results.fields.quantities import evaluate_history, evaluate_range
+    from ancfsparse.results.fields.resampling import resample
     from ancfsparse.results.fields.rigid_body_motion import evaluate_motion
     from ancfsparse.results.fields.section_forces import (
         curvature,
@@ -22,9 +24,12 @@ __all__ = [
     "contact_table",
     "curvature",
     "evaluate_energy",
+    "evaluate_history",
     "evaluate_motion",
+    "evaluate_range",
     "joint_force",
     "recover_forces",
+    "resample",
     "section_force",
     "strain",
     "tension",
@@ -38,6 +43,8 @@ __getattr__ = on_demand(
         "contact_table": "contact_table",
         "energy_balance": "evaluate_energy",
         "joint_forces": "joint_force tension",
+        "quantities": "evaluate_history evaluate_range",
+        "resampling": "resample",
         "rigid_body_motion": "evaluate_motion",
         "section_forces": "curvature section_force strain",
     },

@@ -45,7 +45,7 @@ def recover_forces(system: System, states: StateHistory) -> StateHistory:
     motion = system.prescribed.history(states.t)
     a[:, first:] = motion.a
     for k, q in enumerate(states.q):
-        system.set_history(states.history[k])
+        system.set_history(states.internal[k])
         solver.factor(q, lam[k], amplitudes[k])
         rate = np.zeros(system.n_multipliers)
         rate[first_equation:] = motion.s_rate[k]

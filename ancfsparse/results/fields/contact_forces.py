@@ -94,7 +94,7 @@ def contact_force(
     contribution = next((each for each in contributions if each.contact is contact), None)
     if contribution is None:
         raise foreign_handle("the contact", "attachments[0]")
-    table = np.asarray(states.q), np.asarray(states.v), states.history
+    table = np.asarray(states.q), np.asarray(states.v), states.internal
     if isinstance(contribution, BeamContactContribution):
         return BeamContactForce(*contribution.forces(*table))
     contact = contribution.contact
@@ -111,7 +111,7 @@ def contact_force(
 def force_on_elements(system: System, of: ElasticBody, states: StateHistory) -> ContactForce:
     """Return the forces of all contacts on a body, as mean values of its elements."""
     body: Any = system.resolve(of)
-    q, v, history = np.asarray(states.q), np.asarray(states.v), states.history
+    q, v, history = np.asarray(states.q), np.asarray(states.v), states.internal
     k, n, dim = len(q), len(system.elements(body)), system.scene.dim
     sizes, normal, friction = np.zeros((k, n)), np.zeros((k, n, dim)), np.zeros((k, n, dim))
     for each in system.contributions:

@@ -11,6 +11,11 @@ from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery.reactions import drive_power, drive_work
 from ancfsparse.system.system import System
 
+ENERGIES = (
+    "kinetic", "elastic", "potential", "contact", "work", "dissipated", "friction",
+    "impact_damping", "total",
+)  # fmt: skip
+"""Energies of `Energy`, in the order of a plot or a table."""
 BLOCK_SIZE = 4_000_000  # entries of a table of states that are evaluated together
 ROUNDING = 64.0 * float(np.finfo(float).eps)  # of energy sums, over the largest energy
 

@@ -42,8 +42,13 @@ class Motion(Protocol):
         ...
 
     @property
-    def history(self) -> Vector:
-        """History variables, (k, h)."""
+    def a(self) -> Vector:
+        """Their second rates, (k, n)."""
+        ...
+
+    @property
+    def internal(self) -> Vector:
+        """Internal variables, (k, h)."""
         ...
 
     @property

@@ -13,9 +13,9 @@ from matplotlib.colors import ListedColormap, Normalize
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
+from ancfsparse.results.fields.quantities import ELEMENT_MEANS, evaluate_quantity, label_of
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.plotting.canvas import Canvas
-from ancfsparse.results.plotting.quantities import ELEMENT_MEANS, evaluate_quantity, label_of
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 

@@ -14,30 +14,26 @@ from ancfsparse.checks import check_choice, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
+from ancfsparse.results.fields.energy_balance import ENERGIES
 from ancfsparse.results.fields.motion import UNITS, Motion
-from ancfsparse.results.fields.section_forces import locate_points
+from ancfsparse.results.fields.quantities import (
+    QUANTITIES,
+    components_of,
+    evaluate_along,
+    evaluate_history,
+    label_of,
+    select_states,
+)
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline, make_outline
 from ancfsparse.results.plotting.canvas import Canvas
 from ancfsparse.results.plotting.colours import draw_coloured, evaluate_colours
-from ancfsparse.results.plotting.quantities import (
-    ELEMENT_MEANS,
-    QUANTITIES,
-    components_of,
-    evaluate_quantity,
-    label_of,
-    select_states,
-)
 from ancfsparse.results.plotting.traced_scene import trace_scene
-from ancfsparse.scene import Beam, Body, ElasticBody, Point
+from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
-ENERGIES = (
-    "kinetic", "elastic", "potential", "contact", "work", "dissipated", "friction",
-    "impact_damping", "total",
-)  # fmt: skip
 N_TIMES = 6  # shapes by default
 RANGE = "least", "mean", "greatest"  # curves of a range graph
 MODE_AMPLITUDE = 0.1  # of a mode, over the extent of the scene
@@ -203,13 +199,8 @@ def _plot_energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | 
 
 
 def _plot_over_time(run: Motion, what: str, point: Point, ax: Axes | None) -> Axes:
-    if what in UNITS:
-        values, label = getattr(run, what)(point), f"{what} [{UNITS[what]}]"
-    else:
-        if not isinstance(point.beam, ElasticBody):
-            raise InputError(f"{what} needs a point of a beam or a mesh, got {point!r}")
-        values = evaluate_quantity(run.system, select_states(run), what, point.beam, [point])[:, 0]
-        label = label_of(what)
+    values = evaluate_history(run, point, what)
+    label = f"{what} [{UNITS[what]}]" if what in UNITS else label_of(what)
     ax = _prepare_axes(ax)
     for values_of, name in components_of(values, what, point.beam):
         ax.plot(run.t, values_of, linewidth=1.4, label=name or None)
@@ -229,22 +220,8 @@ def _plot_along(
     ax: Axes | None,
     labels: Sequence[str],
 ) -> Axes:
-    """Plot a quantity along a beam, one curve for every state, or the curves of `RANGE`.
-
-    Mean values of elements are drawn at their midpoints; other quantities also at both ends of the
-    beam, where moments are often largest.
-    """
-    if not isinstance(of, Beam):
-        raise InputError(
-            f"{what} is plotted along a beam of the run or, over time, at a point of it such as "
-            f"rod.at(0.5), got {format_value(of)}"
-        )
-    own = locate_points(system, of, None)[0]
-    ends = np.cumsum(own.lengths)
-    arcs = ends - 0.5 * own.lengths
-    if what not in ELEMENT_MEANS:
-        arcs = np.concatenate([[0.0], arcs, ends[-1:]])
-    values = evaluate_quantity(system, states, what, of, arcs)
+    """Plot a quantity along a beam, one curve for every state, or the curves of `RANGE`."""
+    line, arcs, values = evaluate_along(system, states, what, of)
     ax = _prepare_axes(ax)
     if labels is RANGE:
         values = np.stack([values.min(axis=0), values.mean(axis=0), values.max(axis=0)])
@@ -252,10 +229,10 @@ def _plot_along(
             ax.fill_between(arcs, low, high, color="C0", alpha=0.1, linewidth=0.0)
     styles, colours = ("-", "--", ":"), ["C0"] if len(labels) == 1 else _time_colours(len(labels))
     for state, colour, label in zip(values, colours, labels, strict=True):
-        for (component, name), style in zip(components_of(state, what, of), styles, strict=False):
+        for (component, name), style in zip(components_of(state, what, line), styles, strict=False):
             text = ", ".join(part for part in (label, name) if part)
             ax.plot(arcs, component, style, marker=".", color=colour, linewidth=1.4, label=text)
-    ax.set_title(of.name, fontsize="medium")
+    ax.set_title(line.name, fontsize="medium")
     ax.set_xlabel("arc coordinate s [m]")
     ax.set_ylabel(label_of(what))
     if values.ndim > 2 or labels is RANGE:

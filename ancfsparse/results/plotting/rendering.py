@@ -13,6 +13,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
 from ancfsparse.results.fields.motion import Motion
+from ancfsparse.results.fields.quantities import select_states
 from ancfsparse.results.geometry.body_outlines import RigidOutline
 from ancfsparse.results.geometry.deformed_shape import count_pieces, trace_elements
 from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
@@ -20,7 +21,6 @@ from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
 from ancfsparse.results.plotting.canvas import VIEWPOINT, axis_limits, upright_components
 from ancfsparse.results.plotting.colours import COLOUR_MAP, evaluate_colours
 from ancfsparse.results.plotting.plot import outline_for
-from ancfsparse.results.plotting.quantities import select_states
 from ancfsparse.results.plotting.traced_scene import trace_scene
 from ancfsparse.scene import Body
 

@@ -37,8 +37,8 @@ class Equilibrium(SingleState):
         Operation counts and times; steps are load steps.
     t : float
         Time of loads and prescribed motions [s].
-    history : ndarray, shape (h,), optional
-        History variables: deflections of bristles of contacts [m].
+    internal : ndarray, shape (h,), optional
+        Internal variables: deflections of bristles of contacts [m].
     memory : ndarray, optional
         Internal variables of forces that ``simulate(..., start=equilibrium)`` begins with.
     """
@@ -48,7 +48,7 @@ class Equilibrium(SingleState):
     lam: Vector
     stats: RunStats
     t: float = 0.0
-    history: Vector = field(default_factory=lambda: np.empty(0))
+    internal: Vector = field(default_factory=lambda: np.empty(0))
     memory: Vector = field(default_factory=lambda: np.empty(0))
 
     def __repr__(self) -> str:
@@ -80,7 +80,7 @@ class Equilibrium(SingleState):
     def _states(self) -> StateHistory:
         rest = np.zeros((1, len(self.q)))
         times = np.array([self.t])
-        return StateHistory(self.q[None], rest, rest, self.lam[None], times, self.history[None])
+        return StateHistory(self.q[None], rest, rest, self.lam[None], times, self.internal[None])
 
     @property
     def multipliers(self) -> Vector:
@@ -95,7 +95,7 @@ class Equilibrium(SingleState):
 
     def contacts(self) -> ContactTable:
         """Return the places that touch, as `Trajectory.contacts` does."""
-        return fields.contact_table(self.system, self.q, np.zeros(len(self.q)), self.history)
+        return fields.contact_table(self.system, self.q, np.zeros(len(self.q)), self.internal)
 
     def plot(
         self,

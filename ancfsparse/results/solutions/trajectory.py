@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
@@ -18,7 +19,7 @@ from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.selected_columns import SelectedColumns
 from ancfsparse.results.solutions.solution import Values
 from ancfsparse.results.solutions.trajectory_output import TrajectoryOutput
-from ancfsparse.scene import Point
+from ancfsparse.scene import Beam, Point
 from ancfsparse.system.coordinates.state import State, StateHistory
 from ancfsparse.system.system import System
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from ancfsparse.results.data.stored_tables import StoredState
     from ancfsparse.results.fields.contact_table import ContactTable
     from ancfsparse.results.fields.energy_balance import Energy
+    from ancfsparse.results.fields.quantities import ValueRange
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
     from ancfsparse.scene.bodies.rigid_body import RigidBody
 
@@ -51,8 +53,8 @@ class Trajectory(TrajectoryOutput):
         Arguments of the run.
     ending : State or StoredState, optional
         The last state with the data to continue the run, if available.
-    history : ndarray, shape (k, h), optional
-        History variables: deflections of the bristles of contacts [m].
+    internal : ndarray, shape (k, h), optional
+        Internal variables: deflections of the bristles of contacts [m].
     """
 
     system: System
@@ -64,12 +66,12 @@ class Trajectory(TrajectoryOutput):
     stats: RunStats
     settings: Mapping[str, Any] = field(default_factory=dict)
     ending: State | StoredState | None = None
-    history: Vector = field(default_factory=lambda: np.empty((0, 0)))
+    internal: Vector = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
-        """Let runs without history variables have as many rows of none as states."""
-        if not self.history.shape[1]:
-            object.__setattr__(self, "history", np.empty((len(self.t), 0)))
+        """Let runs without internal variables have as many rows of none as states."""
+        if not self.internal.shape[1]:
+            object.__setattr__(self, "internal", np.empty((len(self.t), 0)))
 
     def __repr__(self) -> str:
         """Summarise the run in two lines, or three if contacts moved the initial state."""
@@ -209,7 +211,7 @@ class Trajectory(TrajectoryOutput):
         """
         row = plotting.nearest_row(self.t, self.t[-1] if time is None else time)
         q, v = np.array(self.q[row]), np.array(self.v[row])
-        return fields.contact_table(self.system, q, v, self.history[row])
+        return fields.contact_table(self.system, q, v, self.internal[row])
 
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body.
@@ -226,3 +228,90 @@ class Trajectory(TrajectoryOutput):
             ``angular_velocity``, ``momentum``, ``angular_momentum`` and ``kinetic_energy``.
         """
         return fields.evaluate_motion(self.system, self.q, self.v, body)
+
+    def history(self, point: Point, what: str) -> Vector:
+        """Return a quantity at a point over time.
+
+        Parameters
+        ----------
+        point : Point
+            A point, such as ``rod.end`` or ``rod.at(0.5)``.
+        what : str
+            ``"position"`` [m], ``"velocity"`` [m/s], ``"acceleration"`` [m/s2], ``"slope"`` [-] or
+            ``"reaction"`` [N]; of a point of a beam or a mesh also ``"N"``, ``"Q"`` [N], ``"M"``,
+            ``"T"`` [N m], ``"strain"`` [-], ``"curvature"`` [1/m], ``"pressure"`` or
+            ``"friction"`` [N/m], the magnitudes for all contacts.
+
+        Returns
+        -------
+        ndarray, shape (k,) or (k, components)
+            The values that ``run.plot(what, point)`` plots, at the times ``run.t``.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid.
+        """
+        return fields.evaluate_history(self, point, what)
+
+    def range(self, what: str, line: Beam) -> ValueRange:
+        """Return the least, mean and greatest values of a quantity along a beam.
+
+        Parameters
+        ----------
+        what : str
+            ``"N"``, ``"Q"``, ``"M"``, ``"T"``, ``"strain"``, ``"curvature"``, ``"pressure"`` or
+            ``"friction"``, in the units of `history`.
+        line : Beam
+            A beam of the scene.
+
+        Returns
+        -------
+        ValueRange
+            Arc coordinates ``s`` (p,) [m], and ``min``, ``mean``, ``max`` over all saved states,
+            (p,) or (p, components): the curves of ``run.plot(what, line, times="range")``.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid.
+        """
+        return fields.evaluate_range(self, what, line)
+
+    def resample(self, times: ArrayLike) -> Trajectory:
+        """Return the trajectory at other times.
+
+        Parameters
+        ----------
+        times : array_like, shape (j,)
+            Increasing times between the first and the last saved one [s].
+
+        Returns
+        -------
+        Trajectory
+            States in memory at these times; at saved times they are the saved ones.
+
+        Raises
+        ------
+        InputError
+            If the times are invalid or the states exceed the memory.
+
+        Notes
+        -----
+        Runs with ``accuracy=`` save their states by the same interpolation between steps.
+        Coordinates are cubic Hermite polynomials through the coordinates and velocities of two
+        saved states, and velocities the same through velocities and accelerations.  For a motion
+        that is smooth between states at a distance h, both have an error of order h^4, at most h^4
+        / 384 times the fourth derivative.  Accelerations, multipliers and internal variables are
+        linear, with an error of order h^2.  Where accelerations are means over steps, as with
+        `EnergyMomentum`, velocities are linear too, as within its steps; so are coordinates between
+        equilibria, which have no velocities.  Constraints are satisfied up to these errors.
+        """
+        means = self._saves_means
+        states = fields.resample(self._states, times, mean_accelerations=means)
+        changes: dict[str, Any] = {}
+        if states.t[-1] != self.t[-1]:
+            changes["ending"] = None
+            if self.finished:
+                changes["settings"] = {**self.settings, "t_end": float(states.t[-1])}
+        return replace(self, **states._asdict(), **changes)

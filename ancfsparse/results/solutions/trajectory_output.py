@@ -17,6 +17,8 @@ from ancfsparse.results.solutions.solution import Solution
 from ancfsparse.scene import Body, Point, check_point
 
 if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
     from matplotlib.axes import Axes
 
     from ancfsparse.results.fields.energy_balance import Energy
@@ -27,7 +29,8 @@ class TrajectoryOutput(Solution):
 
     t: Vector
     v: Vector
-    history: Vector
+    a: Vector
+    internal: Vector
 
     @property
     @abstractmethod
@@ -245,3 +248,56 @@ class TrajectoryOutput(Solution):
             If an argument is invalid.
         """
         return export.write_csv(self, path, points, quantities)
+
+    def to_pandas(
+        self, points: Sequence[Point] | None = None, quantities: Sequence[str] = ("position",)
+    ) -> pd.DataFrame:
+        """Return the history of points as a data frame of pandas.
+
+        Parameters
+        ----------
+        points : sequence of Point, optional
+            Points, such as ``[rod.end]``; by default the end of each beam and the origin of each
+            rigid body.
+        quantities : sequence of str, optional
+            Any quantities of `Trajectory.history`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            One row for each saved state, with its time [s] as index.  The columns have the levels
+            quantity, point and component; ``frame.attrs["units"]`` has the SI unit of each
+            quantity.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, or pandas is not installed.
+        """
+        return export.make_frame(self, points, quantities)
+
+    def to_xarray(
+        self, quantities: Sequence[str] = ("position", "velocity", "strain", "N")
+    ) -> xr.Dataset:
+        """Return the run as a dataset of xarray.
+
+        Parameters
+        ----------
+        quantities : sequence of str, optional
+            ``"position"`` [m], ``"velocity"`` [m/s] and ``"acceleration"`` [m/s2] of nodes, and the
+            quantities of `Trajectory.range` in the middle of elements.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``"energy"`` [J] by time and form, and for each body a variable with its name and the
+            quantity, such as ``"body 0 position"``, by time, node or element, and component.  A
+            rigid body has the motion of its origin.  Each variable has its SI unit in
+            ``attrs["units"]``, the dataset has the settings of the run in ``attrs``.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, the run saved only some points, or xarray is not installed.
+        """
+        return export.make_dataset(self, quantities)

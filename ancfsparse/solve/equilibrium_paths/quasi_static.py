@@ -189,7 +189,7 @@ def _trajectory(
     lam = np.stack([result.state.lam for result in results])
     zero = np.zeros_like(q)
     history = np.stack(histories)
-    return Trajectory(system, t, q, zero, zero, lam, stats, settings, history=history)
+    return Trajectory(system, t, q, zero, zero, lam, stats, settings, internal=history)
 
 
 def _extrapolation_weights(times: list[float], to: float) -> list[float]:

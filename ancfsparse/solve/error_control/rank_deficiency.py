@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import RedundantConstraintsWarning
+from ancfsparse.results.data.interpolation import interpolate_cubic
 from ancfsparse.solve.initial_conditions.redundant_constraints import count_near_dependent
-from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
 
 N_INTERVALS = 32  # intervals between two steps at whose ends the rank is determined
@@ -99,7 +99,7 @@ class RankDeficiency:
         for k in range(max(0, len(t) - MAX_EARLIER_STEPS), len(t) - 1):
             step = slice(k, k + 2)
             near = N_INTERVALS * self._turn(
-                interpolation.interpolate_cubic(FRACTIONS, t[k + 1] - t[k], *q[step], *v[step])
+                interpolate_cubic(FRACTIONS, t[k + 1] - t[k], *q[step], *v[step])
             )
             if max(self._dependent(end, near) for end in q[step]) > first:
                 time = self._singular_time(t[step], q[step], v[step])
@@ -109,7 +109,7 @@ class RankDeficiency:
 
     def _singular_time(self, t: Vector, q: Vector, v: Vector) -> float | None:
         """Return when more constraints than at the start are dependent between two states [s]."""
-        states = interpolation.interpolate_cubic(FRACTIONS, t[1] - t[0], *q, *v)
+        states = interpolate_cubic(FRACTIONS, t[1] - t[0], *q, *v)
         turn = self._turn(states)
         # Constraints that are dependent at both ends are so by the shape of the mechanism.
         first = self._dependent(self._system.q0, turn)

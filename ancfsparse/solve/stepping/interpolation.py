@@ -12,14 +12,6 @@ from numpy.typing import NDArray
 from ancfsparse.array_types import Vector
 
 
-def interpolate_cubic(
-    s: Vector, h: Vector, q0: Vector, q1: Vector, v0: Vector, v1: Vector
-) -> Vector:
-    """Return the cubic with these values and rates at the ends of a step, at the fraction `s`."""
-    r = 1.0 - s
-    return (1.0 + 2.0 * s) * r**2 * q0 + (1.0 + 2.0 * r) * s**2 * q1 + h * s * r * (r * v0 - s * v1)
-
-
 def interpolate_smooth(
     s: Vector, k: NDArray[np.intp], h: float, q: Vector, v: Vector, a: Vector
 ) -> tuple[Vector, Vector]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.results.data.interpolation import interpolate_cubic
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.solve.stepping import interpolation
 from ancfsparse.system import System
@@ -87,8 +88,8 @@ class SampledStates:
                 fraction, k, step, q, v, a
             )
         else:
-            self.q[span] = interpolation.interpolate_cubic(s, h[:, None], *ends[:4])
-            self.v[span] = interpolation.interpolate_cubic(s, h[:, None], *ends[2:])
+            self.q[span] = interpolate_cubic(s, h[:, None], *ends[:4])
+            self.v[span] = interpolate_cubic(s, h[:, None], *ends[2:])
         for table, rows in ((self.a, a), (self.lam, lam), (self.history, history)):
             if rows is not None:
                 table[span] = (1.0 - s) * rows[k] + s * rows[k + 1]

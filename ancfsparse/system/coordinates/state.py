@@ -98,8 +98,8 @@ class StateHistory(NamedTuple):
         Multipliers [N].
     t : (k,) float
         Times [s].
-    history : (k, h) or (k, 0) float
-        History variables, empty where none are known.
+    internal : (k, h) or (k, 0) float
+        Internal variables, empty where none are known.
     """
 
     q: Vector
@@ -107,7 +107,7 @@ class StateHistory(NamedTuple):
     a: Vector
     lam: Vector
     t: Vector
-    history: Vector
+    internal: Vector
 
 
 def check_state(scene: Scene, state: State) -> None:

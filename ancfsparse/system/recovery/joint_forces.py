@@ -251,7 +251,7 @@ def _missing_forces(system: System, cut: System, states: StateHistory) -> Vector
             lam[:, k] = states.lam[:, number[source]]
     amplitudes, out = cut.loads.amplitudes(states.t), np.empty_like(q)
     for k in range(len(out)):
-        cut.set_history(states.history[k])
+        cut.set_history(states.internal[k])
         rest = cut.assembly.residual(q[k], v[k], a[k], lam[k], cut.dead_load, amplitudes[k])
         out[k] = rest[0]
     return out

@@ -81,7 +81,7 @@ def drive_work(system: System, states: StateHistory) -> Vector:
     first, first_equation = _first_prescribed(system, states)
     work = np.zeros(len(states.t) - 1)
     for k in range(1, len(states.t)):
-        system.set_history(0.5 * (states.history[k - 1] + states.history[k]))
+        system.set_history(0.5 * (states.internal[k - 1] + states.internal[k]))
         residual, _ = system.assembly.residual_between(
             q[k - 1],
             q[k],
@@ -99,7 +99,7 @@ def drive_work(system: System, states: StateHistory) -> Vector:
 def _residuals(system: System, states: StateHistory) -> Iterator[tuple[Vector, Vector]]:
     """Yield the coordinates and the residual [N, N m] of each state, both (n_all,)."""
     amplitudes, load = system.loads.amplitudes(states.t), system.dead_load
-    table = zip(states.q, states.v, states.a, states.lam, states.history, amplitudes, strict=True)
+    table = zip(states.q, states.v, states.a, states.lam, states.internal, amplitudes, strict=True)
     for q, v, a, lam, history, now in table:
         system.set_history(history)
         yield q, system.assembly.residual(q, v, a, lam, load, now)[0]

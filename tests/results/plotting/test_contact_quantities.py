@@ -168,7 +168,7 @@ def test_a_spatial_equilibrium_has_a_bar_next_to_its_box(crossing):
     [
         ((), {"colour": "M"}, "unknown colour 'M'"),
         (("energy",), {"colour": "N"}, "colour is for shapes and does not apply to 'energy'"),
-        (("pressure",), {}, "pressure is plotted along a beam"),
+        (("pressure",), {}, "pressure is evaluated along a beam"),
         ((), {"times": "range"}, "times must be a list of times in s"),
     ],
 )

@@ -74,7 +74,7 @@ def with_parts(path, states):
     tables = zip((path.t, path.q, path.v, path.a, path.lam), zip(*inside, strict=True), strict=True)
     t, q, v, a, lam = (np.concatenate([saved, np.array(new)]) for saved, new in tables)
     order = np.argsort(t)
-    history = path.history[np.searchsorted(path.t, t[order], side="right") - 1]
+    history = path.internal[np.searchsorted(path.t, t[order], side="right") - 1]
     return replace(
-        path, t=t[order], q=q[order], v=v[order], a=a[order], lam=lam[order], history=history
+        path, t=t[order], q=q[order], v=v[order], a=a[order], lam=lam[order], internal=history
     )

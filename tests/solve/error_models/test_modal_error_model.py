@@ -187,7 +187,7 @@ def test_vibrations_that_others_set_off_are_found_in_a_run():
         run = ancf.simulate(case.scene, case.t_end, dt, save_every=every, integrator=method)
         runs.append((run, dt, distance(positions(system, run.q), exact)))
     first = runs[0][0]
-    states = SampledStates(first.t, first.q, first.v, first.a, first.lam, first.history)
+    states = SampledStates(first.t, first.q, first.v, first.a, first.lam, first.internal)
     during = ModalSpectrum.during(system, states)
     for _, dt, error in runs:
         assert start.error(method.tableau, dt) < 0.3 * error

@@ -126,15 +126,15 @@ def test_history_is_stored_with_states_and_a_run_continues_bit_for_bit(tmp_path,
     whole = ancf.simulate(made, 4e-3, 1e-4, **options)
     first = ancf.simulate(made, 1e-3, 1e-4, **options)
     assert first.contact_force(contact).friction[-1] > 0.0
-    assert first.history[-1].any()
+    assert first.internal[-1].any()
     second = ancf.simulate(made, 4e-3, 1e-4, start=first.last, **options)
     assert np.array_equal(second.q[-1], whole.q[-1])
-    assert np.array_equal(second.history[-1], whole.history[-1])
+    assert np.array_equal(second.internal[-1], whole.internal[-1])
     works = (each.last.memory["watch"]["work"] for each in (whole, second))
     assert next(works) == next(works)
     ancf.simulate(made, 4e-3, 1e-4, output=tmp_path / "run.h5", **options)
     stored = ancf.load(tmp_path / "run.h5", made)
-    assert np.array_equal(stored.history, whole.history)
+    assert np.array_equal(stored.internal, whole.internal)
     friction = [each.contact_force(contact).friction for each in (stored, whole)]
     assert np.array_equal(*friction)
 

@@ -207,17 +207,17 @@ def test_deflections_are_stored_with_states(tmp_path, integrator):
     assert whole.contacts(whole.t[k])[0].friction == pytest.approx(sizes[k] @ contact.weights)
 
     rare = ancf.simulate(made, 0.04, 1e-3, save_every=7, **options)
-    assert np.array_equal(rare.history, whole.history[[0, 7, 14, 21, 28, 35, 40]])
+    assert np.array_equal(rare.internal, whole.internal[[0, 7, 14, 21, 28, 35, 40]])
 
     first = ancf.simulate(made, 0.022, 1e-3, **options)
-    assert first.history[-1].any()
+    assert first.internal[-1].any()
     second = ancf.simulate(made, 0.04, 1e-3, start=first.last, **options)
     assert np.array_equal(second.q[-1], whole.q[-1])
-    assert np.array_equal(second.history[0], first.history[-1])
+    assert np.array_equal(second.internal[0], first.internal[-1])
 
     ancf.simulate(made, 0.04, 1e-3, output=tmp_path / "run.h5", **options)
     stored = ancf.load(tmp_path / "run.h5", made)
-    assert np.array_equal(stored.history, whole.history)
+    assert np.array_equal(stored.internal, whole.internal)
     assert np.array_equal(stored.contact_force(contact).friction, forces.friction)
 
 

@@ -163,7 +163,7 @@ def test_whether_points_slide_is_stored_with_states(tmp_path):
     made, contact = scene()
     whole = ancf.simulate(made, 0.03, 5e-4, **options, output=tmp_path / "run.h5")
     n = len(contact.points)
-    slides = whole.history[:, 2 * n :]
+    slides = whole.internal[:, 2 * n :]
     assert slides.shape == (61, n)
     assert not slides[5].any()
     assert slides[-1].all()
