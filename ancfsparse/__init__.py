@@ -84,6 +84,7 @@ if TYPE_CHECKING:
         modal_response,
         modes,
         quasi_static,
+        resume,
         solve_static,
         stable_step,
     )
@@ -172,6 +173,7 @@ __all__ = [
     "position",
     "quasi_static",
     "reaction",
+    "resume",
     "section_force",
     "simulate",
     "slope_angle",
@@ -198,7 +200,7 @@ _load = on_demand(
         "HeightField Torus TriangleMesh",
         "scene.geometry.curves": "Arc Helix",
         "solve": "Simulation assemble buckling complex_modes load_path modal_response modes "
-        "quasi_static solve_static stable_step",
+        "quasi_static resume solve_static stable_step",
         "sweeps": "grid latin_hypercube sweep",
     },
 )

@@ -43,6 +43,7 @@ def simulate(
     start: State | Equilibrium | str | None = None,
     quantity: Any = None,
     error: Any = None,
+    checkpoint: int | str | Sequence[int] | None = None,
 ) -> Trajectory:
     """Integrate a scene in time, with a fixed step, to an accuracy, or to an error of a quantity.
 
@@ -140,6 +141,13 @@ def simulate(
         ``GeneralizedAlpha(0.9)``.
     error : float, str or sequence of them, optional
         Largest error of the quantity, in its unit or such as ``"1 %"``, see `ancf.plan`.
+    checkpoint : int, str or sequence of int, optional
+        Write the full state next to the ``output``, so that `ancfsparse.resume` continues a run
+        that was killed or interrupted: every number of steps, every time such as ``"30 s"``,
+        ``"5 min"`` or ``"2 h"``, or after the steps in a list.  The matrix is factored again after
+        a checkpoint.  The run therefore equals one that is resumed there to the last bit, on one
+        thread, and one with other checkpoints within ``tolerance``; ``stats.checkpoints`` lists the
+        steps, for a run that repeats it.  Not with an accuracy or an error.
 
     Returns
     -------
@@ -192,6 +200,7 @@ def simulate(
     every = 1 if save_every is None else save_every
     if quantity is None and error is None:
         options |= {"accuracy": accuracy, "integrator": integrator, "tolerance": tolerance}
+        options["checkpoint"] = checkpoint
         return solve.simulate(scene, t_end, dt, save_every=every, start=start, **options)
     if quantity is None or error is None:
         given, missing = ("error", "quantity") if quantity is None else ("quantity", "error")
@@ -201,6 +210,7 @@ def simulate(
         )
     _check_free("accuracy", accuracy, accuracy is None)
     _check_free("start", start, start is None or isinstance(start, str))
+    _check_free("checkpoint", checkpoint, checkpoint is None)
     _check_free("tolerance", tolerance, isinstance(tolerance, str) and tolerance == "default")
     check_request(
         scene,

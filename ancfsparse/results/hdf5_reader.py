@@ -84,7 +84,7 @@ def load(
     ):
         other = f"coordinates there: {run.q.shape[1]}; here: {system.n_all}"
     if other is None and reference is not None:
-        if not _agree(reference, system.q_ref):
+        if not agree(reference, system.q_ref):
             other = "the stress-free shape"
     elif other is None:
         n_compared = (
@@ -114,11 +114,11 @@ def _starts_at(table: Any, start: Vector, n: int) -> bool:
     """Return True if the first row of a table equals a state in its first n coordinates."""
     if isinstance(table, SelectedColumns):
         mine = table.places < n
-        return _agree(table.values[0][mine], start[table.places[mine]])
-    return _agree(table[0][:n], start[:n])
+        return agree(table.values[0][mine], start[table.places[mine]])
+    return agree(table[0][:n], start[:n])
 
 
-def _agree(there: Vector, here: Vector) -> bool:
+def agree(there: Vector, here: Vector) -> bool:
     """Return True if two states are equal up to rounding errors."""
     if there.shape != here.shape:
         return False

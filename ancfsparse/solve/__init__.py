@@ -26,6 +26,7 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.solve.equilibrium_paths.load_path import load_path
     from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
+    from ancfsparse.solve.motion.resume import resume
     from ancfsparse.solve.motion.simulate import simulate
     from ancfsparse.solve.motion.simulation import Simulation
     from ancfsparse.solve.statics.assemble import assemble
@@ -45,6 +46,7 @@ __all__ = [
     "modal_response",
     "modes",
     "quasi_static",
+    "resume",
     "simulate",
     "solve_static",
     "stable_step",
@@ -55,6 +57,7 @@ __getattr__ = on_demand(
     {
         "equilibrium_paths.load_path": "load_path",
         "equilibrium_paths.quasi_static": "quasi_static",
+        "motion.resume": "resume",
         "motion.simulate": "simulate",
         "motion.simulation": "Simulation",
         "statics.assemble": "assemble",

@@ -139,14 +139,14 @@ cdef class Iteration:
 
     @property
     def memory(self):
-        """Memory for the steps after the next seed: rates and costs, shape (11,).
+        """Memory for the steps after the next seed: rates and costs, shape (14,).
 
         It is complete if the seed is stale, since a new seed replaces secant pairs.
         """
         cdef const Loop *loop = &self.loop
         return np.array([loop.newton, loop.rotating, loop.frame_cost[0], loop.frame_cost[1],
                          loop.seeds_since_trial, loop.rate, loop.measured, loop.fresh, loop.extra,
-                         loop.cost_since, loop.steps_since])
+                         loop.cost_since, loop.steps_since, loop.seeded, loop.rounds, self.rounds])
 
     @memory.setter
     def memory(self, values):
@@ -154,7 +154,8 @@ cdef class Iteration:
         newton, rotating, loop.frame_cost[0], loop.frame_cost[1] = values[:4]
         self.newton, loop.rotating, loop.seeds_since_trial = newton != 0, rotating, values[4]
         loop.rate, loop.measured, loop.fresh, loop.extra, loop.cost_since = values[5:10]
-        loop.steps_since = values[10]
+        loop.steps_since, loop.seeded = values[10], values[11] != 0
+        loop.rounds, self.rounds = values[12] != 0, values[13] != 0
 
     def take_seed(self, seed, inverse, bint rounds, double cost_iteration, double cost_seed):
         """Replace the seed by one that has no factor yet, and the inverse by one based on it."""

@@ -21,6 +21,8 @@ class OutputLock:
     ----------
     path : Path
         The file; it is created if missing.
+    run : str, optional
+        Identifier of the run.
 
     Raises
     ------
@@ -30,7 +32,8 @@ class OutputLock:
         If the system denies access.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, run: str = "") -> None:
+        self._run = run
         self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
         try:
             if not try_lock(self._file, alone=True):
@@ -46,9 +49,9 @@ class OutputLock:
             self.mark()
 
     def mark(self) -> None:
-        """Write the mark before the bytes of HDF5."""
+        """Write the mark, and the identifier of the run, before the bytes of HDF5."""
         os.lseek(self._file, 0, os.SEEK_SET)
-        os.write(self._file, RUN_MARK.encode())
+        os.write(self._file, f"{RUN_MARK}{self._run}\n".encode())
 
     def release(self) -> None:
         """Release the lock."""

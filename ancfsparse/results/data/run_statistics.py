@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 
@@ -46,6 +46,15 @@ def _comparable(value: object) -> object:
     if isinstance(value, (list, tuple)):
         return [_comparable(each) for each in value]
     return value
+
+
+ADDED = (
+    *("march_seconds", "iterations", "last_corrections", "residual_evaluations", "factorizations"),
+    *("indefinite", "material_seeds", "rotating_seeds", "single_seeds", "shifted_seeds"),
+    *("pattern_changes", "sweeps", "products", "solves", "pairs", "skipped_pairs", "recoveries"),
+    *("events", "short_steps"),
+)
+"""Statistics that add up over the parts of a run with a fixed step."""
 
 
 @dataclass
@@ -116,6 +125,8 @@ class RunStats:
         The method and the reasons for its selection.
     threads : int
         Largest number of threads; 1 for small systems, where more would cost time.
+    checkpoints : list of int
+        Numbers of steps before the checkpoints.
     """
 
     march_seconds: float = 0.0
@@ -145,6 +156,7 @@ class RunStats:
     seconds: dict[str, float] = field(default_factory=dict)
     solver: str = ""
     threads: int = 1
+    checkpoints: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Convert events read from a file."""
@@ -155,6 +167,17 @@ class RunStats:
         if not isinstance(other, RunStats):
             return NotImplemented
         return _comparable([*vars(self).values()]) == _comparable([*vars(other).values()])
+
+    def after(self, earlier: RunStats) -> RunStats:
+        """Return the statistics of a run whose first part has others."""
+        parts = {**earlier.seconds, **self.seconds}
+        return replace(
+            self,
+            **{name: getattr(earlier, name) + getattr(self, name) for name in ADDED},
+            seconds={
+                part: earlier.seconds.get(part, 0.0) + self.seconds.get(part, 0.0) for part in parts
+            },
+        )
 
     @property
     def method(self) -> str:

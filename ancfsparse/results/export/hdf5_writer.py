@@ -21,6 +21,7 @@ from ancfsparse.file_names import RUN_MARK
 from ancfsparse.results.data.file_locks import HDF5_LOCKS
 from ancfsparse.results.data.hdf5_format import FORMAT, USER_BLOCK
 from ancfsparse.results.data.output_lock import OutputLock
+from ancfsparse.results.data.recoverable_file import journal_of
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import (
     LAST_MULTIPLIERS,
@@ -74,11 +75,18 @@ class Writer:
     scene : mapping
         Description of the scene, see `Scene.digest`.
 
+    Attributes
+    ----------
+    head : bytes
+        The run as stored in every checkpoint, if there are checkpoints.
+
     Raises
     ------
     InputError
         If the file cannot be written, is being written by another run, or is not of a run.
     """
+
+    head = b""
 
     def __init__(
         self,
@@ -90,14 +98,14 @@ class Writer:
         scene: Mapping[str, str],
         n_history: int = 0,
     ) -> None:
-        self._path, self._places = Path(path).absolute(), places
+        self._path, self._columns = Path(path).absolute(), places
         self.rows, self._last = 0, 0.0
+        import uuid
+
+        self._run = uuid.uuid4().hex
         texts = {"settings": json.dumps(dict(settings), default=str)}
         texts["scene"] = json.dumps(dict(scene))
-        try:
-            self._lock = OutputLock(self._path)
-        except OSError as refused:
-            raise self._refusal(refused) from None
+        self._acquire()
         try:
             self._create(texts, n, {"lam": m, "history": n_history})
         except BaseException as stop:  # also an interruption must not leave the file locked
@@ -107,35 +115,45 @@ class Writer:
                 raise self._refusal(stop) from None
             raise
 
-    def _create(self, texts: dict[str, str], n: int, others: dict[str, int]) -> None:
-        """Create the file without states."""
+    def _acquire(self) -> None:
+        """Lock the file."""
+        try:
+            self._lock = OutputLock(self._path, self._run)
+        except OSError as refused:
+            raise self._refusal(refused) from None
+
+    def _begin(self) -> h5py.File:
+        """Return the empty file."""
         import h5py
 
-        # If the run is killed from here on, its file is recognised as that of a run.
-        self._lock.begin()
-        # HDF5 writes to the disk only when the file is flushed.
-        _allocate_disk(self._path, 0, FILE_METADATA + sum(map(len, texts.values())))
-        self._file = h5py.File(
+        return h5py.File(
             self._path, "w", locking=HDF5_LOCKS, libver=LIBRARY_VERSIONS, userblock_size=USER_BLOCK
         )
+
+    def _create(self, texts: dict[str, str], n: int, others: dict[str, int]) -> None:
+        """Create the file without states."""
+        # If the run is killed from here on, its file is recognised as that of a run.
+        self._lock.begin()
+        journal_of(self._path).unlink(missing_ok=True)  # of an earlier run
+        # HDF5 writes to the disk only when the file is flushed.
+        _allocate_disk(self._path, 0, FILE_METADATA + sum(map(len, texts.values())))
+        self._file = self._begin()
         self._lock.mark()
-        saved = n if self._places is None else len(self._places)
+        saved = n if self._columns is None else len(self._columns)
         widths = dict.fromkeys("qva", saved) | {name: n for name, n in others.items() if n}
         for name, columns in widths.items():
             wide = min(columns, MAX_CHUNK_COLUMNS)
             high = max(1, min(CHUNK_SIZE // wide, MAX_ROWS_TIMES_COLUMNS // columns))
             self._table(name, (columns,), (high, wide))
         self._table("t", (), (CHUNK_SIZE,))
-        if self._places is not None:
-            self._file.create_dataset("places", data=self._places, fletcher32=True)
+        if self._columns is not None:
+            self._file.create_dataset("places", data=self._columns, fletcher32=True)
         for name, text in texts.items():
             self._text(name, text)
         self._file.attrs["mark"] = np.bytes_(RUN_MARK)
         self._file.attrs["format"] = FORMAT
         self._file.attrs["coordinates"] = n
-        import uuid
-
-        self._file.attrs["run"] = np.bytes_(uuid.uuid4().hex)
+        self._file.attrs["run"] = np.bytes_(self._run)
         self._file.flush()
 
     def _refusal(self, refused: OSError) -> InputError:
@@ -192,7 +210,7 @@ class Writer:
         OutputError
             If the disk is full; as many rows as fit are appended.
         """
-        selected = [x if self._places is None else x[:, self._places] for x in (q, v, a)]
+        selected = [x if self._columns is None else x[:, self._columns] for x in (q, v, a)]
         tables = dict(zip(TABLES, (*selected, lam, history, t), strict=True))
         tables = {name: x for name, x in tables.items() if name in self._file and x is not None}
         begin = self.rows if begin is None else begin
@@ -267,9 +285,13 @@ class Writer:
             size = self._file.id.get_filesize()
             self._file.close()
             if self._path.stat().st_size > size:
-                os.truncate(self._path, size)
+                self._truncate(size)
         finally:
             self._lock.release()
+
+    def _truncate(self, size: int) -> None:
+        """Set the size of the closed file."""
+        os.truncate(self._path, size)
 
 
 def _allocate_disk(path: Path, begin: int, length: int) -> None:

@@ -77,11 +77,14 @@ class SparseSeed:
         Estimated memory of the factor, which is allocated on first use [bytes].
     renewals : int
         Number of changes of the pattern.
+    memory : int
+        Choice in earlier factors that the next ones repeat; 0, since there is none.
     on_renewal : callable
         Called with each seed of another pattern.
     """
 
     renewals = 0
+    memory = 0  # its factors depend on their matrix alone
     on_renewal: Callable[[SparseSeed], None]
 
     def __init__(

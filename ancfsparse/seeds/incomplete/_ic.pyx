@@ -63,7 +63,7 @@ cdef extern from "ic.h":
         float *w
         Ways modes
         Equations border
-        int slides
+        int use, slides
         int mode
         double share
         int64_t sweeps, products
@@ -238,6 +238,15 @@ cdef class Ic:
         """Return True if conjugate gradients use the modes with this factor."""
         return bool(self.data.slides)
 
+    @property
+    def use(self):
+        """Use of the modes, from one factor to the next (`ic_coarse.h`)."""
+        return self.data.use
+
+    @use.setter
+    def use(self, int value):
+        self.data.use = value
+
     def set_threads(self, ptrdiff_t threads):
         """Set the number of threads; at most two are used."""
         self.data.n_threads = threads
@@ -307,10 +316,10 @@ cdef class Ic:
 
 def places(const int64_t[::1] indptr, const int32_t[::1] indices, ptrdiff_t n,
            const int32_t[:, ::1] unknown, const int32_t[::1] start, const int32_t[::1] row, first,
-           ptrdiff_t beside):
+           ptrdiff_t spare):
     """Return the index of each entry of the coordinates in the values of the blocks, int32.
 
-    Entries of equations go to `beside`, where each front has a slot that is never read.
+    Entries of equations go to `spare`, where each front has a slot that is never read.
     """
     cdef ptrdiff_t n_triples = unknown.shape[0], t, k, j
     cdef int64_t p, low, high, between, block
@@ -326,7 +335,7 @@ def places(const int64_t[::1] indptr, const int32_t[::1] indices, ptrdiff_t n,
     for j in range(n):
         for p in range(indptr[j], indptr[j + 1]):
             if indices[p] >= n:
-                place[p] = <int32_t>(beside + (j >= n // FRONTS))
+                place[p] = <int32_t>(spare + (j >= n // FRONTS))
                 continue
             a, b = lane[indices[p]], lane[j]
             if a < b:

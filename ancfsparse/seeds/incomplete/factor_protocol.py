@@ -11,7 +11,15 @@ from ancfsparse.seeds.interface.protocols import Factor
 
 
 class IncompleteFactor(Factor, Protocol):
-    """Incomplete block factorization with conjugate gradients (_ic.pyx)."""
+    """Incomplete block factorization with conjugate gradients (_ic.pyx).
+
+    Attributes
+    ----------
+    use : int
+        Whether the modes of a deflation space are used, from one factor to the next.
+    """
+
+    use: int
 
     @property
     def sweeps(self) -> int:

@@ -150,6 +150,15 @@ class IncompleteSeed:
         return self.own.sweeps, self.own.products
 
     @property
+    def memory(self) -> int:
+        """Choice in earlier factors that the next ones repeat: the use of the modes."""
+        return self.own.use
+
+    @memory.setter
+    def memory(self, use: int) -> None:
+        self.own.use = use
+
+    @property
     def solve_flops(self) -> int:
         """Operations of the simplest solve: a sweep, or two with equations."""
         return self._sweeps * self.sweep_flops

@@ -1,20 +1,35 @@
-"""Motions: arguments of `simulate`, and the three kinds of runs, each loaded on first use."""
+"""Motions: arguments of `simulate`, and the three kinds of runs, each loaded on first use.
+
+Checkpoints in files and `resume` are loaded on first use as well.
+"""
 
 from typing import TYPE_CHECKING
 
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from ancfsparse.solve.motion.checkpoint_files import describe_request, pack
+    from ancfsparse.solve.motion.checkpoint_schedule import Schedule
     from ancfsparse.solve.motion.error_controlled_run import ErrorControlledRun
     from ancfsparse.solve.motion.explicit_run import ExplicitRun
     from ancfsparse.solve.motion.implicit_run import ImplicitRun
     from ancfsparse.solve.motion.singular_crossing import prepare_crossings
 
-__all__ = ["ErrorControlledRun", "ExplicitRun", "ImplicitRun", "prepare_crossings"]
+__all__ = [
+    "ErrorControlledRun",
+    "ExplicitRun",
+    "ImplicitRun",
+    "Schedule",
+    "describe_request",
+    "pack",
+    "prepare_crossings",
+]
 
 __getattr__ = on_demand(
     __name__,
     {
+        "checkpoint_files": "describe_request pack",
+        "checkpoint_schedule": "Schedule",
         "error_controlled_run": "ErrorControlledRun",
         "explicit_run": "ExplicitRun",
         "implicit_run": "ImplicitRun",

@@ -41,6 +41,7 @@ from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit
+    from ancfsparse.solve.motion.checkpoint_schedule import Schedule
 
 # Second order, and unresolved vibrations are damped (docs/accuracy.md, docs/stability.md): as
 # accurate as the trapezoidal rule, and stable where that is not.
@@ -72,6 +73,8 @@ class Request:
         The integrator, if the caller has named one.
     moved : str
         A sentence if contacts move the initial state.
+    checkpoint : Schedule or None
+        When checkpoints are due.
     begun : float
         Begin of the set-up, by `time.perf_counter` [s].
     """
@@ -95,6 +98,7 @@ class Request:
     output: str | Path | None
     progress: bool
     moved: str = ""
+    checkpoint: Schedule | None = None
     begun: float = field(default_factory=time.perf_counter)
 
     @property

@@ -31,7 +31,7 @@ class Checkpoint(NamedTuple):
         Memory of the time loop, copied.
     contributions : (k,) float
         Internal variables of contributions.
-    solver : (11,) float
+    solver : (14,) float
         Memory of the nonlinear loop; empty without one.
     next_projection, projection_interval : int
         Step after which velocities are projected next, and the steps between (`ImplicitRun`).
@@ -75,8 +75,9 @@ def restore(
 ) -> None:
     """Set implicit loops and the internal variables of contributions to a checkpoint.
 
-    The seed is renewed in the next step.
+    The seed is renewed in the next step.  Steps accepted on trial before are final.
     """
+    time_loop.withdraw()
     q, v, a, lam = back.state
     memory = back.memory
     start = Start(q, v, a, memory.get("b0", a), lam, memory["amplitudes0"])
@@ -152,6 +153,11 @@ class Repetition:
         self._iteration, self._interval, self._failed = iteration, interval, 0
         self._newer = self._older = first
         self.first_step = first.step
+
+    @property
+    def is_begun(self) -> bool:
+        """True while Newton's method takes the steps of a repetition."""
+        return self._failed > 0
 
     def is_due(self, step: int) -> bool:
         """Return whether the next checkpoint is due after a step."""

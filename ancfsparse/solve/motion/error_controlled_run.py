@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from ancfsparse.errors import AncfError
 from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
@@ -39,8 +42,11 @@ class ErrorControlledRun:
             request.max_halvings or 0,
         )
 
-    def integrate(self, recorder: StateRecorder) -> Outcome:
-        """Integrate until the error is small enough."""
+    def integrate(
+        self, recorder: StateRecorder, resumed: Mapping[str, Any] | None = None
+    ) -> Outcome:
+        """Integrate until the error is small enough; runs to an accuracy have no checkpoints."""
+        assert resumed is None
         request = self._request
         solve_accurately(
             self._system,

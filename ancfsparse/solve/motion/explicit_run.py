@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from ancfsparse.errors import AncfError, RedundantConstraintsWarning
 from ancfsparse.integrators import Explicit
@@ -72,7 +73,7 @@ class ExplicitRun(FixedStepRun):
 
     def _continue(self, crossing: Crossing) -> None:
         q, v, _, _ = crossing.states
-        self._time_loop = restart_explicit(
+        self._time_loop = self._loop = restart_explicit(
             self._system,
             self._clock.at(crossing.step),
             self._dt,
@@ -91,7 +92,19 @@ class ExplicitRun(FixedStepRun):
         """Return to a checkpoint of this run."""
         self._loop.move(*back.state, back.memory)
         checkpoints.restore_contributions(self._system, back)
+        if self._mass.n > self._system.n_free:  # the next step begins with the factor of its start
+            self._loop.refresh()
+        if self._ahead is not None:
+            self._ahead.begin_again()
+            self._steps_to_pause = 1
         self._stats.steps, self._before = back.step, (back.step, self._time_loop.steps)
+
+    def _describe_memory(self) -> dict[str, Any]:
+        return {"failed": self._ahead.failed if self._ahead else None}
+
+    def _take_memory(self, stored: Mapping[str, Any]) -> None:
+        if self._ahead:
+            self._ahead.failed = stored["failed"]
 
     def _warn(self, ahead: SingularCrossing) -> None:
         """Warn if the path led through a singular configuration that was not crossed."""
@@ -105,7 +118,11 @@ class ExplicitRun(FixedStepRun):
             )
 
     def _count_costs(self) -> None:
-        count_forces(self._stats, self._integrator)
+        stats = self._stats
+        count_forces(stats, self._integrator)
+        if self._earlier is not None:  # those are of all steps, and are added
+            for name in ("residual_evaluations", "solves", "factorizations"):
+                setattr(stats, name, getattr(stats, name) - getattr(self._earlier, name))
         self._stats.events = self._crossings
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:

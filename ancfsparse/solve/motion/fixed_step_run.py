@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Protocol, cast
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 
@@ -13,8 +14,10 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import AncfError, LoadError, OutputError
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, RunStats, Trajectory
+from ancfsparse.solve import motion
 from ancfsparse.solve.initial_conditions.restart import save_state
 from ancfsparse.solve.motion.arguments import Request
+from ancfsparse.solve.motion.checkpoints import Checkpoint
 from ancfsparse.solve.preparation.memory_estimate import release_free_memory
 from ancfsparse.solve.preparation.progress_bar import progress_bar
 from ancfsparse.solve.stepping.state_recorder import StateRecorder, buffer_rows
@@ -23,8 +26,9 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ImplicitLoop, Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
-    from ancfsparse.solve.motion.checkpoints import Checkpoint
+    from ancfsparse.solve.motion.checkpoint_schedule import Schedule
     from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
+    from ancfsparse.solve.stepping.state_recorder import FileRecorder
     from ancfsparse.system.coordinates.state import State
 
 
@@ -88,6 +92,8 @@ class FixedStepRun(ABC):
         # Steps of the run, and of the time loop, before those whose states are in the buffer; None
         # while the time loop is inside a step.
         self._before: tuple[int, int] | None = (0, time_loop.steps)
+        self._schedule = request.checkpoint
+        self._earlier: RunStats | None = None  # of the processes before this one
 
     @property
     @abstractmethod
@@ -111,6 +117,45 @@ class FixedStepRun(ABC):
         saved = self._save()
         self.return_to(saved)
         return saved
+
+    def _keep_checkpoint(self, schedule: Schedule) -> None:
+        """Write a checkpoint into the file, and continue as a run that is resumed from it."""
+        step, saved = self._stats.steps, None
+        if step:
+            if not self._may_return():
+                schedule.skip(step)
+                return
+            saved = self.save_checkpoint()
+            schedule.keep(step)
+            self._stats.checkpoints = schedule.steps
+        stored = None if saved is None else saved._asdict() | self._describe_memory()
+        data = {"stored": stored, "stats": asdict(self.count())}
+        cast("FileRecorder", self._recorder).seal(motion.pack(data))
+
+    def _continue_from(self, resumed: Mapping[str, Any]) -> None:
+        """Return to a checkpoint in a file."""
+        self._earlier = RunStats(**resumed["stats"])
+        assert self._schedule is not None
+        self._schedule.resume(self._earlier.checkpoints)
+        if resumed["stored"] is None:  # at the start
+            return
+        stored = dict(resumed["stored"])
+        self._take_memory(stored)
+        stored = {name: stored[name] for name in Checkpoint._fields}
+        self.return_to(Checkpoint(**stored))
+        self._stats.solver = self._earlier.solver
+        self._stats.checkpoints = self._schedule.steps
+
+    def _may_return(self) -> bool:
+        """Return whether the present state can be returned to."""
+        return self._before is not None
+
+    def _describe_memory(self) -> dict[str, Any]:
+        """Return the memory of the next steps that is not in a checkpoint, for another process."""
+        return {}
+
+    def _take_memory(self, stored: Mapping[str, Any]) -> None:  # noqa: B027
+        """Set the memory that `_describe_memory` has returned."""
 
     @abstractmethod
     def _save(self) -> Checkpoint:
@@ -164,8 +209,17 @@ class FixedStepRun(ABC):
         """Accept or discard steps on trial; return whether some were discarded."""
         return False
 
-    def integrate(self, recorder: StateRecorder) -> Outcome:
+    def integrate(
+        self, recorder: StateRecorder, resumed: Mapping[str, Any] | None = None
+    ) -> Outcome:
         """Record the start and advance all steps; return the outcome.
+
+        Parameters
+        ----------
+        recorder : StateRecorder
+            It stores the states.
+        resumed : mapping, optional
+            Data of a checkpoint to continue from.
 
         Raises
         ------
@@ -174,7 +228,7 @@ class FixedStepRun(ABC):
         OutputError
             If the disk is full.
         """
-        self.begin(recorder)
+        self.begin(recorder, resumed)
         try:
             outcome = self._run()
             self._keep_last()
@@ -189,10 +243,11 @@ class FixedStepRun(ABC):
             raise
         return outcome
 
-    def begin(self, recorder: StateRecorder) -> None:
-        """Record the start."""
+    def begin(self, recorder: StateRecorder, resumed: Mapping[str, Any] | None = None) -> None:
+        """Record the start, or return to a checkpoint."""
         self._recorder = recorder
-        self._record_start()
+        if resumed is None:
+            self._record_start()
         rows = min(self._n_steps, self._chunk) // self._save_every + 1
         self._room = buffer_rows(self._system.n_all, rows)
         self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
@@ -200,6 +255,10 @@ class FixedStepRun(ABC):
         if self._system.assembly.n_history:
             self._buffer.append(np.empty((self._room + 1, self._system.assembly.n_history)))
             cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
+        if resumed is not None:
+            self._continue_from(resumed)
+        elif self._schedule is not None:
+            self._keep_checkpoint(self._schedule)
 
     def _record_start(self) -> None:
         system, first = self._system, self._time_loop.state
@@ -231,9 +290,14 @@ class FixedStepRun(ABC):
         LoadError
             If a load fails, after the steps before.
         """
-        stats, outcome = self._stats, Outcome.CONVERGED
+        stats, schedule, outcome, stop = self._stats, self._schedule, Outcome.CONVERGED, step
         while stats.steps < step and outcome == Outcome.CONVERGED:
-            outcome = self._recover(self._advance(step))
+            if schedule is not None:
+                stop = schedule.next_stop(stats.steps, step)
+            outcome = self._recover(self._advance(stop))
+            if schedule is not None and outcome == Outcome.CONVERGED and stats.steps < step:
+                if schedule.is_due(stats.steps):
+                    self._keep_checkpoint(schedule)
             if report is not None:
                 report(stats.steps)
         if outcome != Outcome.CONVERGED:
@@ -309,7 +373,7 @@ class FixedStepRun(ABC):
     def count(self) -> RunStats:
         """Return the statistics of the steps."""
         self._count_costs()
-        return self._stats
+        return self._stats if self._earlier is None else self._stats.after(self._earlier)
 
     def last_state(self) -> State:
         """Return the present state, with the memory that its next steps need."""

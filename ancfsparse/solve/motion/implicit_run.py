@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.errors import AncfError
+from ancfsparse.errors import AncfError, InputError
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.nonlinear import Outcome
@@ -262,6 +263,41 @@ class ImplicitRun(FixedStepRun):
         self._failure, self._before = None, (back.step, self._time_loop.steps)
         if self._repetition:
             self._repetition = Repetition(self._iteration, self._full_chunk // 2, back)
+        if self._ahead:
+            self._ahead.begin_again()
+            self._steps_to_pause = 1
+
+    def _may_return(self) -> bool:
+        is_repeating = self._repetition is not None and self._repetition.is_begun
+        return super()._may_return() and self._failure is None and not is_repeating
+
+    def _describe_memory(self) -> dict[str, Any]:
+        counts, inner = self._iteration.counts, self._solved_with[0].inner
+        return {
+            "chunk": self._chunk,
+            "compared": self._compared,
+            "is_switched": len(self._solved_with) > 1,
+            "since": self._back.since_comparison(counts, inner) if self._back else None,
+            "seed": self._solved_with[-1].memory,
+            "failed": self._ahead.failed if self._ahead else None,
+        }
+
+    def _take_memory(self, stored: Mapping[str, Any]) -> None:
+        if stored["is_switched"] and self._back:
+            complete, self._back = self._back.switch(), None
+            if complete is None:
+                raise InputError(
+                    "the complete factorization that the run had switched to does not fit in the "
+                    "free memory: resume it where more is free"
+                )
+            self._solved_with.append(complete)
+        if self._back:
+            counts, inner = self._iteration.counts, self._solved_with[0].inner
+            self._back.continue_comparison(stored["since"], counts, inner)
+        if self._ahead:
+            self._ahead.failed = stored["failed"]
+        self._chunk, self._compared = stored["chunk"], tuple(stored["compared"])
+        self._solved_with[-1].memory = stored["seed"]
 
     def keep_last_step(self) -> None:
         """Let the state be that after the last step, although a step has failed."""
@@ -329,6 +365,7 @@ class ImplicitRun(FixedStepRun):
         count_costs(stats, self._iteration, *self._solved_with)
         solved = recovery_events(self._iteration.events, self._clock.begin, self._dt)
         listed = self._solved + solved + self._switches + recovered + self._crossings
+        listed.sort(key=lambda event: event.step)
         stats.events = [event for event in listed if event.step <= stats.steps + 1]
         if self._failure:  # also in steps repeated in vain
             stats.events = self._failure.events

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ancfsparse.errors import AncfError
+from ancfsparse.errors import AncfError, InputError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
@@ -52,6 +53,7 @@ def simulate(
     output: str | Path | None = None,
     progress: bool = False,
     start: State | Equilibrium | str | None = None,
+    checkpoint: int | str | Sequence[int] | None = None,
 ) -> Trajectory:
     """Integrate a scene in time, with a fixed step or to an accuracy.
 
@@ -76,6 +78,17 @@ def simulate(
         progress=progress,
         start=start,
     )
+    if checkpoint is not None:
+        if accuracy is not None:
+            raise InputError(
+                "a run to an accuracy computes several motions and has no checkpoints: take dt in "
+                "place of accuracy, or leave out checkpoint"
+            )
+        if output is None:
+            raise InputError(
+                "checkpoint needs the file of the run: give output='run.h5', or leave it out"
+            )
+        request = replace(request, checkpoint=motion.Schedule(checkpoint))
     check_memory(request.memory())
     system = build_system_at_start(request)
     if accuracy is None:
@@ -86,8 +99,13 @@ def simulate(
 class Run(Protocol):
     """A run that is set up and ready to integrate."""
 
-    def integrate(self, recorder: StateRecorder) -> Outcome:
-        """March to the end and pass all states to a recorder; return the outcome."""
+    def integrate(
+        self, recorder: StateRecorder, resumed: Mapping[str, Any] | None = None
+    ) -> Outcome:
+        """March to the end and pass all states to a recorder; return the outcome.
+
+        A run that is `resumed` continues from the data of a checkpoint.
+        """
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error for a run whose outcome is not convergence."""
@@ -121,8 +139,12 @@ def build_run(request: Request, system: System, needed: MemoryEstimate) -> Run:
     return motion.ExplicitRun(request, system, request.integrator)
 
 
-def run_request(request: Request, system: System) -> Trajectory:
-    """Integrate a system from its start; a system can be integrated several times.
+def run_request(
+    request: Request, system: System, resumed: Mapping[str, Any] | None = None
+) -> Trajectory:
+    """Integrate a system from its start, or from the data of a checkpoint.
+
+    A system can be integrated several times.
 
     Raises
     ------
@@ -132,14 +154,25 @@ def run_request(request: Request, system: System) -> Trajectory:
     request = select_halvings(select_integrator(request, system), system)
     needed = request.memory()
     check_memory(needed)
-    settings = request.settings
-    storage = RunStorage(system, request.rows, request.save_nodes, request.output, settings)
+    settings, head = request.settings, None
+    if request.checkpoint is not None:
+        head = motion.pack(motion.describe_request(request, system))
+    storage = RunStorage(
+        system,
+        request.rows,
+        request.save_nodes,
+        request.output,
+        settings,
+        head,
+        is_resumed=resumed is not None,
+    )
     run = build_run(request, system, needed)
     with storage.open() as recorder:
-        outcome = run.integrate(recorder)
+        outcome = run.integrate(recorder, resumed)
     path = storage.trajectory()
     if outcome != Outcome.CONVERGED:
         raise run.failure(outcome, path)
+    storage.remove_checkpoint()
     for contribution in system.contributions:
         for warning in contribution.run_warnings(path.t, path.q):
             warnings.warn(warning, stacklevel=4)

@@ -163,6 +163,11 @@ class SingularCrossing:
         self.failed: float | None = None
         self._restore_regularization()
 
+    def begin_again(self) -> None:
+        """Look ahead without regard to the states before."""
+        self._turned, self._last = 0.0, None
+        self._largest[:] = 0.0
+
     def anticipate(self, step: int, q: Vector, v: Vector) -> tuple[int, Crossing | None]:
         """Look ahead from the state after a step.
 

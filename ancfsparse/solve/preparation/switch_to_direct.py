@@ -67,9 +67,8 @@ class SwitchToDirect:
         inner : (int, int)
             Sweeps and products so far.
         """
-        since = {key: counts[key] - before for key, before in self._counted.items()}
-        swept = sum(inner) - self._swept
-        self._counted, self._swept = {key: counts[key] for key in since}, sum(inner)
+        since, swept = self.since_comparison(counts, inner)
+        self.continue_comparison((dict.fromkeys(since, 0), 0), counts, inner)
         if self._complete is None:
             return False
         residual = self._residual * since["residual_evaluations"]
@@ -85,6 +84,23 @@ class SwitchToDirect:
         )
         complete += renewals * self._complete.seed * since["factorizations"]
         return complete < MAX_COST_RATIO * cost
+
+    def since_comparison(
+        self, counts: Mapping[str, int], inner: tuple[int, int]
+    ) -> tuple[dict[str, int], int]:
+        """Return the counts, and sweeps and products, since the last comparison."""
+        since = {key: counts[key] - before for key, before in self._counted.items()}
+        return since, sum(inner) - self._swept
+
+    def continue_comparison(
+        self,
+        since: tuple[Mapping[str, int], int],
+        counts: Mapping[str, int],
+        inner: tuple[int, int],
+    ) -> None:
+        """Let the counts since the last comparison be those that `since_comparison` returned."""
+        self._counted = {key: counts[key] - each for key, each in since[0].items()}
+        self._swept = sum(inner) - since[1]
 
     def switch(self) -> Seed | None:
         """Return the complete seed that the run continues with; None if it does not fit."""

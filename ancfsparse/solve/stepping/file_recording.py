@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_file_name, check_folder
-from ancfsparse.results import Trajectory
+from ancfsparse.results import Trajectory, export
 from ancfsparse.results.data.output_lock import check_replaceable
+from ancfsparse.results.data.recoverable_file import journal_of
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_run
@@ -34,6 +35,7 @@ def record_to_file(
     output: Path,
     columns: NDArray[np.integer[Any]] | None,
     settings: Mapping[str, Any],
+    head: bytes | None = None,
 ) -> Iterator[Writer]:
     """Open a file for the states of a run, and write the scene into it.
 
@@ -47,10 +49,14 @@ def record_to_file(
         Indices of the coordinates to be saved; None saves all.
     settings : mapping
         Settings of the run.
+    head : bytes, optional
+        The run as stored in every checkpoint; None for a run without checkpoints.
     """
     n, m = system.n_all, system.n_multipliers
     history = system.assembly.n_history
-    with Writer(output, n, m, columns, settings, system.description, history) as writer:
+    kind = Writer if head is None else export.RecoverableWriter
+    with kind(output, n, m, columns, settings, system.description, history) as writer:
+        writer.head = head or b""
         if settings["t_start"] is not None:
             writer.add_reference(system.q_ref)
         if columns is None:
@@ -58,6 +64,19 @@ def record_to_file(
         with suppress(InputError):  # functions that a file cannot distinguish
             writer.add_records(written(system.scene))
         yield writer
+
+
+@contextmanager
+def continue_file(output: Path, head: bytes | None) -> Iterator[Writer]:
+    """Open the file of a run at its last checkpoint; parameters as for `record_to_file`."""
+    with export.RecoverableWriter.reopen(output) as writer:
+        writer.head = head or b""
+        yield writer
+
+
+def remove_checkpoint(output: Path) -> None:
+    """Remove the checkpoint of a file."""
+    journal_of(output).unlink(missing_ok=True)
 
 
 def read_recorded(output: Path, system: System) -> Trajectory:

@@ -53,6 +53,13 @@ class StateRecorder(Protocol):
         ...
 
 
+class FileRecorder(StateRecorder, Protocol):
+    """Stores states in a file, with checkpoints."""
+
+    def seal(self, data: bytes) -> None:
+        """Make the present states, with other data, the last checkpoint."""
+
+
 class MemoryRecorder:
     """Stores states in memory.
 
@@ -165,6 +172,10 @@ class RunStorage:
         HDF5 file; None stores the states in memory.
     settings : mapping
         Settings of the run.
+    head : bytes, optional
+        The run as stored in every checkpoint; None for a run without checkpoints.
+    is_resumed : bool, optional
+        Whether the file has the states up to the last checkpoint.
     """
 
     def __init__(
@@ -174,8 +185,11 @@ class RunStorage:
         nodes: Sequence[Point] | None,
         output: str | Path | None,
         settings: Mapping[str, Any],
+        head: bytes | None = None,
+        is_resumed: bool = False,
     ) -> None:
         self._system, self._rows, self._settings = system, rows, settings
+        self._head, self._is_resumed = head, is_resumed
         # The working folder may change before the states are read.
         self._output = None if output is None else Path(output).absolute()
         self._columns = None if nodes is None else coordinates_of_points(system, nodes)
@@ -235,10 +249,19 @@ class RunStorage:
             self._memory = MemoryRecorder(self._rows, n, m, self._columns, history)
             yield self._memory
         else:
-            with stepping.record_to_file(
-                self._system, self._output, self._columns, self._settings
-            ) as writer:
+            if self._is_resumed:
+                begun = stepping.continue_file(self._output, self._head)
+            else:
+                begun = stepping.record_to_file(
+                    self._system, self._output, self._columns, self._settings, self._head
+                )
+            with begun as writer:
                 yield writer
+
+    def remove_checkpoint(self) -> None:
+        """Remove the last checkpoint of a finished run."""
+        if self._head is not None and self._output is not None:
+            stepping.remove_checkpoint(self._output)
 
     def trajectory(self) -> Trajectory:
         """Return the stored states; an interruption meanwhile gets them too."""
