@@ -70,6 +70,11 @@ def compiled_module(name: str, instruction_set_name: str | None = None) -> Modul
     return _import(_module(name, instruction_set_name or instruction_set()))
 
 
+def common_module(name: str) -> ModuleType:
+    """Import a module that is compiled once for all instruction sets, as ``order``."""
+    return _import(f"ancfsparse.compiled.{name}")
+
+
 def _module(name: str, instruction_set_name: str) -> str:
     return f"ancfsparse.compiled.{name}_{instruction_set_name}"
 

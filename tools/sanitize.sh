@@ -12,7 +12,7 @@ set=$("$python" -c 'from ancfsparse.dispatch import instruction_set; print(instr
 [ -f "$folder/build.ninja" ] ||
   meson setup "$folder" -Db_sanitize=address,undefined -Db_lundef=false -Dc_args="$flags" >/dev/null
 # Of blocks all sets: one test of seeds compares them.
-ninja -C "$folder" -t targets all | sed -nE "s/^((blocks_.*|shared|.*_$set)\.(cpython.*|abi3)\.so):.*/\1/p" |
+ninja -C "$folder" -t targets all | sed -nE "s/^((blocks_.*|order|shared|.*_$set)\.(cpython.*|abi3)\.so):.*/\1/p" |
   xargs ninja -C "$folder"
 
 # The package as it stands, with these modules; and an interpreter that finds them there first, and all

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from hypothesis import given, settings, strategies as st
-from sksparse.cholmod import analyze
 
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.seeds import SparseSeed
@@ -35,6 +34,7 @@ def seed_of(a, n_positive, also=()):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_factor_is_the_one_of_cholmod(kind, rng):
+    analyze = pytest.importorskip("sksparse.cholmod").analyze
     make, n_positive = KINDS[kind]
     a = make(rng)
     seed = seed_of(a, n_positive)
@@ -250,6 +250,7 @@ def test_any_pattern(data):
 
 
 def test_cholmod_factors_where_dense_blocks_pay():
+    pytest.importorskip("sksparse.cholmod")
     lower = lower_laplacian(40, 3, ground=0.1)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
     assert seed.supernodal
@@ -269,6 +270,7 @@ def test_cholmod_factors_where_dense_blocks_pay():
 
 
 def test_an_exception_in_cholmod_reaches_the_caller(monkeypatch):
+    pytest.importorskip("sksparse.cholmod")
     lower = lower_laplacian(40, 3, ground=0.1)
     seed = SparseSeed(lower.indptr, lower.indices, lower.shape[0])
     inverse = compiled_module("limited").Limited(seed, "broyden", 0)

@@ -173,6 +173,40 @@ def elimination_tree(const int64_t[::1] upper_start, const int32_t[::1] upper_ro
     return parents, lengths
 
 
+def postorder(const int32_t[::1] parent, const int32_t[::1] column_length):
+    """Return the columns, ``(n,)`` int32, such that every subtree is consecutive, before its root.
+
+    L keeps its entries.  Of the children of a column the longest comes last: it alone can be in one
+    supernode with its parent.
+
+    Parameters
+    ----------
+    parent, column_length : (n,) int32
+        As `elimination_tree` returns them.
+    """
+    cdef ptrdiff_t n = parent.shape[0], k, place = 0
+    cdef int32_t j
+    firsts, others = np.full(n + 1, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
+    out = np.empty(n, dtype=np.int32)
+    ascending = np.argsort(column_length, kind="stable").astype(np.int32)
+    # A list of children for each column, and in the last place the list of roots.
+    cdef int32_t[::1] first = firsts, following = others, order = out, by_length = ascending
+    for k in range(n):
+        j = by_length[n - 1 - k]
+        following[j] = first[parent[j] if parent[j] >= 0 else n]
+        first[parent[j] if parent[j] >= 0 else n] = j
+    j = first[n]
+    while j != -1:
+        while first[j] != -1:  # down to a leaf, so that a column is listed after its children
+            k = first[j]
+            first[j] = -1
+            j = <int32_t>k
+        order[place] = j
+        place += 1
+        j = following[j] if following[j] != -1 else parent[j]
+    return out
+
+
 def supernodes(parent, column_length, breaks=()):
     """Return first columns (and n), supernode of each column, their tree, and starts of their rows.
 

@@ -40,11 +40,12 @@ CHOLMOD_ENTRY_BYTES = 13.0  # of an entry of L
 class SparseSeed:
     """Inverse of a symmetric quasi-definite matrix through its sparse factor.
 
-    CHOLMOD orders the coordinates once, unless their own order causes no fill-in, as along a chain;
-    a multiplier follows the coordinates of its constraint.  A sparse factor is computed and applied
-    by our compiled loops, without Python and without allocation, for a large matrix in single
-    precision on request.  With so much fill-in that dense blocks are faster, as in large nets,
-    CHOLMOD's supernodal factor is used; for an indefinite matrix, our own replaces it.
+    METIS or AMD orders the coordinates once, unless their own order causes no fill-in, as along a
+    chain; a multiplier follows the coordinates of its constraint.  A sparse factor is computed and
+    applied by our compiled loops, without Python and without allocation, for a large matrix in
+    single precision on request.  With so much fill-in that dense blocks are faster, as in large
+    lattices, CHOLMOD's supernodal factor is used where scikit-sparse is installed; for an
+    indefinite matrix, our own replaces it.
 
     Parameters
     ----------
@@ -115,13 +116,12 @@ class SparseSeed:
         self._own: CompleteFactor | None = None
         self._upper: Triangle | None = None
         self._fallen_back = False
-        self.supernodal = (
-            n_positive == self.n and self.factor_flops > MIN_SUPERNODAL_FLOPS * self.nnz
-        )
         self._cholmod: Supernodal | None = None
+        if n_positive == self.n and self.factor_flops > MIN_SUPERNODAL_FLOPS * self.nnz:
+            self._cholmod = ordering.supernodal(*self._pattern, permutation)
+        self.supernodal = self._cholmod is not None
         self._callback: PythonSeed | None = None
         if self.supernodal:
-            self._cholmod = ordering.Supernodal(indptr, indices, self.ordering)
             self._callback = compiled_module("callback").Callback(self, self.n, len(indices))
         else:
             self._upper = upper  # until the factor is built

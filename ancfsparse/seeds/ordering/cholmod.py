@@ -1,4 +1,4 @@
-"""The only file that uses scikit-sparse: fill-reducing orderings and supernodal factors."""
+"""The only file that uses scikit-sparse, which is optional: supernodal factors."""
 
 from __future__ import annotations
 
@@ -9,27 +9,26 @@ from numpy.typing import NDArray
 from ancfsparse.array_types import Indices
 from ancfsparse.openmp import short_spin_waits
 
-with short_spin_waits():  # SuiteSparse brings OpenMP with it
-    from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
+try:
+    with short_spin_waits():  # SuiteSparse brings OpenMP with it
+        from sksparse.cholmod import CholmodNotPositiveDefiniteError, analyze
+except ImportError:  # the extra `cholmod` is not installed
+    analyze = None
 
 
-def order(indptr: Indices, indices: Indices, method: str) -> NDArray[np.int32]:
-    """Return CHOLMOD's order of elimination.
+def supernodal(
+    indptr: Indices, indices: Indices, permutation: NDArray[np.int32]
+) -> Supernodal | None:
+    """Return CHOLMOD's supernodal factor of a pattern in an order, or None without scikit-sparse.
 
     Parameters
     ----------
     indptr, indices : integer arrays
         Lower triangle by columns, diagonal included.
-    method : {"amd", "metis"}
-        Approximate minimum degree, or nested dissection.
-
-    Returns
-    -------
-    (n,) int32
+    permutation : (n,) int32
         Unknown eliminated at each position.
     """
-    factor = analyze(_matrix(indptr, indices), mode="simplicial", ordering_method=method)
-    return np.ascontiguousarray(factor.P(), dtype=np.int32)
+    return None if analyze is None else Supernodal(indptr, indices, permutation)
 
 
 class Supernodal:
@@ -37,19 +36,24 @@ class Supernodal:
 
     Parameters
     ----------
-    indptr, indices : integer arrays
-        Lower triangle by columns, diagonal included.
-    method : {"amd", "metis"}
-        Ordering.
+    indptr, indices, permutation
+        As for `supernodal`.
     """
 
-    def __init__(self, indptr: Indices, indices: Indices, method: str) -> None:
-        self._matrix = _matrix(indptr, indices)
-        self._factor = analyze(self._matrix, mode="supernodal", ordering_method=method)
+    def __init__(self, indptr: Indices, indices: Indices, permutation: NDArray[np.int32]) -> None:
+        n, n_values = len(permutation), len(indices)
+        self._permutation = permutation
+        position = np.empty(n, dtype=np.int32)
+        position[permutation] = np.arange(n, dtype=np.int32)
+        row, column = position[indices], np.repeat(position, np.diff(indptr))
+        lower = np.maximum(row, column), np.minimum(row, column)
+        self._matrix = sp.csc_matrix((np.arange(n_values, dtype=float), lower), shape=(n, n))
+        self._value = self._matrix.data.astype(np.int64)
+        self._factor = analyze(self._matrix, mode="supernodal", ordering_method="natural")
 
     def factor(self, values: NDArray[np.float64]) -> int:
         """Factor again; return 0, or 1 + the first column with a pivot that is not positive."""
-        self._matrix.data[:] = values
+        self._matrix.data[:] = values[self._value]
         try:
             self._factor.cholesky_inplace(self._matrix)
         except CholmodNotPositiveDefiniteError as indefinite:
@@ -58,9 +62,6 @@ class Supernodal:
 
     def solve(self, r: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the solution ``(n,)`` for the right-hand side ``r (n,)``."""
-        return np.asarray(self._factor.solve_A(r))
-
-
-def _matrix(indptr: Indices, indices: Indices) -> sp.csc_matrix:
-    n = len(indptr) - 1
-    return sp.csc_matrix((np.ones(len(indices)), indices, indptr), shape=(n, n))
+        x = np.empty(len(r))
+        x[self._permutation] = self._factor.solve_A(r[self._permutation])
+        return x

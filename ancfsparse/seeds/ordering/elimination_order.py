@@ -95,6 +95,8 @@ def _order_groups(indptr: Indices, indices: Indices) -> tuple[str, NDArray[np.in
     n_groups = int(group[-1]) + 1
     meeting: Triangle = tree.contracted(indptr, indices, group, n_groups)
     order_of_groups = ordering.order(*meeting, "amd")
+    upper = permute_upper(*meeting, order_of_groups)
+    order_of_groups = order_of_groups[tree.postorder(*tree.elimination_tree(*upper))]
     rank = np.empty(n_groups, dtype=np.int32)
     rank[order_of_groups] = np.arange(n_groups, dtype=np.int32)
     permutation = np.argsort(rank[group], kind="stable").astype(np.int32)
@@ -146,14 +148,15 @@ def _order_coordinates(
             if tree(*upper, no_fill) is not None:
                 return name, permutation, upper
     best, limit = None, np.iinfo(np.int64).max
-    for method in ("metis", "amd"):
+    for method in ordering.METHODS:
         permutation = ordering.order(indptr, indices, method)
-        upper = permute_upper(indptr, indices, permutation)
-        counted = tree(*upper, limit)
+        counted = tree(*permute_upper(indptr, indices, permutation), limit)
         if counted is not None:
-            best, limit = (method, permutation, upper), int(counted[1].sum()) - 1
+            best, limit = (method, permutation, counted), int(counted[1].sum()) - 1
     assert best is not None
-    return best
+    name, permutation, counted = best
+    permutation = permutation[compiled_module("tree").postorder(*counted)]
+    return name, permutation, permute_upper(indptr, indices, permutation)
 
 
 def _from_both_ends(indptr: Indices, indices: Indices) -> NDArray[np.int32]:
