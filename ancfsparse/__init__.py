@@ -62,7 +62,7 @@ if TYPE_CHECKING:
         velocity,
     )
     from ancfsparse.results.hdf5_reader import load
-    from ancfsparse.scene import Input, Pulse, Ramp, Sine, Table
+    from ancfsparse.scene import Input, Pulse, Ramp, Sine, SpinUp, Table
     from ancfsparse.scene.bodies.rigid_shapes import Box, Cylinder, Rod, Sphere
     from ancfsparse.scene.force_elements.obstacles import (
         Ball,
@@ -147,6 +147,7 @@ __all__ = [
     "Simulation",
     "Sine",
     "Sphere",
+    "SpinUp",
     "State",
     "StepError",
     "Table",
@@ -194,7 +195,7 @@ _load = on_demand(
         "plans": "Plan energy frequency plan position reaction section_force slope_angle "
         "static_deflection strain velocity",
         "results.hdf5_reader": "load",
-        "scene": "Input Pulse Ramp Sine Table",
+        "scene": "Input Pulse Ramp Sine SpinUp Table",
         "scene.bodies.rigid_shapes": "Box Cylinder Rod Sphere",
         "scene.force_elements.obstacles": "Ball Block Capsule Drum HalfSpace "
         "HeightField Torus TriangleMesh",

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.problems.flexible import SpinUp
 from ancfsparse.problems.mechanism import Mechanism
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Beam, Material, Scene, Section
+from ancfsparse.scene import Beam, Material, Scene, Section, SpinUp
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.contacts import Contact
 from ancfsparse.scene.force_elements.obstacles import Drum

@@ -18,43 +18,12 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism, bar, upper_intersection
 from ancfsparse.results import Trajectory
-from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine
+from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine, SpinUp
 from ancfsparse.scene.bodies.rigid_shapes import Box
 from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.sections.taper import AnySection
 
 CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)  # of the paper's pendulum
-
-
-@dataclass(frozen=True)
-class SpinUp(Signal):
-    """An angle whose rate rises smoothly from zero to a constant (Kane, Simo).
-
-    Attributes
-    ----------
-    speed : float
-        Final angular velocity [rad/s].
-    rise : float
-        Duration of the rise [s].
-    """
-
-    speed: float = 6.0
-    rise: float = 15.0
-    smoothness = 3.0
-
-    def __call__(self, t: ArrayLike) -> Vector:
-        """Return the angle at a time, or at all of an array of times [rad]."""
-        t, omega = np.asarray(t, dtype=float), 2.0 * math.pi / self.rise
-        x = np.minimum(t, self.rise)
-        integral = 0.5 * x**2 + (np.cos(omega * x) - 1.0) / omega**2
-        return np.asarray(self.speed / self.rise * integral + self.speed * (t - x))
-
-    def rate(self, t: ArrayLike, order: int = 1) -> Vector:
-        """Return its first or second derivative [rad/s, rad/s2]."""
-        omega = 2.0 * math.pi / self.rise
-        x = np.minimum(np.asarray(t, dtype=float), self.rise)
-        integral = x - np.sin(omega * x) / omega if order == 1 else 1.0 - np.cos(omega * x)
-        return np.asarray(self.speed / self.rise * integral)
 
 
 def spin_up(n_elements: int = 16) -> Mechanism:
@@ -67,7 +36,7 @@ def spin_up(n_elements: int = 16) -> Mechanism:
     """
     scene = Scene((0.0, 0.0))
     rod = add_cable(scene, "rod", (0, 0), (10, 0), n_elements, cable(2.8e7, 1.4e4, 1.2))
-    turn = SpinUp()
+    turn = SpinUp(6.0, 15.0)
     scene.drive_joint(scene.pin(rod.start), turn)
 
     def in_rotating_frame(run: Trajectory) -> Vector:
@@ -150,7 +119,7 @@ class CrankEnd(Signal):
         Its angle relative to the start.
     """
 
-    turn: SpinUp = SpinUp(-2.0 * math.pi, 0.5)
+    turn: SpinUp
     smoothness = SpinUp.smoothness
 
     def __call__(self, t: ArrayLike) -> Vector:
@@ -180,7 +149,7 @@ def elastic_four_bar(n_elements: int = 16) -> Mechanism:
     b = upper_intersection(a, 2.0, d, 2.5)
     coupler = add_cable(scene, "coupler", a, b, n_elements, cable(1e5, 200.0, 1.0))
     rocker = bar(scene, "rocker", d, b)
-    scene.drive(coupler.start, CrankEnd())
+    scene.drive(coupler.start, CrankEnd(SpinUp(-2.0 * math.pi, 0.5)))
     scene.pin(rocker.origin)
     scene.connect(coupler.end, rocker.end)
     watched = {

@@ -33,6 +33,7 @@ from ancfsparse.scene.sections.taper import AnySection, Taper
 if TYPE_CHECKING:
     from ancfsparse.scene.records.inputs import Input
     from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
+    from ancfsparse.scene.records.spin_up import SpinUp
 
 __all__ = [
     "AnySection",
@@ -63,6 +64,7 @@ __all__ = [
     "Section",
     "Signal",
     "Sine",
+    "SpinUp",
     "Table",
     "Taper",
     "Tube",
@@ -72,5 +74,10 @@ __all__ = [
 ]
 
 __getattr__ = on_demand(
-    __name__, {"records.inputs": "Input", "records.signals": "Pulse Ramp Sine Table"}
+    __name__,
+    {
+        "records.inputs": "Input",
+        "records.signals": "Pulse Ramp Sine Table",
+        "records.spin_up": "SpinUp",
+    },
 )

@@ -202,7 +202,7 @@ def _step(b: Builder) -> Expression:
 
 
 def _spin(b: Builder, speed: float, rise: float) -> Expression:
-    """Return the angle of `problems.flexible.SpinUp` as an expression."""
+    """Return the angle of `SpinUp` as an expression."""
     sym, turn = b.symbolic, 2.0 * math.pi / rise
 
     def angle(t: Any) -> Any:

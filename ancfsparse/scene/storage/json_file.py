@@ -25,6 +25,7 @@ from ancfsparse.scene.records.picklable_functions import MissingFunction
 from ancfsparse.scene.records.record import RECORD_TYPES, REFERENCE_TYPES, BodyRef, Record
 from ancfsparse.scene.records.signal import Sum
 from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
+from ancfsparse.scene.records.spin_up import SpinUp
 from ancfsparse.scene.sections.cross_section import SECTION_TYPES
 from ancfsparse.scene.sections.material import Material
 
@@ -33,7 +34,7 @@ VERSION = 1
 UNITS = "SI: m, kg, s, N, Pa, Hz, rad; smooth in degrees"
 MAX_INLINE_NUMBERS = 1000  # of an array; larger ones are written in base64
 # Classes of data in arguments, by name.
-SIGNALS = (Table, Ramp, Sine, Pulse, Input, Sum)
+SIGNALS = (Table, Ramp, Sine, Pulse, SpinUp, Input, Sum)
 CURVES = (Arc, Helix)
 DATA: dict[str, type[Any]] = (
     SECTION_TYPES
@@ -89,7 +90,10 @@ def built_from_records(
     records = data.get("records")
     if not isinstance(records, list):
         raise InputError(f"{file} is damaged: it has no list of records")
-    scene = kind(data.get("gravity"))
+    try:
+        scene = kind(data.get("gravity"))
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from error
     for number, entry in enumerate(records):
         try:
             _build(scene, entry, own)

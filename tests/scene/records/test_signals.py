@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
@@ -53,6 +54,23 @@ def test_a_smooth_ramp_starts_and_ends_with_no_speed_and_no_acceleration():
     middle = ramp(np.linspace(1.0, 3.0, 101))
     assert (np.diff(middle) > 0.0).all()
     np.testing.assert_allclose(middle + middle[::-1], 1.0, rtol=1e-14)  # it is odd about (2, 1/2)
+
+
+def test_a_spin_up_is_the_integral_of_its_acceleration():
+    signal = ancf.SpinUp(6.0, 1.5)
+
+    def acceleration(t):
+        return 6.0 / 1.5 * (1.0 - np.cos(2.0 * np.pi * t / 1.5)) if 0.0 <= t <= 1.5 else 0.0
+
+    for t in (-1.0, 0.0, 0.4, 1.5, 4.0):
+        rate = quad(acceleration, 0.0, max(t, 0.0), points=[1.5])[0]
+        angle = quad(lambda s, t=t: (t - s) * acceleration(s), 0.0, max(t, 0.0), points=[1.5])[0]
+        values = signal(t), signal.rate(t), signal.rate(t, 2)
+        np.testing.assert_allclose(values, (angle, rate, acceleration(t)), rtol=1e-10, atol=1e-12)
+    assert signal.rate(2.0) == pytest.approx(6.0)
+    np.testing.assert_array_equal(by_hand(signal, TIMES), signal(TIMES))
+    with pytest.raises(ancf.InputError, match="rise of a spin-up must be positive"):
+        ancf.SpinUp(1.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,7 @@ from tests.cli.command import run
 NAMES = [name for name in problems.__all__ if isfunction(getattr(problems, name))]
 # Scenes with functions of time or of positions, which a file names but does not hold.
 WITH_FUNCTIONS = {
-    "belt_drive", "belt_drive_pechstein", "chain_over_pulley", "elastic_four_bar",
-    "elastic_slider_crank", "serpentine", "spin_up", "timing_belt",
+    "chain_over_pulley", "elastic_four_bar", "elastic_slider_crank",
 }  # fmt: skip
 
 
