@@ -218,6 +218,8 @@ def run_app(program: typer.Typer, name: str, arguments: Sequence[str] | None = N
         _exit(EXIT_INPUT, name, error)
     except (RunError, StepError, AccuracyError) as error:
         _exit(EXIT_FAILURE, name, error)
+    except MemoryError as error:
+        _exit(EXIT_FAILURE, name, RunError(f"the memory is exhausted: {error}"))
 
 
 def _exit(code: int, name: str, error: Exception) -> NoReturn:

@@ -28,6 +28,7 @@ WEIGHTS = {
     "interior-points": 1,
     "meshes": 1,
     "files": 1,
+    "scene-files": 1,
     "interruptions": 1,
 }
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.cli import scene_run
+from ancfsparse.errors import InputError
 from ancfsparse.problems import pendulum
 from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from tests.soak import worker
@@ -38,6 +40,23 @@ def test_trials_can_be_bounded_by_their_number():
     tallies, finds = soak(0, 60.0, {"statics": 3, "files": 2})
     assert [tally.trials for tally in tallies.values()] == [3, 2]
     assert finds == []
+
+
+@pytest.mark.parametrize(
+    ("fault", "find"),
+    [(ZeroDivisionError, "raw ZeroDivisionError"), (InputError, "no file in: ancfsparse: wrong")],
+)
+def test_mistakes_in_files_of_scenes_are_tried_and_faults_are_finds(monkeypatch, fault, find):
+    reports = [worker.one("scene-files", 0, index) for index in range(40)]
+    assert not [find for report in reports for find in report.finds]
+    assert {report.outcome for report in reports} >= {"ran", "refused"}
+    assert len({report.tried for report in reports}) > 8
+
+    def fail(*_):
+        raise fault("wrong")
+
+    monkeypatch.setattr(scene_run, "open_scene_file", fail)
+    assert worker.one("scene-files", 0, 0).finds[0].startswith(find)
 
 
 def test_a_trial_that_hangs_is_a_find_and_the_next_goes_on():

@@ -38,6 +38,7 @@ KINDS = {
     "contacts": contacts.run,
     "meshes": nets.run,
     "files": files.run,
+    "scene-files": files.run_scene,
     "interior-points": interior_points.run,
     "interruptions": interruptions.run,
 }
