@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from ancfsparse.checks import check_finite
+from ancfsparse.checks import check_finite, check_integer
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.records.compiled_callbacks import is_compiled, picklable_callback
@@ -102,11 +102,10 @@ class JointRef(BodyRef):
 
     def of(self, scene: References) -> Any:
         """Return the handle in a scene."""
-        if not 0 <= self.number < len(scene.joints):
-            raise InputError(
-                f"the scene has no joint {self.number}: it has {len(scene.joints)} joints"
-            )
-        return scene.joints[self.number]
+        number = check_integer("the number of a joint", self.number)
+        if not 0 <= number < len(scene.joints):
+            raise InputError(f"the scene has no joint {number}: it has {len(scene.joints)} joints")
+        return scene.joints[number]
 
 
 At = Callable[[BodyRef], str]

@@ -172,7 +172,7 @@ class Reader:
                 return decoded(value, self.own)
         kinds = [name for name in self.kinds if name in argument.words]
         kind = value.get("kind", kinds[0] if len(kinds) == 1 else None)
-        if isinstance(kind, str) and kind in REFERENCE_TYPES:
+        if argument.words & HANDLES and isinstance(kind, str) and kind in REFERENCE_TYPES:
             with locate_errors(keys):
                 return decoded(value, self.own).of(self.scene)
         with locate_errors((*keys, "kind") if "kind" in value else keys):

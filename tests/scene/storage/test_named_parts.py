@@ -260,6 +260,10 @@ def test_lines_in_json_are_found(tmp_path):
 def test_the_head_of_a_file_is_checked(tmp_path):
     for text, message in (
         ("gravity = 3", "line 1, gravity: gravity must have 2 components"),
+        (
+            'gravity = { kind = "Point", body = "x", index = 0 }',
+            "line 1, gravity.kind: unknown kind",
+        ),
         ('gravity = [0, "1 m"]', "line 1, gravity: a unit such as m/s2 is needed"),
         ("parts = 3", "line 1, parts: parts must be a table|parts must be a table"),
         ('format = "xml"', "its format is not 'ancfsparse scene'"),

@@ -130,6 +130,12 @@ def pinned(path):
     return json.loads(path.read_text())
 
 
+JOINT_SPRING = {
+    "method": "joint_spring",
+    "joint": {"kind": "Joint", "body": "beam 0", "number": "first"},
+}
+
+
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
@@ -156,6 +162,10 @@ def pinned(path):
         (lambda d: d["records"][2]["node"].update(kind="P"), "record 3: unknown kind 'P'"),
         (lambda d: d["records"][2]["value"].update(parts=3), "parts of a sum must be signals"),
         (lambda d: d["records"][2].update(value={"own": "f"}), "needs 'f', which a file cannot"),
+        (
+            lambda d: d["records"].append(JOINT_SPRING),
+            "record 4: the number of a joint must be an integer, got 'first'",
+        ),
         (
             lambda d: d["records"][2].update(value={"base64": "AAAA", "array": "<f8", "shape": 1}),
             "record 3: its array is damaged",

@@ -4,6 +4,7 @@ Files of scenes with mistakes, which users write: refused in a line, or run.
 """
 
 import contextlib
+import copy
 import io
 import json
 import resource
@@ -13,10 +14,11 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import typer
 
 import ancfsparse as ancf
 from ancfsparse import problems as named
-from ancfsparse.cli import main
+from ancfsparse.cli.app import app, run_app
 from ancfsparse.cli.scene_run import STARTER
 from ancfsparse.results.hdf5_reader import load
 from ancfsparse.scene.storage.toml_text import toml, written_as_toml
@@ -145,12 +147,18 @@ def run_scene(seed, index):
     return Report({0: "ran", 1: "run failed"}.get(code, "refused"), finds, tried)
 
 
+@cache
+def command():
+    """Return the command, which takes longer to make than a small scene to run."""
+    return typer.main.get_command(app)
+
+
 def called(*words):
     """Return the exit code of the command, and its errors."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
-            main([str(word) for word in words])
+            run_app(command(), "ancfsparse", [str(word) for word in words])
         except SystemExit as end:
             return end.code or 0, err.getvalue()
     return 0, err.getvalue()
@@ -196,7 +204,7 @@ def text_with(mistake, rng, text, ending):
             there, other = chosen(rng, data)
             inner[key], there[other] = there[other], inner[key]
         else:
-            inner[key] = ODD[int(rng.integers(len(ODD)))]
+            inner[key] = copy.deepcopy(ODD[int(rng.integers(len(ODD)))])
     if ending == ".json":
         return json.dumps(data, indent=int(rng.integers(3)))
     return "".join(f"{toml(str(name))} = {toml(value)}\n" for name, value in data.items())
