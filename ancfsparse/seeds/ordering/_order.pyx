@@ -22,56 +22,61 @@ def amd(const int64_t[::1] indptr, const int32_t[::1] indices):
     Parameters
     ----------
     indptr, indices : (n + 1,) int64 and (nnz,) int32
-        Lower triangle by columns, diagonal included.
+        Lower triangle by columns, with or without the diagonal.
     """
     cdef int32_t n = <int32_t>(indptr.shape[0] - 1)
-    cdef int64_t size = 2 * (indices.shape[0] - n)
-    # Room for the elements that it forms; CHOLMOD gives it as much.
-    cdef int64_t room = size + size // 2 + n
     cdef int32_t[::1] start, neighbour, permutation
     cdef int32_t[:, ::1] work
     cdef double info[AMD_INFO]
-    starts, neighbours = _neighbours(indptr, indices, room)
     out = np.empty(n, dtype=np.int32)
     if n == 0:
         return out
+    # Room for the elements that it forms; CHOLMOD gives it as much.
+    starts, neighbours = _neighbours(indptr, indices, 1.5, n)
     start, neighbour, permutation = starts, neighbours, out
     work = np.empty((7, n), dtype=np.int32)
     cdef ptrdiff_t j
     with nogil:
         for j in range(n):
             work[0, j] = start[j + 1] - start[j]
-        amd_2(n, &start[0], &neighbour[0], &work[0, 0], <int32_t>room, <int32_t>size, &work[1, 0], &work[2, 0],
-              &permutation[0], &work[3, 0], &work[4, 0], &work[5, 0], &work[6, 0], NULL, info)
+        amd_2(n, &start[0], &neighbour[0], &work[0, 0], <int32_t>neighbour.shape[0], start[n], &work[1, 0],
+              &work[2, 0], &permutation[0], &work[3, 0], &work[4, 0], &work[5, 0], &work[6, 0], NULL, info)
     return out
 
 
 def metis(const int64_t[::1] indptr, const int32_t[::1] indices):
     """Return the order of nested dissection, as `amd`."""
     cdef int32_t n = <int32_t>(indptr.shape[0] - 1)
-    cdef int64_t size = 2 * (indices.shape[0] - n)
     cdef int32_t[::1] start, neighbour, permutation, position
     cdef int status
-    if size == 0:  # METIS takes no graph without edges
+    starts, neighbours = _neighbours(indptr, indices, 1.0, 0)
+    if len(neighbours) == 0:  # METIS takes no graph without edges
         return np.arange(n, dtype=np.int32)
-    starts, neighbours = _neighbours(indptr, indices, size)
     out = np.empty(n, dtype=np.int32)
     start, neighbour, permutation, position = starts, neighbours, out, np.empty(n, dtype=np.int32)
     with nogil:
         status = METIS_NodeND(&n, &start[0], &neighbour[0], NULL, NULL, &permutation[0], &position[0])
     if status != METIS_OK:
-        raise MemoryError(f"no memory to order {n} unknowns, {size // 2} pairs of which are coupled")
+        raise MemoryError(f"no memory to order {n} unknowns, {len(neighbours) // 2} pairs of which are coupled")
     return out
 
 
-cdef _neighbours(const int64_t[::1] indptr, const int32_t[::1] indices, int64_t room):
-    """Return starts of neighbours of each unknown, int32, and the neighbours, ascending, in an array with room."""
+cdef _neighbours(const int64_t[::1] indptr, const int32_t[::1] indices, double factor, ptrdiff_t more):
+    """Return starts of neighbours of each unknown, int32, and the neighbours, ascending.
+
+    Their array has room for their number times a factor, and for `more`.
+    """
     cdef ptrdiff_t n = indptr.shape[0] - 1, j
-    cdef int64_t p
+    cdef int64_t p, size = 0
     cdef int32_t i
+    with nogil:
+        for j in range(n):
+            for p in range(indptr[j], indptr[j + 1]):
+                size += 2 * (indices[p] != j)
+    cdef int64_t room = <int64_t>(factor * size) + more
     if room >= INT32_MAX:
         raise MemoryError(
-            f"{indices.shape[0] - n} pairs of coupled unknowns need {room} indices to be ordered, "
+            f"{size // 2} pairs of coupled unknowns need {room} indices to be ordered, "
             f"which are limited to {INT32_MAX}. Take an incomplete factorization."
         )
     starts, neighbours = np.zeros(n + 2, dtype=np.int32), np.empty(room, dtype=np.int32)

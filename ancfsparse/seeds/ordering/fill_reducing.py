@@ -20,7 +20,7 @@ def order(indptr: Indices, indices: Indices, method: Method) -> NDArray[np.int32
     Parameters
     ----------
     indptr, indices : integer arrays
-        Lower triangle by columns, diagonal included.
+        Lower triangle by columns, with or without the diagonal.
     method : {"amd", "metis"}
         Approximate minimum degree, or nested dissection.
 

@@ -113,6 +113,18 @@ def test_unconnected_parts_are_ordered_together(method, rng):
     assert sorted(order(*lower_csc(a)[:2], method)) == list(range(183))
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("kept", [0.0, 0.5])
+def test_orders_do_not_depend_on_the_diagonal(method, kept, rng):
+    indptr, indices = grid("net")
+    n = len(indptr) - 1
+    column = np.repeat(np.arange(n), np.diff(indptr))
+    left = (indices != column) | (rng.random(len(indices)) < kept)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(column[left], minlength=n))])
+    without = order(starts, indices[left], method)
+    np.testing.assert_array_equal(without, order(indptr, indices, method))
+
+
 def test_no_unknowns_have_an_empty_order():
     for method in METHODS:
         assert len(order(np.zeros(1, np.int64), np.zeros(0, np.int32), method)) == 0
