@@ -1,4 +1,4 @@
-"""Commands on files of runs: description, plots, animations, conversion."""
+"""Commands on files of runs: description, continuation, plots, animations, conversion."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ancfsparse import solve
+from ancfsparse.cli.options import in_options
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.results import export, plotting
@@ -48,6 +50,16 @@ def info(file: FileArgument) -> None:
     )
     if stats.solver:
         typer.echo(f"solver: {stats.method}")
+
+
+def resume(
+    file: FileArgument,
+    progress: Annotated[bool, typer.Option(help="Show a progress bar.")] = True,
+) -> None:
+    """Continue the run of a file from its last checkpoint, if it was killed or interrupted."""
+    with in_options():
+        run = solve.resume(file, progress=progress)
+    typer.echo(repr(run))
 
 
 def plot(

@@ -1,4 +1,4 @@
-"""Random trials: scenes, contacts, spoiled calls, units, damaged files, interruptions.
+"""Random trials: scenes, contacts, spoiled calls, units, damaged files, interruptions, kills.
 
 ``make soak ARGS="--seed 3 --seconds 120"`` makes trials of all kinds in turn until the time is
 over, prints what it tried and found, writes it to results/soak.json, and fails if it found
@@ -30,6 +30,8 @@ WEIGHTS = {
     "files": 1,
     "scene-files": 1,
     "interruptions": 1,
+    "checkpoints": 3,
+    "kills": 1,
 }
 
 

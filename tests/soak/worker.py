@@ -11,6 +11,7 @@ import traceback
 import warnings
 from pathlib import Path
 
+from tests.soak.checkpoints import kills, trials as checkpoints
 from tests.soak.contacts import trials as contacts
 from tests.soak.report import Report
 from tests.soak.trials import (
@@ -41,6 +42,8 @@ KINDS = {
     "scene-files": files.run_scene,
     "interior-points": interior_points.run,
     "interruptions": interruptions.run,
+    "checkpoints": checkpoints.run,
+    "kills": kills.run,
 }
 LIMIT = 60.0  # processor time of a trial, of which a run takes seconds [s]
 IDLE = 5.0  # time on the clock after which a trial hangs, over that limit

@@ -159,11 +159,16 @@ class RecoverableFile:
         return len(data)
 
     def truncate(self, size: int) -> int:
-        """Set the size."""
-        if size < self._sealed:
-            self._keep(size, self._sealed)
-        self._end = size
-        return self._file.truncate(size)
+        """Set the size; allocated bytes stay at the end of a file that has it."""
+        if size != self._end:
+            if size < self._sealed:
+                self._keep(size, self._sealed)
+            self._end = self._file.truncate(size)
+        return size
+
+    def release(self) -> None:
+        """Release the allocated bytes at the end."""
+        self._file.truncate(self._end)
 
     def flush(self) -> None:
         """Return at once, since all bytes are written without delay."""

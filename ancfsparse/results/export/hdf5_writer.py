@@ -110,10 +110,14 @@ class Writer:
             self._create(texts, n, {"lam": m, "history": n_history})
         except BaseException as stop:  # also an interruption must not leave the file locked
             self._lock.mark()  # HDF5 has cleared it, and closes a file that it has begun
-            self._lock.release()
+            self._abandon()
             if isinstance(stop, OSError):
                 raise self._refusal(stop) from None
             raise
+
+    def _abandon(self) -> None:
+        """Release a file that was not opened."""
+        self._lock.release()
 
     def _acquire(self) -> None:
         """Lock the file."""

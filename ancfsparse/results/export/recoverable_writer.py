@@ -60,11 +60,16 @@ class RecoverableWriter(Writer):
             writer.rows, writer._last = len(file["t"]), float(file["t"][-1])
             writer._columns = file["places"][:] if "places" in file else None
         except BaseException as stop:
-            writer._lock.release()
+            writer._abandon()
             if isinstance(stop, OSError):
                 raise writer._refusal(stop) from None
             raise
         return writer
+
+    def _abandon(self) -> None:
+        if hasattr(self, "_disk"):
+            self._disk.close()
+        super()._abandon()
 
     def _begin(self) -> h5py.File:
         import h5py
@@ -144,7 +149,7 @@ class RecoverableWriter(Writer):
                 self._disk.close()
 
     def _truncate(self, size: int) -> None:
-        self._disk.truncate(size)
+        self._disk.release()
 
 
 @contextmanager
