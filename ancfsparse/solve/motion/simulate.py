@@ -154,9 +154,10 @@ def run_request(
     request = select_halvings(select_integrator(request, system), system)
     needed = request.memory()
     check_memory(needed)
-    settings, head = request.settings, None
+    settings, head, records = request.settings, None, None
     if request.checkpoint is not None:
-        head = motion.pack(motion.describe_request(request, system))
+        description = motion.describe_request(request, system)
+        head, records = motion.pack(description), description["records"]
     storage = RunStorage(
         system,
         request.rows,
@@ -164,6 +165,7 @@ def run_request(
         request.output,
         settings,
         head,
+        records,
         is_resumed=resumed is not None,
     )
     run = build_run(request, system, needed)

@@ -36,6 +36,7 @@ def record_to_file(
     columns: NDArray[np.integer[Any]] | None,
     settings: Mapping[str, Any],
     head: bytes | None = None,
+    records: str | None = None,
 ) -> Iterator[Writer]:
     """Open a file for the states of a run, and write the scene into it.
 
@@ -51,6 +52,8 @@ def record_to_file(
         Settings of the run.
     head : bytes, optional
         The run as stored in every checkpoint; None for a run without checkpoints.
+    records : str, optional
+        The scene as the text of a file, if that is known.
     """
     n, m = system.n_all, system.n_multipliers
     history = system.assembly.n_history
@@ -62,7 +65,9 @@ def record_to_file(
         if columns is None:
             writer.add_outline(make_outline(system))
         with suppress(InputError):  # functions that a file cannot distinguish
-            writer.add_records(written(system.scene))
+            records = written(system.scene) if records is None else records
+        if records:
+            writer.add_records(records)
         yield writer
 
 

@@ -174,6 +174,8 @@ class RunStorage:
         Settings of the run.
     head : bytes, optional
         The run as stored in every checkpoint; None for a run without checkpoints.
+    records : str, optional
+        The scene as the text of a file, if that is known.
     is_resumed : bool, optional
         Whether the file has the states up to the last checkpoint.
     """
@@ -186,10 +188,11 @@ class RunStorage:
         output: str | Path | None,
         settings: Mapping[str, Any],
         head: bytes | None = None,
+        records: str | None = None,
         is_resumed: bool = False,
     ) -> None:
         self._system, self._rows, self._settings = system, rows, settings
-        self._head, self._is_resumed = head, is_resumed
+        self._head, self._records, self._is_resumed = head, records, is_resumed
         # The working folder may change before the states are read.
         self._output = None if output is None else Path(output).absolute()
         self._columns = None if nodes is None else coordinates_of_points(system, nodes)
@@ -253,7 +256,12 @@ class RunStorage:
                 begun = stepping.continue_file(self._output, self._head)
             else:
                 begun = stepping.record_to_file(
-                    self._system, self._output, self._columns, self._settings, self._head
+                    self._system,
+                    self._output,
+                    self._columns,
+                    self._settings,
+                    self._head,
+                    self._records,
                 )
             with begun as writer:
                 yield writer
