@@ -88,6 +88,19 @@ def test_methods_and_points_are_settings(starter, capsys, tmp_path):
     assert np.isfinite(result.position(middle)).all()
 
 
+def test_a_list_of_records_runs_too(tmp_path, capsys):
+    in_python().save(tmp_path / "scene.json")
+    words = "--set", 'save_nodes=["rope.at(0.6)"]', "--time", 0.1, "--step", 2e-3
+    code, out, err = run(capsys, "run", tmp_path / "scene.json", *words)
+    assert (code, err) == (0, "")
+    assert "50 steps" in out
+    code, _, err = run(
+        capsys, "run", tmp_path / "scene.json", *words[2:], "--set", "save_nodes=[3]"
+    )
+    assert code == 2
+    assert "save_nodes" in err
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -54,6 +54,11 @@ class SceneBase:
             )
         self.dim: int = size[0]
         self._gravity: NDArray[np.float64] = check_vector("gravity", gravity, self.dim, "m/s2")
+        largest = float(np.abs(self._gravity).max())
+        if largest > MAX_MAGNITUDE:
+            raise InputError(
+                f"gravity must be at most {MAX_MAGNITUDE:g} m/s2, got {largest:g} m/s2"
+            )
         self.bodies: list[Body] = []
         self.joints: list[Joint] = []
         self.loads: list[Load] = []

@@ -55,7 +55,8 @@ class SceneFile:
         """Build the scene of a class; return it with its parts, for further arguments."""
         if self.has_records:
             scene = built_from_records(kind, self.data, self.file, own)
-            return Reader(scene, own, self.file.parent)
+            bodies = {body.name: body for body in scene.bodies}
+            return Reader(scene, own, self.file.parent, handles=bodies)
         known = {each.name: each for each in arguments_of(kind)}
         reader = Reader(None, own, self.file.parent)
         with self.messages():

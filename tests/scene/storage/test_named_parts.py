@@ -259,6 +259,7 @@ def test_lines_in_json_are_found(tmp_path):
 
 def test_the_head_of_a_file_is_checked(tmp_path):
     for text, message in (
+        ("gravity = [0, 1e300]", "line 1, gravity: gravity must be at most 1e\\+100 m/s2, got 1e"),
         ("gravity = 3", "line 1, gravity: gravity must have 2 components"),
         (
             'gravity = { kind = "Point", body = "x", index = 0 }',
