@@ -157,10 +157,12 @@ value = { kind = "Table", csv = "gust.csv", outside = "hold" }
     scene.point_force(beam.end, ancf.Table([0, 0.5, 1], [(0, 0), (1, 2), (0, -1)], outside="hold"))
     assert loaded(tmp_path, text) == scene
     for content, message in (
-        ("0,0\n1\n", "needs rows of equal lengths"),
-        ("0\n1\n", "needs rows of equal lengths"),
-        ("", "needs rows of equal lengths"),
-        ("0,0,0\n1,x,0\n", "a row that is not of numbers"),
+        ("0,0\n1\n", "cannot be read: the number of columns changed from 2 to 1 at row 2"),
+        ("0\n1\n", "needs rows of a time"),
+        ("", "needs rows of a time"),
+        ("t,x,y\n", "needs rows of a time"),
+        ("0,0,0\n1,x,0\n", "could not convert string 'x'"),
+        ("0,0,0\n1,,0\n", "could not convert string ''"),
         ("0,0,0\n0,1,0\n", "line 13, parts.gust.value.times: times of a table must increase"),
     ):
         (tmp_path / "gust.csv").write_text(content)
