@@ -13,7 +13,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from ancfsparse import cli
-from ancfsparse.cli.files import animate, convert, info, plot, resume
+from ancfsparse.cli.files import animate, convert, info, plot, report, resume
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
 from ancfsparse.cli.scene_run import check, new, run
@@ -32,7 +32,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (run, resume, check, new, schema, info, plot, animate, convert):
+for command in (run, resume, check, new, schema, info, plot, animate, convert, report):
     app.command()(command)
 
 

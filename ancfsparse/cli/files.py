@@ -1,4 +1,4 @@
-"""Commands on files of runs: description, continuation, plots, animations, conversion."""
+"""Commands on files of runs: description, continuation, plots, animations, conversion, reports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.results import export, plotting
 from ancfsparse.results.data.selected_columns import SelectedColumns
-from ancfsparse.results.hdf5_reader import read_contents, read_outline
+from ancfsparse.results.hdf5_reader import load, read_contents, read_outline
 
 PLOT_SUFFIXES = ".pdf", ".png", ".svg"
 
@@ -104,6 +104,17 @@ def convert(
     outline, t, q, v = read_outline(file)
     export.write_vtk(outline, t, q, v, target, per_element=per_element)
     typer.echo(f"written: {target}")
+
+
+def report(
+    file: FileArgument,
+    page: Annotated[
+        Path | None, typer.Argument(help="Page to write [default: as the file, with .html].")
+    ] = None,
+) -> None:
+    """Write a report of a run: one web page with the moving scene, graphs and tables."""
+    run = load(file)
+    typer.echo(f"written: {run.report(file.with_suffix('.html') if page is None else page)}")
 
 
 def _without_display() -> Any:

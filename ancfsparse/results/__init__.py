@@ -7,7 +7,7 @@ for HDF5 and matplotlib:
     fields     energy balance, section and joint forces, motion of rigid bodies
     geometry   outlines of the bodies of a scene
     plotting   plots and films by matplotlib and PyVista
-    export     files: HDF5, VTKHDF, CSV
+    export     files: HDF5, VTKHDF, CSV, tables, reports
     solutions  Trajectory, Equilibrium, Modes, ... as returned to the user
 """
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
@@ -70,6 +70,13 @@ class Scene(
 
     def __init__(self, gravity: ArrayLike = (0.0, -9.81)) -> None:
         super().__init__(gravity)
+
+    show: ClassVar[Callable[[Scene], str | None]] = lambda scene: None
+    """Draws a scene for a notebook, set by `ancfsparse.results`."""
+
+    def _repr_html_(self) -> str | None:
+        """Return a picture for a notebook, which can be turned; None if it cannot be drawn."""
+        return self.show()
 
     def __repr__(self) -> str:
         """Return the numbers of its parts."""

@@ -1,14 +1,17 @@
-"""Files written from solutions: HDF5, VTKHDF and CSV; tables of pandas and xarray."""
+"""Files written from solutions: HDF5, VTKHDF and CSV; tables of pandas and xarray; reports."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ancfsparse.on_demand import on_demand
+from ancfsparse.scene import Scene
 
 if TYPE_CHECKING:
     from ancfsparse.results.export.csv_table import write_csv
     from ancfsparse.results.export.hdf5_writer import Writer
     from ancfsparse.results.export.labelled_tables import make_dataset, make_frame
     from ancfsparse.results.export.recoverable_writer import RecoverableWriter
+    from ancfsparse.results.export.report.notebook import show_run, show_scene
+    from ancfsparse.results.export.report.report import write_report
     from ancfsparse.results.export.vtkhdf import write_motion, write_vtk
 
 __all__ = [
@@ -16,8 +19,11 @@ __all__ = [
     "Writer",
     "make_dataset",
     "make_frame",
+    "show_run",
+    "show_scene",
     "write_csv",
     "write_motion",
+    "write_report",
     "write_vtk",
 ]
 
@@ -28,6 +34,18 @@ __getattr__ = on_demand(
         "hdf5_writer": "Writer",
         "labelled_tables": "make_dataset make_frame",
         "recoverable_writer": "RecoverableWriter",
+        "report.notebook": "show_run show_scene",
+        "report.report": "write_report",
         "vtkhdf": "write_motion write_vtk",
     },
 )
+
+
+def _show(scene: Scene) -> str | None:
+    """Return the picture of a scene for a notebook; scenes are below results."""
+    draw: Any = __getattr__("show_scene")
+    text: str | None = draw(scene)
+    return text
+
+
+Scene.show = _show

@@ -14,7 +14,7 @@ from ancfsparse.checks import check_choice, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.index_checks import check_index
-from ancfsparse.results.fields.energy_balance import ENERGIES
+from ancfsparse.results.fields.energy_balance import ENERGIES, Energy
 from ancfsparse.results.fields.motion import UNITS, Motion
 from ancfsparse.results.fields.quantities import (
     QUANTITIES,
@@ -186,12 +186,17 @@ def plot_load_path(
 def _plot_energies(run: Motion, of: object, times: ArrayLike | None, ax: Axes | None) -> Axes:
     if of is not None or times is not None:
         raise InputError("energies are of the entire scene over all times: leave of and times out")
+    return draw_energies(run.t, run.energy, ax)
+
+
+def draw_energies(t: Vector, energy: Energy, ax: Axes | None = None) -> Axes:
+    """Plot all energies that are not zero over times t (k,) [s]."""
     ax = _prepare_axes(ax)
     for name in ENERGIES:
-        values = getattr(run.energy, name)
+        values = getattr(energy, name)
         if values.any():
             style = "k--" if name == "total" else "-"
-            ax.plot(run.t, values, style, label=name.replace("_", " "), linewidth=1.4)
+            ax.plot(t, values, style, label=name.replace("_", " "), linewidth=1.4)
     ax.set_xlabel("time [s]")
     ax.set_ylabel("energy [J]")
     ax.legend(fontsize="small")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -13,8 +13,9 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results import export, plotting
+from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.solutions.solution import Solution
-from ancfsparse.scene import Body, Point, check_point
+from ancfsparse.scene import Beam, Body, Point, check_point
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,7 +31,10 @@ class TrajectoryOutput(Solution):
     t: Vector
     v: Vector
     a: Vector
+    lam: Vector
     internal: Vector
+    stats: RunStats
+    settings: Mapping[str, Any]
 
     @property
     @abstractmethod
@@ -191,6 +195,53 @@ class TrajectoryOutput(Solution):
         """
         row = plotting.nearest_row(self.t, self.t[-1] if time is None else time)
         return plotting.render(self, row, path, of=of, view=view, size=size, colour=colour)
+
+    def report(
+        self,
+        path: str | Path,
+        *,
+        points: Sequence[Point] | None = None,
+        lines: Sequence[Beam] | None = None,
+    ) -> Path:
+        """Write a report: one web page with the moving scene, graphs and tables.
+
+        The page is a single file and does not load others.  It has the moving scene, with tubes in
+        true size coloured by axial force [N], strain [-] or curvature [1/m]; histories at points
+        and ranges along beams; energies [J], the solver and the reasons for its selection, events,
+        settings and versions.
+
+        Parameters
+        ----------
+        path : str or Path
+            File name, such as ``"run.html"``.  An existing file is replaced.
+        points : sequence of Point, optional
+            Points whose position [m] and axial force [N] are plotted over time; by default the
+            ends of the first four beams or the origins of rigid bodies.
+        lines : sequence of Beam, optional
+            Beams along which the ranges of axial force [N] and bending moment [N m] are plotted;
+            by default the first four.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, the run saved only some points, or the file cannot be
+            written.
+
+        Notes
+        -----
+        The scene has up to 500 of the saved states, fewer for large scenes.  Its coordinates are
+        rounded to 1 / 65535 of their range.
+        """
+        return export.write_report(self, path, points, lines)
+
+    def _repr_html_(self) -> str | None:
+        """Return the moving scene for a notebook."""
+        return export.show_run(self)
 
     def to_vtk(self, path: str | Path, *, per_element: int = 4, progress: bool = True) -> Path:
         """Write all states as a VTKHDF file with time steps.
