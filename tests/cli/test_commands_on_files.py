@@ -84,3 +84,13 @@ def test_what_cannot_be_done_is_one_line(file, capsys, words, message):
     assert err.startswith("ancfsparse: ")
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_report_writes_a_page(file, capsys, tmp_path):
+    page = tmp_path / "a.html"
+    assert run(capsys, "report", file, page) == (0, f"written: {page}\n", "")
+    text = page.read_text(encoding="utf-8")
+    assert "21 states from t = 0 s to 0.1 s" in text
+    code, _, err = run(capsys, "report", file, tmp_path / "a.txt")
+    assert code == 2
+    assert "a report must end in .html" in err
