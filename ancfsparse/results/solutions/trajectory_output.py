@@ -206,7 +206,8 @@ class TrajectoryOutput(Solution):
         """Write a report: one web page with the moving scene, graphs and tables.
 
         The page is a single file and does not load others.  It has the moving scene, with tubes in
-        true size coloured by axial force [N], strain [-] or curvature [1/m]; histories at points
+        true size coloured by axial force [N], strain [-] or curvature [1/m], and arrows for loads
+        at points and forces of joints [N]; histories at points
         and ranges along beams; energies [J], the solver and the reasons for its selection, events,
         settings and versions.
 
@@ -235,7 +236,8 @@ class TrajectoryOutput(Solution):
         Notes
         -----
         The scene has up to 500 of the saved states, fewer for large scenes.  Its coordinates are
-        rounded to 1 / 65535 of their range.
+        rounded to 1 / 65535 of their range.  A browser without WebGL shows a message in place of
+        the scene, and all graphs and tables.
         """
         return export.write_report(self, path, points, lines)
 

@@ -178,3 +178,25 @@ def test_a_run_of_some_points_has_no_scene(tmp_path):
     with pytest.raises(InputError, match="the run did not keep this"):
         run.report(tmp_path / "a.html")
     assert run._repr_html_() is None
+
+
+def test_arrows_are_loads_and_forces_of_joints(tmp_path):
+    scene = ancf.Scene((0, -9.81))
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 6, ancf.Circle(0.01), ancf.Material(1e8, 1e3))
+    pin = scene.pin(rod.start)
+    scene.pin(rod.end)
+    scene.point_force(rod.node(3), lambda t: (0.0, 100.0 * t))
+    scene.point_force(rod.node(2), (0.0, -0.1), follow=True)  # turns with the rod: left out
+    run = ancf.simulate(scene, 0.05, 1e-3)
+    contents, tables = read_page(run.report(tmp_path / "a.html"))
+    assert contents["arrows"] == ["load", "reaction", "reaction"]
+    forces, points = (
+        tables["arrow forces"].reshape(-1, 3, 2),
+        tables["arrow points"].reshape(-1, 3, 2),
+    )
+    step = contents["tables"]["arrow forces"]["step"]
+    assert np.abs(forces[:, 0] - np.outer(run.t, [0.0, 100.0])).max() < 0.52 * step
+    assert np.abs(forces[:, 1] - run.reaction(rod.start)).max() < 0.52 * step
+    assert np.abs(forces[:, 1] - run.joint_force(pin).force).max() < 0.52 * step
+    assert np.abs(points[:, 0] - run.position(rod.node(3))).max() < 1e-4
+    assert contents["force"] == pytest.approx(np.linalg.norm(forces, axis=2).max(), rel=1e-3)

@@ -76,7 +76,7 @@ def make_moving_scene(
         for t in (states.t[0], states.t[len(states.t) // 2])
     )
     page.fixed["obstacles"] = _pad_points(first[(first == middle).all(axis=(1, 2))])
-    page.contents["quantities"] = []
+    page.contents["quantities"], page.contents["arrows"] = [], []
     if coloured and outline.parts:
         page.contents["colours"] = [
             [round(255.0 * x) for x in COLOUR_MAP(level)[:3]]

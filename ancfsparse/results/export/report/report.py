@@ -20,6 +20,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.run_statistics import RunStats
+from ancfsparse.results.export.report.forces import add_forces
 from ancfsparse.results.export.report.graphs import make_graph
 from ancfsparse.results.export.report.moving_scene import MovingScene, make_moving_scene
 from ancfsparse.results.export.report.tubes import count_pieces
@@ -89,8 +90,10 @@ def make_film(run: ReportedRun, max_frames: int, max_numbers: int) -> MovingScen
     elements = sum(len(part.lengths) for part in outline.parts)
     numbers = 3 * elements * (1 + count_pieces(outline.parts)) + 12 * len(outline.solids)
     frames = int(np.clip(max_numbers // max(numbers, 1), 2, max_frames))
-    states = select_rows(run, spread_rows(run.t, frames))._states
-    return make_moving_scene(run.system, outline, states)
+    some = select_rows(run, spread_rows(run.t, frames))
+    page = make_moving_scene(run.system, outline, some._states)
+    add_forces(page, some)
+    return page
 
 
 def spread_rows(t: NDArray[np.float64], count: int) -> NDArray[np.intp]:
@@ -144,6 +147,8 @@ def _body(run: ReportedRun, points: list[Point], lines: list[Beam], scene: Movin
     about = (
         f"The scene shows {frames} of {len(run.t)} saved states; sections are circles of equal "
         "area in true size, at least two pixels wide."
+        + " Arrows are loads at points, and forces of joints on bodies, in proportion."
+        * bool(scene.contents["arrows"])
     )
     sections = {
         "Histories": "".join(_histories(run, points)),

@@ -87,6 +87,7 @@ void main() {
   colour = vec4(tint * light + 0.12 * pow(max(n.z, 0.0), 24.0), 1.0);
 }`;
 
+const FORCES = { load: 0xc0392b, reaction: 0x3b7d4f };
 const RULER = 120;  // pixels, the longest length that is shown
 const WIDTH = 1024;  // texels of a row of a table, as in the shader
 const PLAIN = [47, 111, 159], SOLID = 0xe3a35c, ROPE = 0x666666;  // colours of beams, rigid bodies, and ropes
@@ -247,7 +248,37 @@ class View {
     });
   }
 
-  addArrows() {}
+  // Arrows that begin at their points; the longest has a length of a fifth of the box.
+  addArrows() {
+    const { THREE } = this.three, { contents, tables } = this, { arrows, box, dim } = contents;
+    const size = Math.hypot(...box[1].map((high, c) => high - box[0][c])), thick = 0.004 * size;
+    this.forces = new THREE.Group();
+    this.scene.add(this.forces);
+    if (!arrows.length) return;
+    const shaft = new THREE.CylinderGeometry(1, 1, 0.75, 12).translate(0, 0.375, 0);
+    const head = new THREE.ConeGeometry(2.6, 0.25, 16).translate(0, 0.875, 0);
+    const groups = arrows.map((kind) => {
+      const material = new THREE.MeshLambertMaterial({ color: FORCES[kind] }), group = new THREE.Group();
+      group.add(new THREE.Mesh(shaft, material), new THREE.Mesh(head, material));
+      this.forces.add(group);
+      return group;
+    });
+    const points = tables["arrow points"].values, forces = tables["arrow forces"].values, n = arrows.length * dim;
+    const force = new THREE.Vector3(), above = new THREE.Vector3(0, 1, 0);
+    this.updates.push((frame) => {
+      groups.forEach((group, k) => {
+        force.set(0, 0, 0);
+        for (let c = 0; c < dim; c++) {
+          force.setComponent(c, forces[frame * n + k * dim + c]);
+          group.position.setComponent(c, points[frame * n + k * dim + c]);
+        }
+        const length = 0.2 * size * force.length() / contents.force;
+        group.visible = length > thick;
+        group.scale.set(thick, length, thick);
+        group.quaternion.setFromUnitVectors(above, force.normalize());
+      });
+    });
+  }
 
   lookAtAll() {
     const { THREE } = this.three, { box, dim, up } = this.contents;
@@ -480,6 +511,13 @@ async function start() {
   if (contents.quantities.length) colour.value = contents.quantities[0].name;
   else colour.parentElement.hidden = true;
   recolour();
+  find("forces").parentElement.hidden = find("legend").hidden = !contents.arrows.length;
+  if (contents.arrows.length) find("greatest").textContent = `, longest ${format(contents.force)} N`;
+  find("forces").addEventListener("change", (event) => {
+    view.forces.visible = event.target.checked;
+    find("legend").hidden = !event.target.checked;
+    view.draw();
+  });
   follow.addEventListener("change", () => view.follow(follow.value, player.frame));
   find("reset").addEventListener("click", () => { view.lookAtAll(); view.draw(); });
   view.controls.addEventListener("change", () => {
