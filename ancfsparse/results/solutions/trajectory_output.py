@@ -235,7 +235,7 @@ class TrajectoryOutput(Solution):
 
         Notes
         -----
-        The scene has up to 500 of the saved states, fewer for large scenes.  Its coordinates are
+        The scene has up to 501 of the saved states, fewer for large scenes.  Its coordinates are
         rounded to 1 / 65535 of their range.  A browser without WebGL shows a message in place of
         the scene, and all graphs and tables.
         """

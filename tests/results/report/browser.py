@@ -112,7 +112,7 @@ class Page:
 
 
 @contextmanager
-def open_page(path, folder, *, size=(1200, 900), options=WEBGL):
+def open_page(path, folder, *, size=(1200, 900), options=WEBGL, fragment=""):
     """Open a file in Chromium; the test is skipped where there is none."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
@@ -135,7 +135,7 @@ def open_page(path, folder, *, size=(1200, 900), options=WEBGL):
     )  # fmt: skip
     try:
         page = Page(read, write)
-        page.open(path.absolute().as_uri(), size)
+        page.open(path.absolute().as_uri() + fragment, size)
         yield page
     finally:
         process.terminate()

@@ -23,8 +23,8 @@ def fall(tmp_path_factory):
 
 
 def coloured_rows_and_columns(page, path):
-    """Return where the picture of the scene, without the scale, is neither white nor grey."""
-    page.run("bar.hidden = true")
+    """Return where the picture of the beams alone is neither white nor grey."""
+    page.run("report.then(() => { bar.hidden = true; if (forces.checked) forces.click() })")
     page.save_picture(path)
     box = page.run("(r => [r.x, r.y, r.right, r.bottom])(canvas.getBoundingClientRect())")
     with Image.open(path) as image:
@@ -42,12 +42,12 @@ def test_a_page_runs_without_errors_and_has_the_numbers_of_the_run(fall, tmp_pat
         )
         times = np.array(loaded["t"])
         rows = np.searchsorted(run.t, times - 1e-9)
-        assert len(times) == 500
+        assert len(times) == 501
         assert np.array_equal(run.t[rows], times)
-        forces = np.array(loaded["N"]).reshape(500, -1)
+        forces = np.array(loaded["N"]).reshape(501, -1)
         step = loaded["tables"]["N"]["step"]
         assert np.abs(forces - run.section_force(rod).N[rows]).max() < 0.52 * step
-        x = np.array(loaded["x"]).reshape(500, loaded["n"])
+        x = np.array(loaded["x"]).reshape(501, loaded["n"])
         assert x.max(axis=1) == pytest.approx(
             np.max([run.position(rod.at(s))[rows, 0] for s in np.linspace(0, 2, 65)], axis=0),
             abs=0.52 * loaded["tables"]["x"]["step"],
@@ -75,12 +75,18 @@ def test_a_page_runs_without_errors_and_has_the_numbers_of_the_run(fall, tmp_pat
         assert page.requests == [path.absolute().as_uri()]
 
 
+def test_an_address_can_contain_a_time(fall, tmp_path):
+    with open_page(fall[2], tmp_path / "profile", fragment="#t=0.5") as page:
+        assert page.run("report.then(r => r.contents.t[r.player.frame])") == pytest.approx(0.5)
+        assert page.run("time.textContent") == "t = 0.5 s"
+
+
 def test_the_camera_follows_a_body(fall, tmp_path):
     run, rod, path = fall
     with open_page(path, tmp_path / "profile") as page:
         page.run(f"report.then(() => {{ follow.value = '{rod.name}' }})")
         page.run("follow.dispatchEvent(new Event('change'))")
-        page.run("report.then(r => r.player.show(499))")
+        page.run("report.then(r => r.player.show(500))")
         target = page.run("report.then(r => r.view.controls.target.toArray())")
         start = page.run("report.then(r => (reset.click(), r.view.controls.target.toArray()))")
         s = np.linspace(0.0, 2.0, 65)

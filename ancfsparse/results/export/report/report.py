@@ -34,7 +34,7 @@ from ancfsparse.scene import Beam, ElasticBody, Point, check_point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.system.coordinates.state import StateHistory
 
-MAX_FRAMES = 500
+MAX_FRAMES = 501  # of states that are often saved: the first, and 500 steps
 MAX_NUMBERS = 6_000_000  # coordinates and quantities of all frames: 5 MB for smooth motions
 MAX_TIMES = 2000  # of a graph
 N_POINTS = 4  # with graphs over time by default

@@ -525,6 +525,8 @@ async function start() {
     if (!player.playing) view.renderer.render(view.scene, view.camera);
   });
   new ResizeObserver(() => { view.resize(); view.draw(); }).observe(find("stage"));
+  const time = /^#t=([\d.e+-]+)$/.exec(location.hash);  // run.html#t=0.5 begins at 0.5 s
+  if (time) player.show(player.row(Number(time[1])));
   return { view, player, contents, tables };
 }
 
