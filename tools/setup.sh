@@ -23,7 +23,7 @@ stop() { say "$*"; exit 1; }
 
 # Print a digest of the sources, or of those alone that are compiled.
 digest() {
-  find ancfsparse codegen generated meson.build meson.options pyproject.toml -type f \
+  find ancfsparse codegen generated vendored meson.build meson.options pyproject.toml -type f \
     ! -path '*/__pycache__/*' "$@" -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum | cut -c -64
 }
 digest_of_all() { digest; }
@@ -165,7 +165,7 @@ begin() {
 }
 
 # The package is built without isolation, in a folder that stays, so that what has not changed is not
-# compiled again; its requirements (scikit-sparse is built from source) come first.
+# compiled again; its requirements and scikit-sparse, which is built from source, come first.
 if ! is_there requirements "$requirements"; then
   rm -f "$venv/.requirements" "$venv/.package"
   begin "install what ancfsparse requires" "about a minute the first time: scikit-sparse is compiled"
@@ -173,7 +173,8 @@ if ! is_there requirements "$requirements"; then
 import sys, tomllib
 with open(sys.argv[1], "rb") as file:
     project = tomllib.load(file)
-print(*project["build-system"]["requires"], *project["project"]["dependencies"], sep="\n")
+cholmod = project["project"]["optional-dependencies"]["cholmod"]
+print(*project["build-system"]["requires"], *project["project"]["dependencies"], *cholmod, sep="\n")
 PYTHON
   pip install -r "$venv/requirements.txt"
 fi

@@ -53,6 +53,7 @@ def checkout(tmp_path, monkeypatch):
         "ancfsparse/code.py",
         "codegen/code.py",
         "generated/code.pyx",
+        "vendored/code.c",
     ):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text("")

@@ -41,15 +41,21 @@ def test_entries_of_a_chain_by_hand():
     assert c["factor_entries"] == c["pattern_entries"] - 10
 
 
+@pytest.mark.slow
 def test_nets_fill_in_like_nested_dissection():
-    table = [counts(net(n).scene) for n in NETS]
+    # Entries of a single net scatter by 3 %, with the ties that METIS breaks: means of three.
+    sizes = np.array(NETS)[:, np.newaxis] + [-1, 0, 1]
+    rows = [[counts(net(n).scene) for n in row.tolist()] for row in sizes]
+    table = [row[1] for row in rows]
     n = np.array(NETS, dtype=float)
     np.testing.assert_array_equal([c["unknowns"] for c in table], 9 * n**2 - 12)
     np.testing.assert_allclose(slopes(n, [c["pattern_entries"] for c in table])[1:], 2.0, atol=0.1)
     # N^2 log N entries and N^3 operations: per node, each doubling of N adds about as many entries.
-    entries = np.array([c["factor_entries"] for c in table]) / n**2
+    entries = [[c["factor_entries"] for c in row] for row in rows]
+    entries = np.mean(entries / sizes**2, axis=1)
     assert np.ptp(np.diff(entries)) < 0.25 * np.mean(np.diff(entries))
-    operations = np.array([c["factor_flops"] for c in table]) / n**3
+    operations = [[c["factor_flops"] for c in row] for row in rows]
+    operations = np.mean(operations / sizes**3, axis=1)
     assert np.all(np.diff(operations, n=2) < 0.0)
     assert operations[-1] < 1.25 * operations[-2]
     assert table[-1]["ordering"] == "metis"

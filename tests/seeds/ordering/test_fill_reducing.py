@@ -166,6 +166,13 @@ def test_lack_of_memory_is_an_error_and_the_next_order_is_right(room):
     assert run.stdout == "no memory to order 3000000 unknowns, 2999999 pairs of which are coupled\n"
 
 
+def test_more_couplings_than_indices_are_an_error():
+    none = np.zeros(1_100_000_000, dtype=np.int32)  # 4.4 GB, of which no page is used
+    for method in METHODS:
+        with pytest.raises(MemoryError, match=r"limited to 2147483647\. Take an incomplete"):
+            order(np.zeros(2, np.int64), none, method)
+
+
 @pytest.mark.parametrize("name", GRIDS)
 def test_sorting_by_subtrees_keeps_the_fill_in_and_joins_columns(name):
     indptr, indices = (np.asarray(each) for each in grid(name))
