@@ -91,7 +91,7 @@ class RecoverableFile:
                     self._open_journal(before)
                 raise
             self._open_journal(end)
-        except BaseException:
+        except BaseException:  # also an interruption must not leave a part
             with suppress(OSError):
                 part.unlink(missing_ok=True)
             raise

@@ -59,7 +59,7 @@ class RecoverableWriter(Writer):
             writer._file = file = h5py.File(writer._disk, "r+", libver=LIBRARY_VERSIONS)
             writer.rows, writer._last = len(file["t"]), float(file["t"][-1])
             writer._columns = file["places"][:] if "places" in file else None
-        except BaseException as stop:
+        except BaseException as stop:  # the file must not stay locked
             writer._abandon()
             if isinstance(stop, OSError):
                 raise writer._refusal(stop) from None
