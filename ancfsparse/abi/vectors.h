@@ -7,7 +7,9 @@
 #ifndef ANCF_VECTORS_H
 #define ANCF_VECTORS_H
 
+#ifdef __x86_64__
 #include <immintrin.h>
+#endif
 #include <stddef.h>
 
 #include "parallel.h"

@@ -122,8 +122,12 @@ static inline vec vec_sqrt(vec v)
     return __builtin_ia32_sqrtpd512_mask(v, v, -1, 4); /* all lanes, current rounding */
 #elif ANCF_LANES == 4
     return __builtin_ia32_sqrtpd256(v);
-#else
+#elif defined(__x86_64__)
     return __builtin_ia32_sqrtpd(v);
+#else
+    for (int lane = 0; lane < ANCF_LANES; lane++)
+        v[lane] = __builtin_sqrt(v[lane]);
+    return v;
 #endif
 }
 

@@ -2,7 +2,9 @@
 #ifndef ANCF_QUAD_H
 #define ANCF_QUAD_H
 
+#ifdef __x86_64__
 #include <immintrin.h>
+#endif
 
 typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float short_quad __attribute__((vector_size(16), aligned(4), may_alias));
