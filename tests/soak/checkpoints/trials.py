@@ -92,7 +92,7 @@ def outcome_of(call):
     tables = {name: getattr(path, name) for name in ("t", "q", "v", "a", "lam")}
     # With save_nodes only some coordinates are stored.
     states = {name: np.array(getattr(each, "values", each)[:]) for name, each in tables.items()}
-    states["history"] = path.history
+    states["internal"] = path.internal
     stats = {name: each for name, each in asdict(path.stats).items() if name not in OTHERS}
     return word, states, stats, text
 

@@ -218,7 +218,7 @@ def test_whether_pairs_slide_is_stored_with_states(tmp_path):
     options = {"integrator": ancf.GeneralizedAlpha(0.5), "solver": ancf.Newton()}
     scene, contacts = made()
     whole = ancf.simulate(scene, 0.03, 5e-4, **options, output=tmp_path / "run.h5")
-    slots = whole.history.reshape(61, -1, 6)
+    slots = whole.internal.reshape(61, -1, 6)
     touches = slots[..., 0] > 0.0
     assert touches.any(axis=1)[1:].all()
     assert not slots[5, :, 5].any()
