@@ -43,7 +43,7 @@ class SparseSeed:
     METIS or AMD orders the coordinates once, unless their own order causes no fill-in, as along a
     chain; a multiplier follows the coordinates of its constraint.  A sparse factor is computed and
     applied by our compiled loops, without Python and without allocation, for a large matrix in
-    single precision on request.  With so much fill-in that dense blocks are faster, as in large
+    single precision on request.  Where fill-in makes dense blocks faster, as in large
     lattices, CHOLMOD's supernodal factor is used where scikit-sparse is installed; for an
     indefinite matrix, our own replaces it.
 

@@ -9,7 +9,6 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.solve.motion.checkpoint_files import describe_request, pack
-    from ancfsparse.solve.motion.checkpoint_schedule import Schedule
     from ancfsparse.solve.motion.error_controlled_run import ErrorControlledRun
     from ancfsparse.solve.motion.explicit_run import ExplicitRun
     from ancfsparse.solve.motion.implicit_run import ImplicitRun
@@ -19,7 +18,6 @@ __all__ = [
     "ErrorControlledRun",
     "ExplicitRun",
     "ImplicitRun",
-    "Schedule",
     "describe_request",
     "pack",
     "prepare_crossings",
@@ -29,7 +27,6 @@ __getattr__ = on_demand(
     __name__,
     {
         "checkpoint_files": "describe_request pack",
-        "checkpoint_schedule": "Schedule",
         "error_controlled_run": "ErrorControlledRun",
         "explicit_run": "ExplicitRun",
         "implicit_run": "ImplicitRun",

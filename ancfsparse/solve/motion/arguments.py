@@ -41,7 +41,7 @@ from ancfsparse.system.coordinates.state import State
 
 if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit
-    from ancfsparse.solve.motion.checkpoint_schedule import Schedule
+    from ancfsparse.solve.preparation.checkpoint_schedule import Schedule
 
 # Second order, and unresolved vibrations are damped (docs/accuracy.md, docs/stability.md): as
 # accurate as the trapezoidal rule, and stable where that is not.

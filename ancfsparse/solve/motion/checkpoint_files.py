@@ -19,7 +19,7 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene import Scene
 from ancfsparse.scene.storage.json_file import written
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.motion.checkpoint_schedule import Schedule
+from ancfsparse.solve.preparation.checkpoint_schedule import Schedule
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import CoordinateLayout, State
 

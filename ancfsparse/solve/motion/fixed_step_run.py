@@ -26,8 +26,8 @@ from ancfsparse.system import System
 if TYPE_CHECKING:
     from ancfsparse.integrators.interface.time_loops import ImplicitLoop, Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
-    from ancfsparse.solve.motion.checkpoint_schedule import Schedule
     from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
+    from ancfsparse.solve.preparation.checkpoint_schedule import Schedule
     from ancfsparse.solve.stepping.state_recorder import FileRecorder
     from ancfsparse.system.coordinates.state import State
 

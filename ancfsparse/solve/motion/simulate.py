@@ -16,7 +16,7 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.scene import Point, Scene
-from ancfsparse.solve import initial_conditions, motion
+from ancfsparse.solve import initial_conditions, motion, preparation
 from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
 from ancfsparse.solve.initial_conditions.consistent_state import check_constraints, check_energy
 from ancfsparse.solve.initial_conditions.restart import restore_contributions
@@ -88,7 +88,7 @@ def simulate(
             raise InputError(
                 "checkpoint needs the file of the run: give output='run.h5', or leave it out"
             )
-        request = replace(request, checkpoint=motion.Schedule(checkpoint))
+        request = replace(request, checkpoint=preparation.Schedule(checkpoint))
     check_memory(request.memory())
     system = build_system_at_start(request)
     if accuracy is None:

@@ -127,7 +127,7 @@ class LimitedPenetration(Contribution):
         return self.motion_warnings(when)
 
     def motion_warnings(self, when: Callable[[], str]) -> list[Warning]:
-        """Return a warning if the penetration in any step so far was too large."""
+        """Return a warning if the penetration in any step of the present motion was too large."""
         limit, deepest = self.penetration_limit, self.deepest_of_motion
         if limit is None or limit.allows(deepest, at_rest=False):
             return []
