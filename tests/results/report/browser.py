@@ -63,14 +63,6 @@ class Page:
             time.sleep(0.05)
         self.run("new Promise(r => document.readyState === 'complete' ? r() : onload = () => r())")
 
-    @property
-    def processor_time(self):
-        """Seconds of processor time of the browser until now."""
-        session, self._session = self._session, None
-        processes = self.call("SystemInfo.getProcessInfo")["processInfo"]
-        self._session = session
-        return sum(each["cpuTime"] for each in processes)
-
     def in_frames(self, script):
         """Return the values of a script in all frames of the page that have own processes."""
         self.call(
