@@ -1,10 +1,12 @@
 """A scene with beams, bodies and joints, its results, and valid arguments of all callables."""
 
 from functools import cached_property
+from unittest.mock import patch
 
 import numpy as np
 
 import ancfsparse as ancf
+from ancfsparse.solve.stepping.state_recorder import RunStorage
 
 SECTION, MATERIAL = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
 
@@ -88,6 +90,13 @@ class World:
     def saved_run(self):
         ancf.simulate(self.held, 4e-3, 1e-3, output="good.h5")
         return "good.h5"
+
+    @property
+    def begun_run(self):
+        """Return the file of a run that has its last checkpoint; a call resumes it to its end."""
+        with patch.object(RunStorage, "remove_checkpoint"):
+            ancf.simulate(self.held, 4e-3, 1e-3, output="begun.h5", checkpoint=2)
+        return "begun.h5"
 
     @cached_property
     def motion(self):
@@ -307,6 +316,7 @@ GIVEN = {
     "Scene.replaced, a body": lambda w: {"handle": w.box, "mass": 2.0},
     "Scene.load": lambda w: {"path": w.saved_scene},
     "load": lambda w: {"path": w.saved_run, "scene": w.held},
+    "resume": lambda w: {"path": w.begun_run, "scene": w.held, "progress": False},
     "Trajectory.animate": lambda w: {
         "path": "run.gif", "seconds": 0.5, "fps": 4, "dpi": 10, "progress": False
     },
