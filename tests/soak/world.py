@@ -251,6 +251,11 @@ GIVEN = {
     "Arc": lambda w: {"start": w.at(1, 0), "axis": w.axis},
     "Taper": lambda w: {"start": SECTION, "end": SECTION},
     "Sine": lambda w: {"amplitude": w.at(1, 0)},
+    "SpinUp": lambda w: {"speed": 1.0, "rise": 0.1},
+    "Trajectory.history": lambda w: {"what": "velocity"},
+    "Trajectory.range": lambda w: {"what": "N", "line": w.held and w.held_rod},
+    "Trajectory.report": lambda w: {"path": "new.html"},
+    "Trajectory.resample": lambda w: {"times": (0.0, 1e-3)},
     "IBeam": lambda w: {"height": 0.2},
     "Scene.add_beam": beam,
     "Scene.add_beam, curved": lambda w: beam(

@@ -78,7 +78,7 @@ def test_a_repetition_continues_by_newtons_method(failure, tmp_path, every):
     last = simulate(dragged_over_drum(), ancf.Newton(), start=first.last)
     rows = [*range(0, STEPS, every), STEPS] if every > 1 else range(STEPS + 1)
     np.testing.assert_allclose(again.t, DT * np.array(rows), atol=1e-15)
-    for name in ("q", "v", "a", "lam", "history"):
+    for name in ("q", "v", "a", "lam", "internal"):
         states = np.concatenate([getattr(first, name)[:], getattr(last, name)[1:]])
         np.testing.assert_array_equal(getattr(again, name)[:], states[rows])
 
@@ -89,7 +89,7 @@ def test_a_repetition_is_the_run_by_newton(failure, monkeypatch):
     again = simulate(dragged_over_drum())
     assert failure.step == 30
     newton = simulate(dragged_over_drum(), ancf.Newton())
-    for name in ("t", "q", "v", "a", "lam", "history"):
+    for name in ("t", "q", "v", "a", "lam", "internal"):
         np.testing.assert_array_equal(getattr(again, name)[:], getattr(newton, name)[:])
 
 

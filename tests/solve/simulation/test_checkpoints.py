@@ -136,6 +136,15 @@ def test_every_cut_of_the_writes_is_restored(tmp_path, monkeypatch, rng):
     assert changed > 10
 
 
+@pytest.fixture
+def interruptible():
+    """Let an interruption raise an error, which a shell ignores in background processes."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_signals_wait_until_hdf5_has_written(monkeypatch, tmp_path):
     whole = ancf.simulate(
         moved_pendulum(), STEPS * DT, DT, output=tmp_path / "whole.h5", checkpoint=10
