@@ -112,7 +112,7 @@ def evaluate_history(run: Motion, node: object, what: str) -> Vector:
 
 
 class ValueRange(NamedTuple):
-    """Least, mean and greatest value of a quantity along a beam, over all saved states.
+    """Minimum, mean and maximum value of a quantity along a beam, over all saved states.
 
     Attributes
     ----------

@@ -255,7 +255,7 @@ class Trajectory(TrajectoryOutput):
         return fields.evaluate_history(self, point, what)
 
     def range(self, what: str, line: Beam) -> ValueRange:
-        """Return the least, mean and greatest values of a quantity along a beam.
+        """Return the minimum, mean and maximum of a quantity along a beam.
 
         Parameters
         ----------

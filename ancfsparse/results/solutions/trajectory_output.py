@@ -65,7 +65,7 @@ class TrajectoryOutput(Solution):
         times : array_like, optional
             Times [s] of shapes and of quantities along a beam, rounded to those of saved states.
             By default six, from the first to the last; with a `colour` the last.  ``"range"`` plots
-            the least, mean and greatest values over all saved states along a beam.
+            the minimum, mean and maximum over all saved states along a beam.
         ax : Axes, optional
             Axes to plot into; by default those of a new figure.
         view : str or (float, float), optional

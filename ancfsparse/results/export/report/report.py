@@ -176,7 +176,7 @@ def _histories(run: ReportedRun, points: list[Point]) -> Iterator[str]:
 
 
 def _ranges(run: ReportedRun, lines: list[Beam]) -> Iterator[str]:
-    """Yield graphs of the least, mean and greatest axial force and bending moment of beams."""
+    """Yield graphs of the minimum, mean and maximum axial force and bending moment of beams."""
     yield "<div class='graphs'>" if lines else ""
     for line in lines:
         for what in ("N", "M")[: 1 + (len(line.kind.axis) > 1)]:
