@@ -35,7 +35,7 @@ from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
 N_TIMES = 6  # shapes by default
-RANGE = "least", "mean", "greatest"  # curves of a range graph
+RANGE = "minimum", "mean", "maximum"  # curves of a range graph
 MODE_AMPLITUDE = 0.1  # of a mode, over the extent of the scene
 
 

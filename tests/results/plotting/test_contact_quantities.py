@@ -76,9 +76,9 @@ def test_a_range_graph_has_least_mean_and_greatest_values(sliding):
     pressure = run.contact_force(arc).pressure
     ax = run.plot("pressure", arc, times="range")
     drawn = {line.get_label(): line.get_ydata() for line in ax.lines}
-    np.testing.assert_array_equal(drawn["least"], pressure.min(axis=0))
+    np.testing.assert_array_equal(drawn["minimum"], pressure.min(axis=0))
     np.testing.assert_allclose(drawn["mean"], pressure.mean(axis=0))
-    np.testing.assert_array_equal(drawn["greatest"], pressure.max(axis=0))
+    np.testing.assert_array_equal(drawn["maximum"], pressure.max(axis=0))
     assert [text.get_text() for text in ax.get_legend().get_texts()] == list(drawn)
     moments = run.plot("M", arc, times="range").lines
     inside = run.section_force(arc).M
