@@ -24,6 +24,7 @@ from ancfsparse.results.data.stored_tables import (
     LAST_STATE,
     REFERENCE,
     SCENE_RECORDS,
+    STATISTICS,
     StoredState,
     StoredTable,
     check_values,
@@ -202,7 +203,7 @@ def _read_states(path: Path, file: h5py.File) -> StoredRun:
     settings = dict(json.loads(read_text(file, "settings")))
     # Unknown counts of a later version are ignored.
     known = {each.name for each in fields(RunStats)}
-    counts = json.loads(read_text(file, "stats", "{}"))
+    counts = json.loads(read_text(file, STATISTICS, "{}"))
     stats = RunStats(**{name: value for name, value in counts.items() if name in known})
     n = int(file.attrs["coordinates"])
     places = np.asarray(file["places"]) if "places" in file else None

@@ -1,13 +1,16 @@
 """Files are known for those of runs, are written by one run at a time, and are checked as read."""
 
 import dataclasses
+import errno
 import json
 import multiprocessing
+import os
 import re
 import subprocess
 import sys
 import threading
 import uuid
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -15,7 +18,9 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
+from ancfsparse.results.data import recoverable_file
 from ancfsparse.results.data.output_lock import check_replaceable
+from ancfsparse.results.data.recoverable_file import journal_of
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from tests.soak.trials import files
@@ -99,11 +104,11 @@ def test_a_run_whose_file_was_cut_off_can_be_run_again(tmp_path, size):
 
 
 KILLED_WITH_ROOM = """
-take = writer._allocate_disk
+take = writer.allocate_disk
 def with_room(*arguments):
     take(*arguments)
     os._exit(9)
-writer._allocate_disk = with_room
+writer.allocate_disk = with_room
 """
 KILLED_WITHOUT_MARK = """
 make = h5py.File
@@ -127,6 +132,64 @@ def test_a_run_that_is_killed_while_it_makes_its_file_can_be_run_again(tmp_path,
         load(path, pendulum()[0])
     run_to(path)
     assert load(path, pendulum()[0]).finished
+
+
+def test_a_run_that_is_killed_at_any_write_leaves_the_states_that_were_passed_on(
+    tmp_path, monkeypatch
+):
+    """Without the journal, HDF5 could not read some of these files."""
+    path, copy, cuts = tmp_path / "run.h5", tmp_path / "copy.h5", []
+    write, append, passed = recoverable_file._write_all, Writer.append, [0]
+
+    def cutting(target, data):
+        for part in (0, len(data) // 2):
+            write(target, memoryview(data)[:part])
+            if passed[-1]:
+                cuts.append((path.read_bytes(), journal_of(path).read_bytes(), passed[-1]))
+            target.seek(-part, os.SEEK_CUR)
+        write(target, data)
+
+    def counted(writer, *rows, **where):
+        append(writer, *rows, **where)
+        passed.append(writer.rows)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(recoverable_file, "_write_all", cutting)
+        patch.setattr(Writer, "append", counted)
+        whole = ancf.simulate(pendulum()[0], 4.0, 1e-3, save_every=7, output=path)
+    assert len(cuts) > 100
+    unreadable = 0
+    for content, journal, rows in cuts[:: len(cuts) // 30]:
+        copy.write_bytes(content)
+        try:
+            load(copy)
+        except InputError:
+            unreadable += 1
+        journal_of(copy).write_bytes(journal)
+        kept = load(copy)
+        assert len(kept.t) >= rows
+        assert np.array_equal(kept.q[:], whole.q[: len(kept.t)])
+        assert not journal_of(copy).exists()
+    assert unreadable > 0
+
+
+def test_a_killed_run_in_a_folder_that_cannot_be_written_asks_for_a_copy(tmp_path, monkeypatch):
+    path = tmp_path / "run.h5"
+    run_to(path)
+    journal_of(path).touch()
+    begin = Path.open
+
+    def refuse(file, mode="r", *rest, **options):
+        if "+" in mode:
+            raise PermissionError(errno.EACCES, "Permission denied")
+        return begin(file, mode, *rest, **options)
+
+    monkeypatch.setattr(Path, "open", refuse)
+    with pytest.raises(InputError, match=r"run.h5 is of a run that was killed, .* copy both files"):
+        load(path)
+    monkeypatch.undo()
+    assert load(path).finished
+    assert not journal_of(path).exists()
 
 
 def test_no_damage_of_a_file_is_read_as_a_run():

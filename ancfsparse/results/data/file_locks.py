@@ -1,18 +1,19 @@
-"""Locks on files that are being written; on Windows only those of HDF5."""
+"""Locks on files that are being written."""
 
 from __future__ import annotations
 
 import os
+import sys
 import time
 from contextlib import suppress
 from pathlib import Path
 
-try:
+if sys.platform == "win32":
+    import msvcrt
+else:
     import fcntl
-except ImportError:
-    fcntl = None  # type: ignore[assignment]
 
-HDF5_LOCKS = fcntl is None  # HDF5 must lock files itself
+LOCKED_BYTE = 2**62  # position of the byte that Windows locks, which no file reaches
 # Checks by several processes are short and may coincide.
 MAX_TRIES = 5  # attempts to lock a file
 PAUSE = 0.02  # s, between attempts
@@ -26,14 +27,16 @@ def try_lock(file: int, *, alone: bool) -> bool:
     file : int
         Its descriptor; closing it releases the lock.
     alone : bool
-        Lock exclusively, or else share the lock with other readers.
+        Lock exclusively, or else share the lock with other readers; Windows shares none.
     """
-    if fcntl is None:
-        return True
     for _ in range(MAX_TRIES):
         try:
-            fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
-        except BlockingIOError:
+            if sys.platform == "win32":
+                os.lseek(file, LOCKED_BYTE, os.SEEK_SET)
+                msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+            else:
+                fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | fcntl.LOCK_NB)
+        except (BlockingIOError, PermissionError):
             time.sleep(PAUSE)
         except OSError:  # a file system without locks
             return True
@@ -44,8 +47,11 @@ def try_lock(file: int, *, alone: bool) -> bool:
 
 def unlock(file: int) -> None:
     """Release the lock, also for copies of the descriptor in forked processes."""
-    if fcntl is not None:
-        with suppress(OSError):  # a file system without locks
+    with suppress(OSError):  # a file system without locks
+        if sys.platform == "win32":
+            os.lseek(file, LOCKED_BYTE, os.SEEK_SET)
+            msvcrt.locking(file, msvcrt.LK_UNLCK, 1)
+        else:
             fcntl.flock(file, fcntl.LOCK_UN)
 
 

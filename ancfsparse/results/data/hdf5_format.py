@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import RUN_MARK, begins_with
 from ancfsparse.results.data.file_locks import is_locked
+from ancfsparse.results.data.recoverable_file import recover
 
 if TYPE_CHECKING:
     import h5py
@@ -21,9 +22,7 @@ if TYPE_CHECKING:
 # Files of format 1, of version 0.1.0, have no mark; those of format 2 lack the last state.
 FORMAT = 3  # number of the format, an attribute
 USER_BLOCK = 512  # bytes before those of HDF5, the smallest number it allows
-HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 CHECKSUM_SIZE = 4  # bytes of the checksum of a chunk
-FIRST_BYTES = 48  # bytes that HDF5 writes first
 FIRST_ATTRIBUTES = {"settings", "scene", "run", "coordinates"}
 """Attributes of files of format 1."""
 
@@ -35,9 +34,9 @@ DAMAGE_ERRORS = (
 
 @contextmanager
 def open_file(
-    path: Path, run: str | None = None, *, locking: bool | None = None
+    path: Path, run: str | None = None, *, is_locked_here: bool = False
 ) -> Iterator[h5py.File]:
-    """Open a file for reading.
+    """Open a file for reading; restore it first if its run was killed.
 
     Parameters
     ----------
@@ -45,8 +44,8 @@ def open_file(
         The file.
     run : str, optional
         Identifier of the run that wrote it; any run by default.
-    locking : bool, optional
-        Let HDF5 lock the file; by default if possible.
+    is_locked_here : bool, optional
+        Whether this process holds the lock of the file.
 
     Raises
     ------
@@ -56,7 +55,10 @@ def open_file(
     import h5py
 
     try:
-        file = h5py.File(path, "r", locking=locking)
+        recover(path, is_locked_here=is_locked_here)
+        file = h5py.File(path, "r", locking=False if is_locked_here else None)
+    except InputError:
+        raise
     except DAMAGE_ERRORS as refused:
         raise InputError(describe_failure(path, refused)) from None
     try:
@@ -134,18 +136,6 @@ def is_of_first_format(file: h5py.File) -> bool:
         FIRST_ATTRIBUTES <= set(file.attrs)
         and set("tqva") <= set(file)
         and re.fullmatch("[0-9a-f]{32}", str(file.attrs["run"])) is not None
-    )
-
-
-def is_bare(path: Path) -> bool:
-    """Return True for an empty HDF5 file with room for a mark.
-
-    A run that is killed before it marks its file leaves such a file.
-    """
-    with path.open("rb") as file:
-        content = file.read(USER_BLOCK + FIRST_BYTES + 1)
-    return len(content) <= USER_BLOCK + FIRST_BYTES and content.startswith(
-        bytes(USER_BLOCK) + HDF5_SIGNATURE
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import RUN_MARK, begins_with
 from ancfsparse.results.data.file_locks import is_locked, try_lock, unlock
-from ancfsparse.results.data.hdf5_format import is_bare, open_file
+from ancfsparse.results.data.hdf5_format import USER_BLOCK, open_file
 
 
 class OutputLock:
@@ -43,13 +43,17 @@ class OutputLock:
             self.release()
             raise
 
-    def begin(self) -> None:
+    def mark_new(self) -> None:
         """Write the mark to a new file; the file of an earlier run is not changed."""
         if os.fstat(self._file).st_size == 0:
-            self.mark()
+            self._mark()
 
-    def mark(self) -> None:
-        """Write the mark, and the identifier of the run, before the bytes of HDF5."""
+    def clear(self) -> None:
+        """Remove all but the mark and the identifier of this run, before the bytes of HDF5."""
+        self._mark()
+        os.ftruncate(self._file, USER_BLOCK)
+
+    def _mark(self) -> None:
         os.lseek(self._file, 0, os.SEEK_SET)
         os.write(self._file, f"{RUN_MARK}{self._run}\n".encode())
 
@@ -78,13 +82,13 @@ def check_replaceable(path: Path, *, is_locked_here: bool = False) -> None:
     try:
         if not is_locked_here and is_locked(path):
             raise _busy(path)
-        if path.stat().st_size == 0 or begins_with(path, RUN_MARK) or is_bare(path):
+        if path.stat().st_size == 0 or begins_with(path, RUN_MARK):
             return
     except OSError as refused:
         reason = os.strerror(refused.errno or 0)
         raise InputError(f"{output} cannot be written: {reason}; take another name") from None
     try:
-        with open_file(path, locking=False if is_locked_here else None):
+        with open_file(path, is_locked_here=is_locked_here):
             pass
     except InputError as other:
         raise InputError(

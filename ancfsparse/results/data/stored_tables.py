@@ -15,6 +15,7 @@ from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.system import System
 
 # Names of data sets.
+STATISTICS = "stats"
 LAST_STATE = "last"  # vectors of the last state
 LAST_MULTIPLIERS = "last_lam"  # its multipliers
 MEMORY = "memory"  # its other data, as text

@@ -9,13 +9,11 @@ if TYPE_CHECKING:
     from ancfsparse.results.export.csv_table import write_csv
     from ancfsparse.results.export.hdf5_writer import Writer
     from ancfsparse.results.export.labelled_tables import make_dataset, make_frame
-    from ancfsparse.results.export.recoverable_writer import RecoverableWriter
     from ancfsparse.results.export.report.notebook import show_run, show_scene
     from ancfsparse.results.export.report.report import write_report
     from ancfsparse.results.export.vtkhdf import write_motion, write_vtk
 
 __all__ = [
-    "RecoverableWriter",
     "Writer",
     "make_dataset",
     "make_frame",
@@ -33,7 +31,6 @@ __getattr__ = on_demand(
         "csv_table": "write_csv",
         "hdf5_writer": "Writer",
         "labelled_tables": "make_dataset make_frame",
-        "recoverable_writer": "RecoverableWriter",
         "report.notebook": "show_run show_scene",
         "report.report": "write_report",
         "vtkhdf": "write_motion write_vtk",

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
-import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
@@ -18,10 +17,11 @@ from numpy.typing import NDArray
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, OutputError
 from ancfsparse.file_names import RUN_MARK
-from ancfsparse.results.data.file_locks import HDF5_LOCKS
+from ancfsparse.results.data.checkpoint_file import checkpoint_of, read_checkpoint, write_checkpoint
+from ancfsparse.results.data.disk_space import allocate_disk
 from ancfsparse.results.data.hdf5_format import FORMAT, USER_BLOCK
 from ancfsparse.results.data.output_lock import OutputLock
-from ancfsparse.results.data.recoverable_file import journal_of
+from ancfsparse.results.data.recoverable_file import RecoverableFile, recover
 from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.data.stored_tables import (
     LAST_MULTIPLIERS,
@@ -29,8 +29,10 @@ from ancfsparse.results.data.stored_tables import (
     MEMORY,
     REFERENCE,
     SCENE_RECORDS,
+    STATISTICS,
     encode_state,
 )
+from ancfsparse.results.export.deferred_signals import defer_signals
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.system.coordinates.state import State
 
@@ -46,13 +48,14 @@ MAX_CHUNKS = 64
 # Chunks of wider tables have one row, so that appending a row does not read chunks back.
 MAX_ROWS_TIMES_COLUMNS = 2**20  # numbers in the rows of a chunk
 LIBRARY_VERSIONS = ("v108", "v108")
-"""Format of HDF5 with checksums of metadata, which can be read after a run was killed."""
+"""Format of HDF5 with checksums of metadata."""
 CHUNK_METADATA = 512  # bytes
 FILE_METADATA = 2**19  # bytes, also for the statistics of the run
+BLOCKS_PER_BYTE = 2  # bytes of the journal per byte of a chunk, which begins within a block
 
 
 class Writer:
-    """Append states to an HDF5 file, which stays readable after an interruption.
+    """Append states to an HDF5 file, which stays readable after any end of the process.
 
     Data sets ``t`` (k,) [s]; ``q``, ``v``, ``a`` (k, c); ``lam`` (k, m) if there are multipliers;
     ``history`` (k, h) if there are history variables; ``places`` (c,) if only some coordinates are
@@ -63,7 +66,9 @@ class Writer:
     number of coordinates of the system, and ``run`` a unique identifier of the run.
 
     HDF5 cannot close a file on a full disk.  The disk space for new rows is therefore allocated
-    before they are written.
+    before they are written.  It writes through a file object of Python (`RecoverableFile`), whose
+    bytes are sealed after each of the calls below.  An exception in it, as by Ctrl-C, would leave
+    HDF5 in an undefined state, so signals wait until HDF5 returns.
 
     Parameters
     ----------
@@ -110,16 +115,52 @@ class Writer:
         texts["scene"] = json.dumps(dict(scene))
         self._acquire()
         try:
-            self._create(texts, n, {"lam": m, "history": n_history})
+            with defer_signals():
+                self._create(texts, n, {"lam": m, "history": n_history})
         except BaseException as stop:  # also an interruption must not leave the file locked
-            self._lock.mark()  # HDF5 has cleared it, and closes a file that it has begun
             self._abandon()
             if isinstance(stop, OSError):
                 raise self._refusal(stop) from None
             raise
 
+    @classmethod
+    def reopen(cls, path: Path) -> Self:
+        """Open the file of a run that was killed or interrupted, at its last checkpoint.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written, is being written by another run, or has no checkpoint.
+        """
+        import h5py
+
+        writer = cls.__new__(cls)
+        writer._path, writer._run = path.absolute(), ""
+        rows = read_checkpoint(path).rows
+        writer._acquire()
+        try:
+            with defer_signals():
+                recover(writer._path, is_locked_here=True)
+                size = writer._path.stat().st_size
+                writer._disk = RecoverableFile(writer._path, size)
+                writer._disk.seal(size)
+                writer._file = file = h5py.File(writer._disk, "r+", libver=LIBRARY_VERSIONS)
+                writer.rows, writer._last = rows, float(file["t"][rows - 1])
+                writer._columns = file["places"][:] if "places" in file else None
+                writer._remove_ending()
+                writer._truncate_tables()
+                writer._seal()
+        except BaseException as stop:  # the file must not stay locked
+            writer._abandon()
+            if isinstance(stop, OSError):
+                raise writer._refusal(stop) from None
+            raise
+        return writer
+
     def _abandon(self) -> None:
         """Release a file that was not opened."""
+        if hasattr(self, "_disk"):
+            self._disk.close()
         self._lock.release()
 
     def _acquire(self) -> None:
@@ -133,19 +174,18 @@ class Writer:
         """Return the empty file."""
         import h5py
 
-        return h5py.File(
-            self._path, "w", locking=HDF5_LOCKS, libver=LIBRARY_VERSIONS, userblock_size=USER_BLOCK
-        )
+        self._lock.clear()
+        self._disk = RecoverableFile(self._path)
+        return h5py.File(self._disk, "w", libver=LIBRARY_VERSIONS, userblock_size=USER_BLOCK)
 
     def _create(self, texts: dict[str, str], n: int, others: dict[str, int]) -> None:
         """Create the file without states."""
         # If the run is killed from here on, its file is recognised as that of a run.
-        self._lock.begin()
-        journal_of(self._path).unlink(missing_ok=True)  # of an earlier run
+        self._lock.mark_new()
+        checkpoint_of(self._path).unlink(missing_ok=True)  # of an earlier run
         # HDF5 writes to the disk only when the file is flushed.
-        _allocate_disk(self._path, 0, FILE_METADATA + sum(map(len, texts.values())))
+        allocate_disk(self._path, 0, FILE_METADATA + sum(map(len, texts.values())))
         self._file = self._begin()
-        self._lock.mark()
         saved = n if self._columns is None else len(self._columns)
         widths = dict.fromkeys("qva", saved) | {name: n for name, n in others.items() if n}
         for name, columns in widths.items():
@@ -161,7 +201,7 @@ class Writer:
         self._file.attrs["format"] = FORMAT
         self._file.attrs["coordinates"] = n
         self._file.attrs["run"] = np.bytes_(self._run)
-        self._file.flush()
+        self._seal()
 
     def _refusal(self, refused: OSError) -> InputError:
         reason = os.strerror(refused.errno or 0)
@@ -186,18 +226,35 @@ class Writer:
 
     def add_reference(self, q_ref: Vector) -> None:
         """Add the stress-free shape of a run that starts in another shape, (n_all,) [m, 1]."""
-        self._reserve(q_ref.nbytes)
-        self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
+        with self._adding(q_ref.nbytes):
+            self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
 
     def add_outline(self, outline: Outline) -> None:
         """Add the outline of the scene for plots."""
-        self._reserve(outline.nbytes)
-        outline.write(self._file)
+        with self._adding(outline.nbytes):
+            outline.write(self._file)
 
     def add_records(self, text: str) -> None:
         """Add the scene as the text of a scene file, see `Scene.save`."""
-        self._reserve(len(text))
-        self._text(SCENE_RECORDS, text)
+        with self._adding(len(text)):
+            self._text(SCENE_RECORDS, text)
+
+    @contextmanager
+    def _adding(self, size: int | None) -> Iterator[None]:
+        """Change the file, whole or not at all; allocate `size` new bytes, or none for None."""
+        with defer_signals():
+            if size is not None:
+                self._reserve(size)
+            yield
+            self._seal()
+
+    def _seal(self) -> None:
+        """Write the file, and make its present bytes those that are restored after a kill."""
+        self._file.flush()
+        try:
+            self._disk.seal(self._file.id.get_filesize())
+        except OSError as full:
+            raise self._full(full) from None
 
     def append(
         self,
@@ -222,8 +279,13 @@ class Writer:
         tables = {name: x for name, x in tables.items() if name in self._file and x is not None}
         begin = self.rows if begin is None else begin
         rows = begin + len(t)
+        growth = sum(self._growth(self._file[name], rows) for name in tables)
         try:
-            self._reserve(sum(self._growth(self._file[name], rows) for name in tables))
+            with self._adding(growth):
+                for name, values in tables.items():
+                    table = self._file[name]
+                    table.resize(rows, axis=0)
+                    table[begin:] = values
         except OutputError:
             if len(t) < 2:
                 raise
@@ -232,11 +294,6 @@ class Writer:
                 states = q[half], v[half], a[half], lam[half]
                 self.append(t[half], *states, later, begin=begin + half.start)
             return
-        for name, values in tables.items():
-            table = self._file[name]
-            table.resize(rows, axis=0)
-            table[begin:] = values
-        self._file.flush()
         self.rows = rows
         if len(t):
             self._last = float(t[-1])
@@ -245,19 +302,36 @@ class Writer:
         """Add the statistics of the run, and its last state if available."""
         text = json.dumps(asdict(stats))
         tables: dict[str, Vector] = {}
-        texts = {"stats": text}
+        texts = {STATISTICS: text}
         if last is not None:
             tables[LAST_STATE], tables[LAST_MULTIPLIERS], texts[MEMORY] = encode_state(last)
         size = sum(map(len, texts.values())) + sum(table.nbytes for table in tables.values())
-        if size > FILE_METADATA // 2:  # less was allocated with the last rows
-            self._reserve(size)
-        for name in (*texts, *tables):
+        # Less was allocated with the last rows, and is there on a full disk.
+        with self._adding(size if size > FILE_METADATA // 2 else None):
+            self._remove_ending()
+            for name, table in tables.items():
+                self._file.create_dataset(name, data=table, fletcher32=table.size > 0)
+            for name, text in texts.items():
+                self._text(name, text)
+
+    def _remove_ending(self) -> None:
+        """Remove what `finish` has added."""
+        for name in (STATISTICS, LAST_STATE, LAST_MULTIPLIERS, MEMORY):
             if name in self._file:
                 del self._file[name]
-        for name, table in tables.items():
-            self._file.create_dataset(name, data=table, fletcher32=table.size > 0)
-        for name, text in texts.items():
-            self._text(name, text)
+
+    def keep_checkpoint(self, data: bytes) -> None:
+        """Make the present states, with the head and other data, the last checkpoint.
+
+        Raises
+        ------
+        OutputError
+            If the disk is full; the last checkpoint then stays.
+        """
+        try:
+            write_checkpoint(self._path, self.rows, self.head + data)
+        except OSError as full:
+            raise self._full(full) from None
 
     def _growth(self, table: h5py.Dataset, rows: int) -> int:
         """Return the number of bytes by which a table grows."""
@@ -267,11 +341,27 @@ class Writer:
         return int(chunks * (8 * np.prod(table.chunks) + CHUNK_METADATA))
 
     def _reserve(self, growth: int) -> None:
+        """Allocate new bytes of the file and of the journal."""
         try:
-            _allocate_disk(self._path, self._file.id.get_filesize(), growth + FILE_METADATA)
+            allocate_disk(self._path, self._file.id.get_filesize(), growth + FILE_METADATA)
+            # The next rows are written into chunks that are not full.
+            started = sum(map(self._size_of_started, TABLES))
+            self._disk.reserve(BLOCKS_PER_BYTE * started + FILE_METADATA)
         except OSError as full:
-            reason = os.strerror(full.errno or 0)
-            raise OutputError(reason, str(self._path), self._last) from None
+            raise self._full(full) from None
+
+    def _full(self, refused: OSError) -> OutputError:
+        reason = os.strerror(refused.errno or 0)
+        return OutputError(reason, str(self._path), self._last)
+
+    def _size_of_started(self, name: str) -> int:
+        """Return the number of bytes of chunks of a table that are not full."""
+        if name not in self._file or not self.rows % self._file[name].chunks[0]:
+            return 0
+        table = self._file[name]
+        _, *wide = table.chunks
+        across = -(-table.shape[1] // wide[0]) if wide else 1
+        return int(across * (8 * np.prod(table.chunks) + CHUNK_METADATA))
 
     def __enter__(self) -> Self:
         """Return the writer."""
@@ -284,33 +374,16 @@ class Writer:
         trace: TracebackType | None,
     ) -> None:
         """Close the file without incomplete rows and unused disk space."""
-        try:
-            for name in TABLES:
-                if name in self._file and len(self._file[name]) != self.rows:
-                    self._file[name].resize(self.rows, axis=0)
-            self._file.flush()
-            size = self._file.id.get_filesize()
-            self._file.close()
-            if self._path.stat().st_size > size:
-                self._truncate(size)
-        finally:
-            self._lock.release()
+        with defer_signals():
+            try:
+                self._truncate_tables()
+                self._file.close()
+                self._disk.finish()
+            finally:
+                self._abandon()
 
-    def _truncate(self, size: int) -> None:
-        """Set the size of the closed file."""
-        os.truncate(self._path, size)
-
-
-def _allocate_disk(path: Path, begin: int, length: int) -> None:
-    """Allocate bytes of a file from a position on, or raise the OSError of the system."""
-    if not hasattr(os, "posix_fallocate"):  # only on Linux: check the free space
-        if shutil.disk_usage(path.parent).free < length:
-            raise OSError(errno.ENOSPC, "")
-        return
-    with path.open("r+b") as file:
-        size = os.fstat(file.fileno()).st_size
-        try:
-            os.posix_fallocate(file.fileno(), begin, length)
-        except OSError:
-            os.ftruncate(file.fileno(), size)
-            raise
+    def _truncate_tables(self) -> None:
+        """Remove incomplete rows, and those after a checkpoint."""
+        for name in TABLES:
+            if name in self._file and len(self._file[name]) != self.rows:
+                self._file[name].resize(self.rows, axis=0)

@@ -130,7 +130,7 @@ class FixedStepRun(ABC):
             self._stats.checkpoints = schedule.steps
         stored = None if saved is None else saved._asdict() | self._describe_memory()
         data = {"stored": stored, "stats": asdict(self.count())}
-        cast("FileRecorder", self._recorder).seal(motion.pack(data))
+        cast("FileRecorder", self._recorder).keep_checkpoint(motion.pack(data))
 
     def _continue_from(self, resumed: Mapping[str, Any]) -> None:
         """Return to a checkpoint in a file."""

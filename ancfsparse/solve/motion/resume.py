@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ancfsparse.checks import check_flag
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_file_name
 from ancfsparse.results import Trajectory
+from ancfsparse.results.data.checkpoint_file import checkpoint_of, read_checkpoint
 from ancfsparse.results.data.output_lock import check_replaceable
-from ancfsparse.results.data.recoverable_file import journal_of, read_checkpoint
 from ancfsparse.results.hdf5_reader import agree, read_contents
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.scene.storage.digest import difference
@@ -59,14 +60,15 @@ def resume(
         As in `simulate`.
     """
     file = check_file_name("the file of a run", path)
+    check_flag("progress", progress)
     if not file.exists():
         raise InputError(
             f"{file.absolute()} does not exist: it was moved, removed or never written"
         )
-    if not journal_of(file).exists():
+    if not checkpoint_of(file).exists():
         raise InputError(_describe_missing(file))
     check_replaceable(file)
-    head, rest = unpack(memoryview(read_checkpoint(file)))
+    head, rest = unpack(memoryview(read_checkpoint(file).data))
     resumed, _ = unpack(rest)
     if scene is None:
         scene = _rebuild_scene(file, head["records"], {} if own is None else own)
@@ -97,7 +99,7 @@ def _describe_missing(file: Path) -> str:
             f"the run of {file} is finished, at t = {t:.6g} s: open it by ancf.load({str(file)!r})"
         )
     return (
-        f"{file} has no checkpoint, because {journal_of(file)} does not exist: its run had no "
+        f"{file} has no checkpoint, because {checkpoint_of(file)} does not exist: its run had no "
         "checkpoint=..., or that file was not moved with it; to begin again from its last state at "
         f"t = {t:.6g} s, call simulate with start=ancf.load({str(file)!r}).last"
     )

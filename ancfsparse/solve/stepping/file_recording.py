@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_file_name, check_folder
-from ancfsparse.results import Trajectory, export
+from ancfsparse.results import Trajectory
+from ancfsparse.results.data.checkpoint_file import checkpoint_of
 from ancfsparse.results.data.output_lock import check_replaceable
-from ancfsparse.results.data.recoverable_file import journal_of
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_run
@@ -57,8 +57,7 @@ def record_to_file(
     """
     n, m = system.n_all, system.n_multipliers
     history = system.assembly.n_history
-    kind = Writer if head is None else export.RecoverableWriter
-    with kind(output, n, m, columns, settings, system.description, history) as writer:
+    with Writer(output, n, m, columns, settings, system.description, history) as writer:
         writer.head = head or b""
         if settings["t_start"] is not None:
             writer.add_reference(system.q_ref)
@@ -74,14 +73,14 @@ def record_to_file(
 @contextmanager
 def continue_file(output: Path, head: bytes | None) -> Iterator[Writer]:
     """Open the file of a run at its last checkpoint; parameters as for `record_to_file`."""
-    with export.RecoverableWriter.reopen(output) as writer:
+    with Writer.reopen(output) as writer:
         writer.head = head or b""
         yield writer
 
 
 def remove_checkpoint(output: Path) -> None:
     """Remove the checkpoint of a file."""
-    journal_of(output).unlink(missing_ok=True)
+    checkpoint_of(output).unlink(missing_ok=True)
 
 
 def read_recorded(output: Path, system: System) -> Trajectory:

@@ -56,7 +56,7 @@ class StateRecorder(Protocol):
 class FileRecorder(StateRecorder, Protocol):
     """Stores states in a file, with checkpoints."""
 
-    def seal(self, data: bytes) -> None:
+    def keep_checkpoint(self, data: bytes) -> None:
         """Make the present states, with other data, the last checkpoint."""
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import ancfsparse as ancf
 from ancfsparse import problems
-from ancfsparse.results.data.recoverable_file import journal_of
+from ancfsparse.results.data.checkpoint_file import checkpoint_of
 from tests.soak.checkpoints.trials import differences, outcome_of
 from tests.soak.report import Report
 from tests.solve.simulation.scenes import crossing_cables, hanging_body
@@ -62,7 +62,7 @@ def run(seed, index):
         while not is_whole and not finds:
             wait = float(rng.uniform(0.0, 1.0)) if kills < MOST_KILLS else PATIENCE
             # Before the first checkpoint a run can only begin again.
-            job = (go_on, path) if journal_of(path).exists() else (begin, name, schedule, path)
+            job = (go_on, path) if checkpoint_of(path).exists() else (begin, name, schedule, path)
             word = kill_after(wait, *job)
             kills, is_whole = kills + (word == "killed"), word == "ends"
             if word not in ("killed", "ends"):

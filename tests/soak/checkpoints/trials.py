@@ -15,6 +15,7 @@ import numpy as np
 
 import ancfsparse as ancf
 from ancfsparse.results.data import recoverable_file
+from ancfsparse.results.data.checkpoint_file import checkpoint_of
 from ancfsparse.results.data.recoverable_file import journal_of
 from tests.soak import scenes
 from tests.soak.contacts import scenes as touching
@@ -69,12 +70,12 @@ def attempt(scene, t_end, dt, options, rng, tried=""):
         for copy in copies:
             if not copy.exists():
                 continue
-            if not journal_of(copy).exists():  # from before the first checkpoint
+            if not checkpoint_of(copy).exists():  # from before the first checkpoint
                 continue
             again = outcome_of(lambda at=copy: ancf.resume(at, scene))
             resumed += 1
             finds += differences(whole, again)
-        if not finds and whole[0] == "finished" and journal_of(path).exists():
+        if not finds and whole[0] == "finished" and checkpoint_of(path).exists():
             finds.append("a finished run has left its checkpoint")
         return Report(f"{whole[0]}, {resumed} resumed", finds, tried)
 
@@ -134,9 +135,10 @@ def copy_while_writing(path, copies, rng):
             part = part[size:]
             copy = copies[int(rng.integers(len(copies)))]
             shutil.copy(path, copy)
-            journal_of(copy).unlink(missing_ok=True)
-            if journal_of(path).exists():
-                shutil.copy(journal_of(path), journal_of(copy))
+            for beside in (journal_of, checkpoint_of):
+                beside(copy).unlink(missing_ok=True)
+                if beside(path).exists():
+                    shutil.copy(beside(path), beside(copy))
         write(file, part)
 
     recoverable_file._write_all = copying

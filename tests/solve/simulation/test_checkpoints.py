@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.results.data import recoverable_file
+from ancfsparse.results.data import checkpoint_file, recoverable_file
+from ancfsparse.results.data.checkpoint_file import checkpoint_of
 from ancfsparse.results.data.output_lock import OutputLock
-from ancfsparse.results.data.recoverable_file import RecoverableFile, journal_of, restore
-from ancfsparse.results.export.recoverable_writer import RecoverableWriter
+from ancfsparse.results.data.recoverable_file import RecoverableFile, journal_of, recover
+from ancfsparse.results.export.hdf5_writer import Writer
 from tests.cli.command import run as run_command
 from tests.solve.simulation.scenes import INTEGRATORS, SCENES, SOLVERS, pendulum
 
@@ -36,18 +37,18 @@ def equal(one, other):
 
 def interrupt(monkeypatch, path, scene, number, **options):
     """Run to a file until a checkpoint of a number, and interrupt the run there."""
-    seal, count = RecoverableWriter.seal, 0
+    keep, count = Writer.keep_checkpoint, 0
 
     def counted(writer, data):
         nonlocal count
-        seal(writer, data)
+        keep(writer, data)
         count += 1
         if count > number:
             raise KeyboardInterrupt
 
     options = {"checkpoint": 10} | options
     with monkeypatch.context() as patch:
-        patch.setattr(RecoverableWriter, "seal", counted)
+        patch.setattr(Writer, "keep_checkpoint", counted)
         with pytest.raises(KeyboardInterrupt) as stop:
             ancf.simulate(scene, STEPS * DT, DT, output=path, **options)
     return stop.value.trajectory
@@ -105,7 +106,7 @@ def test_every_cut_of_the_writes_is_restored(tmp_path, monkeypatch, rng):
         table[row] = states[row]
     file.flush()
     size = file.id.get_filesize()
-    disk.seal(b"data", size)
+    disk.seal(size)
     sealed, cuts = path.read_bytes()[:size], []
     write = recoverable_file._write_all
 
@@ -131,8 +132,9 @@ def test_every_cut_of_the_writes_is_restored(tmp_path, monkeypatch, rng):
         path.write_bytes(data)
         journal_of(path).write_bytes(journal)
         changed += data[:size] != sealed
-        assert restore(path) == size
+        recover(path)
         assert path.read_bytes() == sealed
+        assert not journal_of(path).exists()
     assert changed > 10
 
 
@@ -153,7 +155,7 @@ def test_signals_wait_until_hdf5_has_written(monkeypatch, tmp_path):
 
     def signalling(disk, data):
         nonlocal count
-        count += disk._sealed > 0  # after the first checkpoint
+        count += disk._seal > 4  # after the first states
         if count == 20:
             os.kill(os.getpid(), signal.SIGINT)
         return write(disk, data)
@@ -172,18 +174,18 @@ def test_a_full_disk_leaves_the_last_checkpoint(monkeypatch, tmp_path):
     whole = ancf.simulate(
         moved_pendulum(), STEPS * DT, DT, output=tmp_path / "whole.h5", checkpoint=10
     )
-    seal, count = RecoverableFile.seal, 0
+    name, count = checkpoint_file._name, 0
 
-    def full(disk, data, size):
+    def full(path):
         nonlocal count
         count += 1
         if count == 4:
             raise OSError(errno.ENOSPC, "")
-        seal(disk, data, size)
+        return name(path)
 
     path = tmp_path / "run.h5"
     with monkeypatch.context() as patch:
-        patch.setattr(RecoverableFile, "seal", full)
+        patch.setattr(checkpoint_file, "_name", full)
         with pytest.raises(ancf.OutputError):
             ancf.simulate(moved_pendulum(), STEPS * DT, DT, output=path, checkpoint=10)
     assert equal(ancf.resume(path), whole)
@@ -232,15 +234,15 @@ def test_files_without_their_checkpoint_are_refused(monkeypatch, tmp_path):
         ancf.resume(path)
     for file in (path, other):
         interrupt(monkeypatch, file, moved_pendulum(), 2)
-    shutil.copy(journal_of(other), journal_of(path))
+    shutil.copy(checkpoint_of(other), checkpoint_of(path))
     with pytest.raises(ancf.InputError, match="is the checkpoint of another run than"):
         ancf.resume(path)
-    data = bytearray(journal_of(other).read_bytes())
+    data = bytearray(checkpoint_of(other).read_bytes())
     data[500] ^= 1
-    journal_of(other).write_bytes(data)
+    checkpoint_of(other).write_bytes(data)
     with pytest.raises(ancf.InputError, match="is damaged, or not the checkpoint of a run"):
         ancf.resume(other)
-    journal_of(other).unlink()
+    checkpoint_of(other).unlink()
     with pytest.raises(ancf.InputError, match=r"has no checkpoint, because .* start=ancf.load"):
         ancf.resume(other)
 
