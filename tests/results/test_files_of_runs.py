@@ -252,7 +252,7 @@ def test_of_runs_that_start_together_one_gets_the_file(tmp_path):
             barrier.wait()
 
     for k in range(20):
-        path, ends, barrier = tmp_path / f"run{k}.h5", [], threading.Barrier(3, timeout=60)
+        path, ends, barrier = tmp_path / f"run{k}.h5", [], threading.Barrier(3, timeout=300)
         threads = [threading.Thread(target=start) for _ in range(3)]
         for thread in threads:
             thread.start()

@@ -71,7 +71,7 @@ def start(checkout, *arguments):
 
 def wait_for(file):
     """Wait until another process has begun, which this file shows."""
-    deadline = time.monotonic() + 30.0
+    deadline = time.monotonic() + 300.0
     while not file.exists() and time.monotonic() < deadline:
         time.sleep(0.01)
 

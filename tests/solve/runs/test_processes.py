@@ -115,7 +115,7 @@ print(process.exitcode)
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing forks here")
 def test_a_fork_of_a_process_with_threads_runs_on_one():
     command = [sys.executable, "-W", "ignore", "-c", FORKED]
-    output = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True).stdout
+    output = subprocess.run(command, capture_output=True, text=True, timeout=600, check=True).stdout
     assert output.split() == ["11"]
 
 
@@ -158,4 +158,4 @@ def test_functions_go_along_by_their_code_where_cloudpickle_is_loaded(tmp_path, 
     pytest.importorskip("cloudpickle")
     for code, *words in ((SENT.replace("PICKLER", pickler), "send"), (RECEIVED,)):
         command = [sys.executable, "-c", code, *words]
-        subprocess.run(command, cwd=tmp_path, check=True, timeout=180)
+        subprocess.run(command, cwd=tmp_path, check=True, timeout=600)
