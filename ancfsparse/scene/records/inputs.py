@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import count
 from typing import Any, NamedTuple
 
@@ -21,6 +22,25 @@ ROUNDING = 1e-9  # rounding of the time at the end of a transition, over its dur
 NUMBERS = count(1)  # of inputs without a name
 
 
+POWERS = np.arange(6.0)
+# Coefficients of the powers of x for each given value: the first value with its first and second
+# derivative, the second value and its rate.  From 0 to 1 the quintic of Hermite, its second
+# derivative zero at 1; then a straight line.
+DURING = np.array(
+    [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.5, 0.0, 0.0],
+        [-10.0, -6.0, -1.5, 10.0, -4.0],
+        [15.0, 8.0, 1.5, -15.0, 7.0],
+        [-6.0, -3.0, -0.5, 6.0, -3.0],
+    ]
+)
+AFTER = np.array([[0.0, 0.0, 0.0, 1.0, -1.0], [0.0, 0.0, 0.0, 0.0, 1.0], *np.zeros((4, 5))])
+RATE = np.diag(POWERS[1:], 1)  # coefficients of the derivative of a polynomial
+COEFFICIENTS = np.array([[c, RATE @ c, RATE @ RATE @ c] for c in (DURING, AFTER)])
+
+
 class Transition(NamedTuple):
     """Value of an input over time: from one value to another, then with a constant rate.
 
@@ -31,50 +51,44 @@ class Transition(NamedTuple):
     ----------
     begin, duration : float
         Time of the first value, and time from there to the second [s].
-    terms : (6, n) float
-        Coefficients of the powers of the time from the first value over the duration.
-    end, rate : (n,) float
-        Second value and its rate.
+    terms : (2, 3, 6, n) float
+        Coefficients of the powers of the time from the first value over the duration: during the
+        transition and after it; of the value, its rate and its second derivative.
     """
 
     begin: float
     duration: float
     terms: Vector
-    end: Vector
-    rate: Vector
+
+    def derivatives(self, t: float) -> Vector:
+        """Return the value and its first and second derivative at a time, (3, n)."""
+        x = max(0.0, (t - self.begin) / self.duration)
+        return np.asarray(x**POWERS @ self.terms[int(x >= 1.0 - ROUNDING)])
 
     def evaluate(self, times: Vector, order: int = 0) -> Vector:
         """Return the value at times (k,), or a derivative of it, (k, n)."""
         x = np.maximum((times - self.begin) / self.duration, 0.0)[:, None]
-        still = 0.0 * x
-        terms = self.terms
-        for _ in range(order):
-            terms = np.arange(1.0, len(terms))[:, None] * terms[1:] / self.duration
-        inside = still + terms[-1]
-        for term in terms[-2::-1]:
-            inside = inside * x + term
-        after = (self.end + self.rate * (x - 1.0) * self.duration, self.rate + still, still)
-        return np.asarray(np.where(x < 1.0 - ROUNDING, inside, after[order]))
+        during, after = x**POWERS @ self.terms[:, order]
+        return np.asarray(np.where(x < 1.0 - ROUNDING, during, after))
 
 
 def make_transition(
-    begin: float,
-    duration: float,
-    value: Vector,
-    first_rate: Vector,
-    second_rate: Vector,
-    end: Vector,
-    rate: Vector,
+    begin: float, duration: float, start: Vector, end: Vector, rate: Vector
 ) -> Transition:
-    """Return the transition from a value with two derivatives to a value with a rate."""
-    first, second = first_rate * duration, second_rate * duration**2
-    change = end - value - first - 0.5 * second
-    of_rate, of_second = rate * duration - first - second, -second
-    cubic = 10.0 * change - 4.0 * of_rate + 0.5 * of_second
-    quartic = -15.0 * change + 7.0 * of_rate - of_second
-    quintic = 6.0 * change - 3.0 * of_rate + 0.5 * of_second
-    terms = np.array([value, first, 0.5 * second, cubic, quartic, quintic])
-    return Transition(begin, duration, terms, end, rate)
+    """Return a transition.
+
+    Parameters
+    ----------
+    begin, duration : float
+        As in `Transition` [s].
+    start : (3, n) float
+        First value with its first and second derivative.
+    end, rate : (n,) float
+        Second value and its rate.
+    """
+    scales = duration ** np.arange(3.0)[:, None]
+    given = np.concatenate([start * scales, [end, rate * duration]])
+    return Transition(begin, duration, COEFFICIENTS @ given / scales[:, None])
 
 
 # The transitions in the simulation that is running, by the name of the input.
@@ -129,12 +143,12 @@ class Input(Signal):
         """Number of continuous derivatives."""
         return 2.0
 
-    @property
+    @cached_property
     def initial(self) -> Transition:
         """The default as a transition."""
         value = np.reshape(np.asarray(self.default, dtype=float), self.size)
         zero = np.zeros(self.size)
-        return make_transition(0.0, 1.0, value, zero, zero, value, zero)
+        return make_transition(0.0, 1.0, np.array([value, zero, zero]), value, zero)
 
     def evaluate(self, times: ArrayLike, order: int) -> Vector:
         """Return the value or a derivative at a time, or at an array (k,) of them."""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ancfsparse.array_types import Vector
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.solutions.solution import SingleState
 from ancfsparse.scene import Point
+from ancfsparse.scene.joints.joint import check_point
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.system.coordinates.state import StateHistory
 
@@ -19,6 +22,9 @@ if TYPE_CHECKING:
     from ancfsparse.results.fields.contact_table import ContactTable
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
     from ancfsparse.scene.bodies.rigid_body import RigidBody
+
+
+REMEMBERED_POINTS = 1000  # finding a point takes longer than a step of ten elements
 
 
 class PresentState(SingleState):
@@ -67,13 +73,25 @@ class PresentState(SingleState):
         """Lagrange multipliers of the constraints, (m,)."""
         return self._run.state[3]
 
+    @cached_property
+    def _points(self) -> Callable[[Point], tuple[Integers, Vector]]:
+        return lru_cache(maxsize=REMEMBERED_POINTS)(self.system.point)
+
+    def _point(self, node: Point) -> tuple[Integers, Vector]:
+        """Return indices and weights of a point, which a controller reads in every step."""
+        return self._points(check_point("a position", node))
+
+    def position(self, node: Point) -> Vector:
+        """Return the position of a point, (dim,) [m]."""
+        return interpolate(self._point(node), self.q)
+
     def velocity(self, node: Point) -> Vector:
         """Return the velocity of a point, (dim,) [m/s]."""
-        return interpolate(self.system.point(node), self._run.state[1])
+        return interpolate(self._point(node), self._run.state[1])
 
     def acceleration(self, node: Point) -> Vector:
         """Return the acceleration of a point, (dim,) [m/s2]."""
-        return interpolate(self.system.point(node), self._run.state[2])
+        return interpolate(self._point(node), self._run.state[2])
 
     def contacts(self) -> ContactTable:
         """Return the places that touch, as `Trajectory.contacts` does."""

@@ -279,15 +279,15 @@ class Simulation(PresentState):
         end = which.check_value("the value", value)
         velocity = np.zeros(which.size) if rate is None else which.check_value("the rate", rate)
         last = self._transitions.get(which.name, which.initial)
-        now, first, second = (last.evaluate(np.array([self.t]), order)[0] for order in range(3))
-        change = make_transition(self.t, duration, now, first, second, end, velocity)
+        t = self.t
+        change = make_transition(t, duration, last.derivatives(t), end, velocity)
         self._transitions = self._transitions | {which.name: change}
         self._run.forbid_repetition()
 
     def value(self, which: Input) -> float | Vector:
         """Return the present value of an input, a number or (size,) [unit of its use]."""
         which = self._own(which)
-        value = self._transitions.get(which.name, which.initial).evaluate(np.array([self.t]))[0]
+        value = self._transitions.get(which.name, which.initial).derivatives(self.t)[0]
         return value if which.size > 1 else float(value[0])
 
     def _own(self, which: Input) -> Input:

@@ -90,12 +90,22 @@ class FunctionAmplitude:
         """
         if not callable(self.load.value):
             return np.broadcast_to(self.load.at(0.0), (len(times), self.width)), None
-        if self._takes_arrays and len(times) >= (1 if self._always else MIN_ARRAY_TIMES):
-            table = self._at_once(times)
+        if self._takes_arrays and (self._always or len(times) >= MIN_ARRAY_TIMES):
+            table = self._of_signal(times) if self._always else self._at_once(times)
             if table is not None:
                 return table, None
             self._takes_arrays = self._always
         return self._call_by_call(times)
+
+    def _of_signal(self, times: Vector) -> Vector | None:
+        """Return the amplitudes, or None if one of them is invalid."""
+        function: Any = self.load.value
+        try:
+            with np.errstate(all="ignore"):
+                table = np.reshape(function(times), (len(times), self.width))
+        except Exception:  # one of the user may raise anything; single calls find the time
+            return None
+        return table if np.isfinite(table).all() else None
 
     def _at_once(self, times: Vector) -> Vector | None:
         """Return the amplitudes by one call with all times, or None if they are wrong."""
@@ -108,8 +118,8 @@ class FunctionAmplitude:
                 table = _columns(function(array), len(times), self.width)
         except Exception:  # it may raise anything for an array; single calls decide
             return None
-        if table is None or self._always:
-            return table
+        if table is None:
+            return None
         spread = np.arange(1, N_CHECKS - 1) * 0.6180339887498949 % 1.0  # the golden ratio
         at = np.array([0, *(len(times) * spread).astype(int), len(times) - 1])
         single, failure = self._call_by_call(times[at])
