@@ -99,10 +99,12 @@ class ExplicitRun(FixedStepRun):
             self._steps_to_pause = 1
         self._stats.steps, self._before = back.step, (back.step, self._time_loop.steps)
 
-    def _describe_memory(self) -> dict[str, Any]:
+    def describe_memory(self) -> dict[str, Any]:
+        """Return the memory of the run that is not in a checkpoint: earlier choices."""
         return {"failed": self._ahead.failed if self._ahead else None}
 
-    def _take_memory(self, stored: Mapping[str, Any]) -> None:
+    def take_memory(self, stored: Mapping[str, Any]) -> None:
+        """Set the memory that `describe_memory` has returned."""
         if self._ahead:
             self._ahead.failed = stored["failed"]
 

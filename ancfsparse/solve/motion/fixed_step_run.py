@@ -128,7 +128,7 @@ class FixedStepRun(ABC):
             saved = self.save_checkpoint()
             schedule.keep(step)
             self._stats.checkpoints = schedule.steps
-        stored = None if saved is None else saved._asdict() | self._describe_memory()
+        stored = None if saved is None else saved._asdict() | self.describe_memory()
         data = {"stored": stored, "stats": asdict(self.count())}
         cast("FileRecorder", self._recorder).keep_checkpoint(motion.pack(data))
 
@@ -140,7 +140,7 @@ class FixedStepRun(ABC):
         if resumed["stored"] is None:  # at the start
             return
         stored = dict(resumed["stored"])
-        self._take_memory(stored)
+        self.take_memory(stored)
         stored = {name: stored[name] for name in Checkpoint._fields}
         self.return_to(Checkpoint(**stored))
         self._stats.solver = self._earlier.solver
@@ -150,12 +150,12 @@ class FixedStepRun(ABC):
         """Return whether the present state can be returned to."""
         return self._before is not None
 
-    def _describe_memory(self) -> dict[str, Any]:
-        """Return the memory of the next steps that is not in a checkpoint, for another process."""
+    def describe_memory(self) -> dict[str, Any]:
+        """Return the memory of the run that is not in a checkpoint: earlier choices."""
         return {}
 
-    def _take_memory(self, stored: Mapping[str, Any]) -> None:  # noqa: B027
-        """Set the memory that `_describe_memory` has returned."""
+    def take_memory(self, stored: Mapping[str, Any]) -> None:  # noqa: B027
+        """Set the memory that `describe_memory` has returned."""
 
     @abstractmethod
     def _save(self) -> Checkpoint:

@@ -271,7 +271,8 @@ class ImplicitRun(FixedStepRun):
         is_repeating = self._repetition is not None and self._repetition.is_begun
         return super()._may_return() and self._failure is None and not is_repeating
 
-    def _describe_memory(self) -> dict[str, Any]:
+    def describe_memory(self) -> dict[str, Any]:
+        """Return the memory of the run that is not in a checkpoint: earlier choices."""
         counts, inner = self._iteration.counts, self._solved_with[0].inner
         return {
             "chunk": self._chunk,
@@ -282,7 +283,8 @@ class ImplicitRun(FixedStepRun):
             "failed": self._ahead.failed if self._ahead else None,
         }
 
-    def _take_memory(self, stored: Mapping[str, Any]) -> None:
+    def take_memory(self, stored: Mapping[str, Any]) -> None:
+        """Set the memory that `describe_memory` has returned."""
         if stored["is_switched"] and self._back:
             complete, self._back = self._back.switch(), None
             if complete is None:
@@ -291,6 +293,8 @@ class ImplicitRun(FixedStepRun):
                     "free memory: resume it where more is free"
                 )
             self._solved_with.append(complete)
+        if len(self._solved_with) > 1 and not stored["is_switched"]:
+            return  # the complete factorization stays, with choices of its own
         if self._back:
             counts, inner = self._iteration.counts, self._solved_with[0].inner
             self._back.continue_comparison(stored["since"], counts, inner)

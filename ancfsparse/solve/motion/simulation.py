@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,7 @@ from ancfsparse.checks import check_count, check_finite, check_moderate, check_p
 from ancfsparse.errors import AncfError, InputError
 from ancfsparse.messages import format_value
 from ancfsparse.nonlinear import Method, Outcome
-from ancfsparse.results import Equilibrium, RunStats
+from ancfsparse.results import Equilibrium
 from ancfsparse.scene import Input, Scene
 from ancfsparse.scene.records.inputs import TRANSITIONS, Transition, make_transition
 from ancfsparse.solve.error_models.signal_resolution import warn_of_unresolved_signals
@@ -32,6 +32,7 @@ from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.motion.present_state import PresentState
 from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.preparation.memory_estimate import check_memory
+from ancfsparse.solve.stepping.state_recorder import NoRecorder
 from ancfsparse.system.contributions.force_elements.penetrations import LimitedPenetration
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.used_inputs import inputs_of
@@ -40,18 +41,6 @@ if TYPE_CHECKING:
     from ancfsparse.integrators import Explicit, Implicit
 
 ROUNDING = 1e-9  # of a time, over the step
-
-
-class NoRecorder:
-    """Recorder that stores no states: a simulation has its present one only."""
-
-    rows = 1
-
-    def append(self, *tables: object, begin: int | None = None) -> None:
-        """Discard the states."""
-
-    def finish(self, stats: RunStats, last: State | None = None) -> None:
-        """Discard the statistics."""
 
 
 class Snapshot:
@@ -67,10 +56,12 @@ class Snapshot:
         self,
         owner: Simulation,
         checkpoint: Checkpoint,
+        memory: dict[str, Any],
         t: float,
         transitions: dict[str, Transition],
     ) -> None:
-        self._owner, self._checkpoint, self.t, self._transitions = owner, checkpoint, t, transitions
+        self._owner, self._checkpoint, self._memory = owner, checkpoint, memory
+        self.t, self._transitions = t, transitions
 
     def __repr__(self) -> str:
         """Name the time."""
@@ -377,9 +368,11 @@ class Simulation(PresentState):
         """Return the present state with all data that the next steps depend on.
 
         The matrix is factored again in the next step, so that these steps and those after a
-        `restore` are equal bit for bit.
+        `restore` are equal bit for bit.  One exception: a run whose factorization has become
+        complete since (``stats.solver`` says so) keeps it, and its steps are equal to rounding.
         """
-        return Snapshot(self, self._run.save_checkpoint(), self.t, self._transitions)
+        saved = self._run.save_checkpoint()
+        return Snapshot(self, saved, self._run.describe_memory(), self.t, self._transitions)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot of this simulation.
@@ -394,5 +387,6 @@ class Simulation(PresentState):
                 f"restore needs a snapshot of this simulation, got {format_value(snapshot)}: to "
                 "continue from a state of another one, begin a simulation with start="
             )
+        self._run.take_memory(snapshot._memory)
         self._run.return_to(snapshot._checkpoint)
         self._transitions, self._error = snapshot._transitions, None

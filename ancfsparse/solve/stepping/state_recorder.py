@@ -60,6 +60,18 @@ class FileRecorder(StateRecorder, Protocol):
         """Make the present states, with other data, the last checkpoint."""
 
 
+class NoRecorder:
+    """Recorder that stores no states: a simulation has its present one only."""
+
+    rows = 1
+
+    def append(self, *tables: object, begin: int | None = None) -> None:
+        """Discard the states."""
+
+    def finish(self, stats: RunStats, last: State | None = None) -> None:
+        """Discard the statistics."""
+
+
 class MemoryRecorder:
     """Stores states in memory.
 

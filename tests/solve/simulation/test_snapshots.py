@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.problems import lattice
+from ancfsparse.solve.preparation import choose_factorization
+from ancfsparse.solve.preparation.switch_to_direct import SwitchToDirect
 from tests.solve.simulation.scenes import (
     INTEGRATORS,
     SCENES,
@@ -42,6 +45,37 @@ def test_incomplete_seeds_are_returned_to_bit_for_bit(name):
     sim.restore(before)
     sim.step(40)
     assert same(sim.state, first)
+
+
+def test_costs_of_seeds_are_compared_again_at_the_steps_after_a_snapshot(monkeypatch):
+    monkeypatch.setattr(choose_factorization, "_may_fill_in", lambda *_: True)
+    monkeypatch.setattr(choose_factorization, "_fills_in", lambda *_: True)
+    sim, compared = ancf.Simulation(pendulum()[0], 1e-3), []
+    monkeypatch.setattr(
+        SwitchToDirect, "is_cheaper", lambda *_: compared.append(sim.steps) and False
+    )
+    sim.step(4)
+    before = sim.snapshot()
+    sim.step(50)
+    first, steps = sim.state, compared.copy()
+    assert steps[:3] == [5, 15, 35]
+    compared.clear()
+    sim.restore(before)
+    sim.step(50)
+    assert same(sim.state, first)
+    assert compared == steps
+
+
+def test_a_complete_factorization_stays():
+    sim = ancf.Simulation(lattice(5, youngs_modulus=2.1e11, density=7800.0).scene, 0.05)
+    sim.step(3)
+    before = sim.snapshot()
+    sim.step(12)
+    first = sim.state
+    assert "from step 6 with a complete factorization" in sim.stats.solver
+    sim.restore(before)
+    sim.step(12)
+    np.testing.assert_allclose(sim.state.q, first.q, rtol=0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize(
