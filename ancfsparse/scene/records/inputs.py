@@ -87,8 +87,8 @@ def make_transition(
         Second value and its rate.
     """
     scales = duration ** np.arange(3.0)[:, None]
-    given = np.concatenate([start * scales, [end, rate * duration]])
-    return Transition(begin, duration, COEFFICIENTS @ given / scales[:, None])
+    conditions = np.concatenate([start * scales, [end, rate * duration]])
+    return Transition(begin, duration, COEFFICIENTS @ conditions / scales[:, None])
 
 
 # The transitions in the simulation that is running, by the name of the input.

@@ -91,13 +91,13 @@ class FunctionAmplitude:
         if not callable(self.load.value):
             return np.broadcast_to(self.load.at(0.0), (len(times), self.width)), None
         if self._takes_arrays and (self._always or len(times) >= MIN_ARRAY_TIMES):
-            table = self._of_signal(times) if self._always else self._at_once(times)
+            table = self._evaluate_signal(times) if self._always else self._at_once(times)
             if table is not None:
                 return table, None
             self._takes_arrays = self._always
         return self._call_by_call(times)
 
-    def _of_signal(self, times: Vector) -> Vector | None:
+    def _evaluate_signal(self, times: Vector) -> Vector | None:
         """Return the amplitudes, or None if one of them is invalid."""
         function: Any = self.load.value
         try:
