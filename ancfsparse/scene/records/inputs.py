@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +18,8 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene.records.signal import Signal
 
 ROUNDING = 1e-9  # rounding of the time at the end of a transition, over its duration
-NUMBERS = count(1)  # of inputs without a name
+UNNAMED = "input "  # begin of the name of an input without one; its number follows
+LAST_NUMBER = [0]  # of such names in this process
 
 
 POWERS = np.arange(6.0)
@@ -126,7 +126,10 @@ class Input(Signal):
             raise InputError(f"the size of an input must be 1, 2 or 3, got {size}")
         if not isinstance(self.name, str):
             raise InputError(f"the name of an input must be a text, got {format_value(self.name)}")
-        name = self.name or f"input {next(NUMBERS)}"
+        name = self.name or f"{UNNAMED}{LAST_NUMBER[0] + 1}"
+        number = name.removeprefix(UNNAMED)
+        if name != number and number.isdecimal():  # also from a file: later ones are others
+            LAST_NUMBER[0] = max(LAST_NUMBER[0], int(number))
         set_fields(self, size=size, name=name)
         default: Any = self.default if np.ndim(self.default) else [self.default] * size
         value = self.check_value("the default", default if size > 1 else self.default)

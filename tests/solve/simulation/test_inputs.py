@@ -199,3 +199,16 @@ def test_steps_with_earlier_inputs_are_not_repeated(monkeypatch, last_change):
 def test_invalid_inputs_are_refused(arguments, message):
     with pytest.raises(ancf.InputError, match=message):
         ancf.Input(**arguments)
+
+
+def test_an_input_without_a_name_is_none_of_those_in_a_file(tmp_path):
+    scene = ancf.Scene()
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e7, 1e3))
+    last = int(ancf.Input(2).name.removeprefix("input "))
+    scene.point_force(rod.end, ancf.Input(2, name=f"input {last + 5}"))
+    scene.save(tmp_path / "scene.json")
+    again = ancf.Scene.load(tmp_path / "scene.json")
+    other = ancf.Input(2)
+    assert other.name == f"input {last + 6}"
+    again.point_force(again.beams[0].start, other)
+    assert len(ancf.Simulation(again, 1e-3)._inputs) == 2
