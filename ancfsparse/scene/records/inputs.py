@@ -128,7 +128,8 @@ class Input(Signal):
             raise InputError(f"the name of an input must be a text, got {format_value(self.name)}")
         name = self.name or f"{UNNAMED}{LAST_NUMBER[0] + 1}"
         number = name.removeprefix(UNNAMED)
-        if name != number and number.isdecimal():  # also from a file: later ones are others
+        # Also from a file; later ones are others.  Very long numbers are names like others.
+        if name != number and number.isdecimal() and len(number) < 10:
             LAST_NUMBER[0] = max(LAST_NUMBER[0], int(number))
         set_fields(self, size=size, name=name)
         default: Any = self.default if np.ndim(self.default) else [self.default] * size
