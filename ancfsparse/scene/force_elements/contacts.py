@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from ancfsparse.scene.joints.joint import Joint
 
 GAUSS_POINTS = 3  # per element, which are exact to degree five
+GAUSS_NODES, GAUSS_WEIGHTS = 0.5 * np.array(np.polynomial.legendre.leggauss(GAUSS_POINTS))
+GAUSS_NODES += 0.5  # on the interval from 0 to 1
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
@@ -112,7 +114,7 @@ class Contact(ContactLaw):
     @property
     def points(self) -> list[Point]:
         """Quadrature points on the axes of the bodies, in the order of their elements."""
-        xi = (0.5 + 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[0]).tolist()
+        xi = GAUSS_NODES.tolist()
         return [
             Point(body, e, x) for body in self.bodies for e in range(body.n_elements) for x in xi
         ]
@@ -145,8 +147,8 @@ class Contact(ContactLaw):
     @property
     def weights(self) -> Vector:
         """Lengths that the quadrature points represent, (k,) [m]."""
-        weights = 0.5 * np.polynomial.legendre.leggauss(GAUSS_POINTS)[1]
-        return np.outer(np.concatenate([body.lengths for body in self.bodies]), weights).ravel()
+        lengths = np.concatenate([body.lengths for body in self.bodies])
+        return np.outer(lengths, GAUSS_WEIGHTS).ravel()
 
 
 class Contacts(SceneBase):

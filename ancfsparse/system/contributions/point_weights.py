@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -36,11 +37,12 @@ class PointSums:
     @classmethod
     def of(cls, system: Discretization, sums: Sequence[Sequence[tuple[float, Point]]]) -> PointSums:
         """Form sums of points with factors, with common coordinates combined."""
+        point = cache(system.point)  # the points of a body are in many sums
         start = [0]
         place: list[Integers] = [np.empty((system.dim, 0), dtype=np.int32)]
         weight: list[Vector] = [np.empty(0)]
         for terms in sums:
-            parts = [(factor, system.point(node)) for factor, node in terms]
+            parts = [(factor, point(node)) for factor, node in terms]
             where = np.concatenate([places for _, (places, _) in parts], axis=1)
             weights = np.concatenate([factor * each for factor, (_, each) in parts])
             _, first, own = np.unique(where[0], return_index=True, return_inverse=True)
