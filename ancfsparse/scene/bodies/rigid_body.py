@@ -198,6 +198,7 @@ class RigidBody(Body):
         """Add the equations (u.u - 1) / 2 = 0 and u.v = 0, times the size, in metres.
 
         Their gradients are added to the mass matrix, which alone is singular for a flat body.
+        Rounding of u.v is relative to the lengths of both: the terms of the sum may all be zero.
         """
         size = self.size
         row = builder.rows(self.origin)[0]
@@ -210,5 +211,6 @@ class RigidBody(Body):
                     f"rigidity of {self.name}, {VECTOR_LETTERS[j]}.{VECTOR_LETTERS[k]}",
                     -factor if is_norm else 0.0,
                     *((factor, a, b) for a, b in zip(u, v, strict=True)),
+                    size=factor,
                     mass=self.mass,
                 )

@@ -39,6 +39,22 @@ def test_an_asymmetric_top_against_eulers_equations():
     assert off[1] < 5e-6
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_body_turned_by_a_quarter_of_a_turn_hangs_on_another_one(sign):
+    """Its unit vectors are orthogonal to rounding only, where all terms of a product vanish."""
+    scene = ancf.Scene((0.0, 0.0, -G))
+    plate = scene.add_body(inertia=(2, 3, 4), mass=6.0, position=(0, 0, 0))
+    body = scene.add_body(
+        inertia=(2, 3, 4), mass=6.0, position=(0, 0, 0),
+        orientation=np.sqrt(0.5) * np.array([1.0, 0.0, 0.0, sign]),
+    )  # fmt: skip
+    scene.revolute(plate.origin, axis=(0, 1, 0))
+    scene.revolute(body.origin, plate.origin, axis=(0, 1, 0))
+    scene.point_moment(body.origin, (0.0, 0.2, 0.0))
+    run = ancf.simulate(scene, 1.0, 1e-3, integrator=ancf.EnergyMomentum())
+    np.testing.assert_allclose(run.body(body).angular_velocity[-1], (0, 0.1, 0), atol=1e-9)
+
+
 def test_flips_are_where_elliptic_functions_put_them():
     """omega_2 = 0 at K/n and 3 K/n, 5.520889721 and 16.562669171 s, extrapolated from two steps.
 
