@@ -46,7 +46,7 @@ from ancfsparse.scene import (
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
-    from ancfsparse.embedding import gym
+    from ancfsparse.embedding import gym, urdf
     from ancfsparse.integrators import CentralDifference, DormandPrince, RungeKuttaNystrom
     from ancfsparse.plans import (
         Plan,
@@ -183,6 +183,7 @@ __all__ = [
     "static_deflection",
     "strain",
     "sweep",
+    "urdf",
     "velocity",
 ]
 
@@ -190,7 +191,7 @@ __all__ = [
 _load = on_demand(
     __name__,
     {
-        "embedding": "gym",
+        "embedding": "gym urdf",
         "integrators": "CentralDifference DormandPrince RungeKuttaNystrom",
         "plans": "Plan energy frequency plan position reaction section_force slope_angle "
         "static_deflection strain velocity",

@@ -1,9 +1,9 @@
-"""Scenes as parts of other programs: environments of Gymnasium."""
+"""Scenes as parts of other programs, and parts of scenes from other programs."""
 
 from importlib import import_module
 from types import ModuleType
 
-MODULES = ("gym",)
+MODULES = ("gym", "urdf")
 
 
 def __getattr__(name: str) -> ModuleType:
