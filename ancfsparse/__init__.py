@@ -46,7 +46,7 @@ from ancfsparse.scene import (
 from ancfsparse.system import State
 
 if TYPE_CHECKING:
-    from ancfsparse.embedding import gym, urdf
+    from ancfsparse.embedding import fmu, gym, urdf
     from ancfsparse.integrators import CentralDifference, DormandPrince, RungeKuttaNystrom
     from ancfsparse.plans import (
         Plan,
@@ -162,6 +162,7 @@ __all__ = [
     "buckling",
     "complex_modes",
     "energy",
+    "fmu",
     "frequency",
     "grid",
     "gym",
@@ -191,7 +192,7 @@ __all__ = [
 _load = on_demand(
     __name__,
     {
-        "embedding": "gym urdf",
+        "embedding": "fmu gym urdf",
         "integrators": "CentralDifference DormandPrince RungeKuttaNystrom",
         "plans": "Plan energy frequency plan position reaction section_force slope_angle "
         "static_deflection strain velocity",

@@ -3,7 +3,7 @@
 from importlib import import_module
 from types import ModuleType
 
-MODULES = ("gym", "urdf")
+MODULES = ("fmu", "gym", "urdf")
 
 
 def __getattr__(name: str) -> ModuleType:

@@ -8,14 +8,16 @@ import pytest
 from tests.paths import ROOT
 
 PAGE = (ROOT / "docs/simulation.md").read_text(encoding="utf-8")
+EXTRAS = {"ancf.gym": "gymnasium", "ancf.fmu": "pythonfmu3"}
 BLOCKS = [
     block
     for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    if "ancf.gym" not in block or find_spec("gymnasium")
+    if all(name not in block or find_spec(package) for name, package in EXTRAS.items())
 ]
 
 
-def test_examples_run():
+def test_examples_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     names = {}
     for block in BLOCKS:
         exec(compile(block, "docs/simulation.md", "exec"), names)
