@@ -35,6 +35,7 @@ READ = {
     "link": ("inertial",),
     "joint": ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic"),
 }
+OF_COORDINATES = ("dynamics", "mimic")  # read if the joint has a coordinate
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,7 @@ class JointData:
     origin : ndarray, shape (4, 4)
         Frame of the joint relative to the parent: rotation and position [m].
     axis : ndarray, shape (3,)
-        Unit vector of its axis in its frame.
+        Unit vector of its axis in its frame; zero if it is fixed or floating.
     limits : Limits
         Limits.
     damping : float
@@ -169,16 +170,19 @@ def read_robot(path: object) -> RobotData:
     file = check_file_name("a robot", path, "arm.urdf")
     if not file.is_file():
         raise InputError(f"{file} is not a file")
+    text = b""
     try:
         text = file.read_bytes()
         root = ET.fromstring(text)
         parsed = URDF.load(BytesIO(text), build_scene_graph=False, load_meshes=False).robot
     except Exception as error:  # yourdfpy has no error of its own for texts in place of numbers
-        hint = ": expand it first, by the command xacro" if b"xacro" in text else ""
+        hint = ": expand it first, by the command xacro" if b"${" in text else ""
         raise InputError(
             f"{file} cannot be read as a URDF file ({type(error).__name__}: {error}){hint}"
         ) from error
-    for kind in ("link", "joint"):
+    if root.tag != "robot" or not parsed.links:
+        raise InputError(f"{file} has no robot with links")
+    for kind in READ:
         names = [each.get("name") for each in root.findall(kind)]
         if repeated := [name for name in names if names.count(name) > 1]:
             raise InputError(f"{file} has two {kind}s named {repeated[0]!r}: give one another name")
@@ -253,6 +257,10 @@ def _joint(joint: Any) -> JointData:
             "prismatic joints and a revolute one, with links that have masses between them"
         )
     kind = check_choice(f"type of {what}", joint.type, COORDINATES)
+    frame = _frame(what, joint.origin)
+    limits = _limits(what, kind, joint.limit)
+    if COORDINATES[kind] is None:
+        return JointData(joint.name, kind, joint.parent, joint.child, frame, np.zeros(3), limits)
     axis = np.asarray(joint.axis, float)
     length = float(np.linalg.norm(axis)) if axis.shape == (3,) else 0.0
     if not 0.0 < length < np.inf:
@@ -267,18 +275,14 @@ def _joint(joint: Any) -> JointData:
         more["leader"] = joint.mimic.joint
         more["ratio"] = check_finite(f"the multiplier of {what}", joint.mimic.multiplier)
         more["shift"] = check_finite(f"the offset of {what}", joint.mimic.offset)
-    if COORDINATES[kind] is None and any(more.values()):
-        raise InputError(
-            f"{what} is {kind}, and its dynamics or mimic have no meaning: leave them out"
-        )
     return JointData(
         joint.name,
         kind,
         joint.parent,
         joint.child,
-        _frame(what, joint.origin),
+        frame,
         axis / length,
-        _limits(what, kind, joint.limit),
+        limits,
         **more,
     )
 
@@ -335,5 +339,8 @@ def _find_unused(root: ET.Element) -> dict[str, tuple[str, ...]]:
     add(each for each in root if each.tag not in READ)
     for kind, tags in READ.items():
         for each in root.findall(kind):
-            add((part for part in each if part.tag not in tags), each.get("name"))
+            has_none = kind == "joint" and COORDINATES.get(each.get("type", "")) is None
+            omitted = OF_COORDINATES if has_none else ()
+            parts = (part for part in each if part.tag not in tags or part.tag in omitted)
+            add(parts, each.get("name"))
     return unused

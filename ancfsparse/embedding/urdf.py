@@ -184,6 +184,8 @@ def add(
     values = _start_values(moving, start)
     limited = {name: each for name, each in moving.items() if each.limits.is_range}
     stiffness = _select_joints("stops", "limits", stops, limited, FORCE_UNITS, "/{}")
+    for name in stiffness:
+        _check_range(limited[name])
     rubbing = {name: each for name, each in moving.items() if each.friction > 0.0}
     rates = _select_joints("slip", "friction", slip, rubbing, COORDINATE_UNITS, "/s")
 
@@ -253,6 +255,18 @@ def _start_values(
                 f"{limits.upper:.6g}: give another start"
             )
     return values
+
+
+def _check_range(joint: JointData) -> None:
+    """Refuse a stop whose range is empty, or of angles a turn or more."""
+    low, high = joint.limits.lower, joint.limits.upper
+    is_turn = joint.coordinate == "angle" and high - low >= 2.0 * np.pi
+    if is_turn or low == high:
+        raise InputError(
+            f"joint {joint.name!r} cannot have stops from {low:.6g} to {high:.6g}, whose range "
+            + ("is a turn or more" if is_turn else "is empty")
+            + ": give stops by name, without this joint"
+        )
 
 
 def _select_joints(

@@ -245,6 +245,15 @@ def test_joints_are_driven_and_limits_and_the_rest_are_kept(write, tmp_path):
     np.testing.assert_allclose(run.position(robot.links["hand"].point())[-1], end, atol=1e-6)
 
 
+def test_a_fixed_joint_has_no_axis_and_no_dynamics(write):
+    """Files state them for joints that were fixed by hand."""
+    extra = '<axis xyz="0 0 0"/><dynamics damping="1" friction="2"/><mimic joint="elbow"/>'
+    text = ARM.replace('<child link="hand"/>', f'<child link="hand"/>{extra}')
+    robot = ancf.urdf.add(spatial(), write(text), stops={})
+    assert robot.unused["dynamics"] == robot.unused["mimic"] == ("wrist",)
+    assert list(robot.joints) == ["shoulder", "elbow"]
+
+
 def test_a_scene_with_a_robot_is_saved(write, tmp_path):
     scene = spatial()
     ancf.urdf.add(scene, write(SLIDER), start={"slide": 0.2}, stops=1e3, slip=0.05)
@@ -263,6 +272,8 @@ LOOP = ARM.replace('<child link="upper"/>', '<child link="base"/>')
         (SLIDER, {"stops": {}}, r"'slide' has friction: give slip \[m/s\]"),
         (ARM, {"stops": -1.0}, "stops of joint 'shoulder' must be positive"),
         (ARM, {"stops": {"elbow": 1.0}}, "unknown joint in stops 'elbow'"),
+        (ARM.replace('upper="2"', 'upper="5"'), {"stops": 1.0}, "-2 to 5, whose range is a turn"),
+        (ARM.replace('lower="-2" upper="2"', ""), {"stops": 1.0}, "0 to 0, whose range is empty"),
         (ARM, {"start": {"elbo": 1.0}}, "unknown joint in start 'elbo': did you mean 'elbow'"),
         (ARM, {"start": {"shoulder": 2.5}}, "starts at 2.5, outside its limits -2 to 2"),
         (ARM, {"start": 1.0}, "start must name joints"),
@@ -284,6 +295,8 @@ LOOP = ARM.replace('<child link="upper"/>', '<child link="base"/>')
         (ARM.replace('xyz="0.5 0 0"', 'xyz="nan 0 0"'), {}, "origin of the joint 'elbow' must be"),
         (ARM.replace('upper="2"', 'upper="-3"'), {}, "lower limit of joint 'shoulder' must not"),
         (ARM.replace('type="continuous"', 'type="revolute"'), {}, "'elbow' .* has no limit"),
+        ("<robot name='empty'/>", {}, "has no robot with links"),
+        ("<sdf><model name='m'/></sdf>", {}, "cannot be read as a URDF file|has no robot"),
         (ARM.replace("</robot>", ""), {}, r"cannot be read .*\(ParseError: .*line"),
         (SLIDER.replace('joint="hinge"', 'joint="wheel"'), {}, "cannot follow 'wheel'"),
         (SLIDER.replace('joint="hinge"', 'joint="hing"'), {}, "that joint 'wheel' follows 'hing'"),
