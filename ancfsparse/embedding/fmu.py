@@ -52,8 +52,8 @@ def write(
 
     It contains the scene as a file.  In each communication step, which must be a number of time
     steps, inputs change smoothly from their present values to those that were set, and reach them
-    at its end; before the first step they have their defaults.  Vectors are variables of their
-    components, such as ``push.x``.
+    at its end; those that are set during initialization are the values at the start, by default the
+    defaults of the inputs.  Vectors are variables of their components, such as ``push.x``.
 
     Parameters
     ----------
@@ -90,7 +90,8 @@ def write(
 
     Notes
     -----
-    The machine that runs the FMU needs ancfsparse in its Python, and 64-bit x86 Linux or Windows.
+    The machine that runs the FMU needs ancfsparse in its Python, and 64-bit x86 Linux or Windows;
+    docs/simulation.md describes it.
     """
     if FmuBuilder is None:
         raise InputError(

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
-from ancfsparse.scene import Scene
-from ancfsparse.scene.storage.json_file import decoded
+from ancfsparse.scene import Input, Scene
+from ancfsparse.scene.storage.json_file import built_from_records, decoded
 from ancfsparse.solve import Simulation
 
 # Files in the FMU.
@@ -88,16 +88,13 @@ class FmuModel:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._scene = Scene.load(folder / SCENE)
+        self._file = folder / SCENE
         settings: dict[str, Any] = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
         self._options: dict[str, Any] = pickle.loads((folder / OPTIONS).read_bytes())
         self.name, self.dt = str(settings["name"]), float(settings["dt"])
         self._inputs = [decoded(each, {}) for each in settings["inputs"]]
         self._rates: Mapping[str, str] = settings["rates"]
-        self._quantities = {
-            name: (QUANTITIES[each["what"]], _find(self._scene, each["of"]))
-            for name, each in settings["outputs"].items()
-        }
+        self._results: Mapping[str, Mapping[str, Any]] = settings["outputs"]
         self.inputs: dict[str, float] = {}
         for each in self._inputs:
             names = list_components(each.name, each.size)
@@ -105,17 +102,18 @@ class FmuModel:
             if each.name in self._rates:
                 rates = list_components(self._rates[each.name], each.size)
                 self.inputs |= dict.fromkeys(rates, 0.0)
-        self.outputs = {
-            component: self._quantities[name][0].unit
-            for name, each in settings["outputs"].items()
-            for component in list_components(name, each["size"])
-        }
-        self._places = {
+        self._components = {
             component: (name, k)
-            for name, each in settings["outputs"].items()
+            for name, each in self._results.items()
             for k, component in enumerate(list_components(name, each["size"]))
         }
+        self.outputs = {
+            component: QUANTITIES[self._results[name]["what"]].unit
+            for component, (name, _) in self._components.items()
+        }
         self._simulation: Simulation | None = None
+        self._start: dict[str, float] = {}
+        self._handles: dict[str, Any] = {}
         self._values: dict[str, Vector] = {}
 
     @property
@@ -124,9 +122,21 @@ class FmuModel:
         return 0.0 if self._simulation is None else self._simulation.t
 
     def begin(self) -> None:
-        """Set up the simulation at its start."""
-        self._simulation = Simulation(self._scene, self.dt, **self._options)
-        self._values = {}
+        """Set up the simulation at its start, with the present values of the inputs.
+
+        Raises
+        ------
+        InputError
+            If the scene cannot start with them.
+        """
+        if self._simulation is not None and self._start == self.inputs:
+            return
+        data = json.loads(self._file.read_text(encoding="utf-8"))
+        _set_defaults(data, {each.name: self._read(each.name, each.size) for each in self._inputs})
+        scene = built_from_records(Scene, data, self._file, {})
+        self._handles = {name: _find(scene, each["of"]) for name, each in self._results.items()}
+        self._simulation = Simulation(scene, self.dt, **self._options)
+        self._start, self._values = dict(self.inputs), {}
 
     def step(self, duration: float) -> None:
         """Set all inputs, by ramps over a duration [s], and take the steps in it.
@@ -155,10 +165,11 @@ class FmuModel:
         """Return an output variable at the present time; NaN before the start."""
         if self._simulation is None:
             return float("nan")
-        name, k = self._places[component]
+        name, k = self._components[component]
         if name not in self._values:
-            quantity, handle = self._quantities[name]
-            self._values[name] = np.ravel(quantity.evaluate(self._simulation, handle))
+            quantity = QUANTITIES[self._results[name]["what"]]
+            value = quantity.evaluate(self._simulation, self._handles[name])
+            self._values[name] = np.ravel(value)
         return float(self._values[name][k])
 
     def _read(self, name: str, size: int) -> Any:
@@ -171,3 +182,14 @@ def _find(scene: Scene, reference: Any) -> Any:
     if "list" in reference:
         return getattr(scene, reference["list"])[reference["number"]]
     return decoded(reference, {}).of(scene)
+
+
+def _set_defaults(data: Any, defaults: Mapping[str, Any]) -> None:
+    """Set the defaults of inputs in the data of a scene."""
+    if isinstance(data, dict):
+        if data.get("kind") == Input.__name__ and data["name"] in defaults:
+            data["default"] = defaults[data["name"]]
+        data = list(data.values())
+    if isinstance(data, list):
+        for each in data:
+            _set_defaults(each, defaults)

@@ -66,6 +66,10 @@ class SceneSlave(Fmi3Slave):  # type: ignore[misc]
         """Set up the simulation, so that outputs have their values at the start."""
         self._model.begin()
 
+    def exit_initialization_mode(self) -> None:
+        """Set it up again, if inputs were set in the meantime."""
+        self._model.begin()
+
     def do_step(self, current_time: float, step_size: float) -> Any:
         """Take the time steps of a communication step."""
         try:
