@@ -347,15 +347,18 @@ VEC_ROW vec_four vec_row_sqrt(vec_four v)
 #endif
 }
 
+#define VEC_EVEN(a, b) __builtin_shufflevector(a, b, 0, 4, 2, 6)
+#define VEC_ODD(a, b) __builtin_shufflevector(a, b, 1, 5, 3, 7)
+#define VEC_LOW(a, b) __builtin_shufflevector(a, b, 0, 1, 4, 5)
+
 /* The vectors of three points, (x, y, z, 0) each, from their components. */
 VEC_ROW void vec_row_turn(const vec_four *v, vec_four *points)
 {
     const vec_four x = v[0], y = v[1], z = v[2], zero = {0.0};
-    const vec_four_order even = {0, 4, 2, 6}, odd = {1, 5, 3, 7}, low = {0, 1, 4, 5}, high = {2, 3, 6, 7};
-    const vec_four even_xy = __builtin_shuffle(x, y, even), even_z = __builtin_shuffle(z, zero, even);
-    points[0] = __builtin_shuffle(even_xy, even_z, low);
-    points[1] = __builtin_shuffle(__builtin_shuffle(x, y, odd), __builtin_shuffle(z, zero, odd), low);
-    points[2] = __builtin_shuffle(even_xy, even_z, high);
+    const vec_four even_xy = VEC_EVEN(x, y), even_z = VEC_EVEN(z, zero);
+    points[0] = VEC_LOW(even_xy, even_z);
+    points[1] = VEC_LOW(VEC_ODD(x, y), VEC_ODD(z, zero));
+    points[2] = __builtin_shufflevector(even_xy, even_z, 2, 3, 6, 7);
 }
 
 /* v[c] = sum of weight[4 i + k] q[place[3 i] + c] for i < 4: a vector of each point k < 3. */

@@ -1,6 +1,6 @@
 /* One vector type per instruction set: `vec` holds ANCF_LANES doubles, one element in each lane.
  *
- * GCC's vector extension supports + - * with vectors and scalars; the rest is below.  The type has the
+ * The vector extension of GCC and Clang supports + - * with vectors and scalars; the rest is below.  The type has the
  * alignment of a double because NumPy guarantees no more, and may alias because it reads such arrays.
  */
 #ifndef ANCF_SIMD_H
@@ -75,18 +75,17 @@ static __attribute__((noinline)) void vec_scatter_add(double *out, const int32_t
 #endif
 }
 
-/* Masks for __builtin_shuffle, which requires vectors without the attributes of `vec`. */
+/* Places for __builtin_shufflevector, which requires vectors without the attributes of `vec`. */
 typedef double vec_plain __attribute__((vector_size(8 * ANCF_LANES)));
-typedef int64_t vec_order __attribute__((vector_size(8 * ANCF_LANES)));
 #if ANCF_LANES == 8
-#define VEC_NEXT {1, 2, 3, 4, 5, 6, 7, 8}
-#define VEC_BEFORE {8, 0, 1, 2, 3, 4, 5, 6}
+#define VEC_NEXT 1, 2, 3, 4, 5, 6, 7, 8
+#define VEC_BEFORE 8, 0, 1, 2, 3, 4, 5, 6
 #elif ANCF_LANES == 4
-#define VEC_NEXT {1, 2, 3, 4}
-#define VEC_BEFORE {4, 0, 1, 2}
+#define VEC_NEXT 1, 2, 3, 4
+#define VEC_BEFORE 4, 0, 1, 2
 #else
-#define VEC_NEXT {1, 2}
-#define VEC_BEFORE {2, 0}
+#define VEC_NEXT 1, 2
+#define VEC_BEFORE 2, 0
 #endif
 
 /* Coordinates of the second nodes.  In a chain they are those of the first nodes shifted by one lane,
@@ -94,8 +93,8 @@ typedef int64_t vec_order __attribute__((vector_size(8 * ANCF_LANES)));
 static inline vec vec_gather_next(const double *p, const int32_t *at, vec before, int chained)
 {
     if (chained)
-        return __builtin_shuffle((vec_plain)before, (vec_plain){0} + p[at[ANCF_LANES - 1]],
-                                 (vec_order)VEC_NEXT);
+        return __builtin_shufflevector((vec_plain)before, (vec_plain){0} + p[at[ANCF_LANES - 1]],
+                                       VEC_NEXT);
     return vec_gather(p, at);
 }
 
@@ -106,7 +105,7 @@ static inline void vec_scatter_add_nodes(double *out, const int32_t *first, cons
 {
     if (chained) {
         vec_scatter_add(out, first,
-                        u + __builtin_shuffle((vec_plain)v, (vec_plain){0}, (vec_order)VEC_BEFORE));
+                        u + __builtin_shufflevector((vec_plain)v, (vec_plain){0}, VEC_BEFORE));
         out[second[ANCF_LANES - 1]] += v[ANCF_LANES - 1];
     } else {
         vec_scatter_add(out, first, u);
@@ -118,7 +117,9 @@ static inline void vec_scatter_add_nodes(double *out, const int32_t *first, cons
  * small kernel. */
 static inline vec vec_sqrt(vec v)
 {
-#if ANCF_LANES == 8
+#if defined(__clang__)
+    return __builtin_elementwise_sqrt((vec_plain)v);
+#elif ANCF_LANES == 8
     return __builtin_ia32_sqrtpd512_mask(v, v, -1, 4); /* all lanes, current rounding */
 #elif ANCF_LANES == 4
     return __builtin_ia32_sqrtpd256(v);

@@ -30,14 +30,13 @@ IC_INLINE short_quad ic_times(const short_quad *block, short_quad x)
 /* (sum of a, sum of b, sum of c, 0); the fourth numbers must be zero */
 IC_INLINE short_quad ic_sums(short_quad a, short_quad b, short_quad c)
 {
-    typedef int32_t order __attribute__((vector_size(16)));
     const short_quad zero = {0};
-    short_quad ab = __builtin_shuffle(a, b, (order){0, 4, 2, 6}) +
-                    __builtin_shuffle(a, b, (order){1, 5, 3, 7});
-    short_quad c0 = __builtin_shuffle(c, zero, (order){0, 4, 2, 6}) +
-                    __builtin_shuffle(c, zero, (order){1, 5, 3, 7});
-    return __builtin_shuffle(ab, c0, (order){0, 1, 4, 5}) +
-           __builtin_shuffle(ab, c0, (order){2, 3, 6, 7});
+    short_quad ab = __builtin_shufflevector(a, b, 0, 4, 2, 6) +
+                    __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    short_quad c0 = __builtin_shufflevector(c, zero, 0, 4, 2, 6) +
+                    __builtin_shufflevector(c, zero, 1, 5, 3, 7);
+    return __builtin_shufflevector(ab, c0, 0, 1, 4, 5) +
+           __builtin_shufflevector(ab, c0, 2, 3, 6, 7);
 }
 
 IC_INLINE quad ic_products(short_quad a, short_quad b)

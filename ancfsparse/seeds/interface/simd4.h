@@ -8,7 +8,6 @@
 
 typedef double quad __attribute__((vector_size(32), aligned(8), may_alias));
 typedef float short_quad __attribute__((vector_size(16), aligned(4), may_alias));
-typedef long long quad_order __attribute__((vector_size(32)));
 
 #define QUAD_INLINE static inline __attribute__((always_inline))
 
@@ -35,12 +34,12 @@ QUAD_INLINE double quad_sum(quad v) { return (v[0] + v[2]) + (v[1] + v[3]); }
 QUAD_INLINE quad quad_sums(quad a, quad b, quad c)
 {
     const quad zero = {0};
-    quad ab = __builtin_shuffle(a, b, (quad_order){0, 4, 2, 6}) +
-              __builtin_shuffle(a, b, (quad_order){1, 5, 3, 7});
-    quad c0 = __builtin_shuffle(c, zero, (quad_order){0, 4, 2, 6}) +
-              __builtin_shuffle(c, zero, (quad_order){1, 5, 3, 7});
-    return __builtin_shuffle(ab, c0, (quad_order){0, 1, 4, 5}) +
-           __builtin_shuffle(ab, c0, (quad_order){2, 3, 6, 7});
+    quad ab = __builtin_shufflevector(a, b, 0, 4, 2, 6) +
+              __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    quad c0 = __builtin_shufflevector(c, zero, 0, 4, 2, 6) +
+              __builtin_shufflevector(c, zero, 1, 5, 3, 7);
+    return __builtin_shufflevector(ab, c0, 0, 1, 4, 5) +
+           __builtin_shufflevector(ab, c0, 2, 3, 6, 7);
 }
 
 #endif
