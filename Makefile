@@ -7,11 +7,11 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check study speed kernels compare error-control charts gallery package lint format clean
+.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check study speed kernels compare error-control charts gallery package aarch64 lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="...": extra arguments)'
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / {printf "  %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 setup: ## Install what is missing: system packages, .venv, the package
 	@PYTHON="$(PYTHON)" tools/setup.sh
@@ -103,6 +103,9 @@ gallery: setup ## Draw the pictures of docs/gallery.md by its examples, e.g. ARG
 
 package: setup ## Build sdist and wheel, and run README.md's examples where only the wheel is installed; ten minutes
 	tools/package.sh $(ARGS)
+
+aarch64: setup ## Build the wheel for 64-bit ARM here, compare and test it under emulation; half an hour
+	tools/aarch64.sh $(ARGS)
 
 lint: setup ## Check style, types, the order of the rooms, and what fails elsewhere
 	$(BIN)/ruff check

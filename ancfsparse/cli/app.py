@@ -46,7 +46,8 @@ def element(
     instruction_set: Annotated[
         list[str] | None,
         typer.Option(
-            help="x86_64, x86_64_v3 or x86_64_v4; may be repeated [default: of this processor]."
+            help="x86_64, x86_64_v3, x86_64_v4 or, on ARM, aarch64; may be repeated "
+            "[default: of this processor]."
         ),
     ] = None,
 ) -> None:

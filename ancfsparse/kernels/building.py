@@ -24,7 +24,9 @@ FLAGS = (  # those of kernels in meson.build
     *("-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC"),
 )
 ARCHITECTURE_FLAGS = {
-    name: "-march=" + name.replace("_v", "-v").replace("x86_", "x86-") for name in REQUIRED_FLAGS
+    name: "-march="
+    + name.replace("x86_64", "x86-64").replace("_v", "-v").replace("aarch64", "armv8-a")
+    for name in REQUIRED_FLAGS
 }
 
 OPENING = '''\

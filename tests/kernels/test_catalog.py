@@ -1,17 +1,20 @@
 """Words to kernels, errors included; choice of instruction set."""
 
+import platform
 import re
 
 import numpy as np
 import pytest
 
-from ancfsparse import dispatch
+from ancfsparse import dispatch, instruction_sets
 from ancfsparse.dispatch import available_instruction_sets, compiled_module, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.instruction_sets import REQUIRED_FLAGS
+from ancfsparse.instruction_sets import FAMILIES, REQUIRED_FLAGS, processor_family
 from ancfsparse.kernels.catalog import REFERENCES, curved_form, element_kind, module_names
 from ancfsparse.kernels.element_kind import from_module
 from tests.instruction_sets import require
+
+X86 = FAMILIES["x86_64"]
 
 
 @pytest.mark.parametrize(
@@ -73,22 +76,33 @@ def test_mistakes_are_answered_with_a_sentence(element, dim, options, words):
 
 
 def test_environment_chooses_the_instruction_set(monkeypatch):
-    require("x86_64")
-    monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64")
-    assert instruction_set() == "x86_64"
+    narrowest = next(iter(REQUIRED_FLAGS))
+    require(narrowest)
+    monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, narrowest)
+    assert instruction_set() == narrowest
     assert element_kind("l2t2", 2).lanes == 2
     monkeypatch.delenv(dispatch.ENVIRONMENT_VARIABLE)
     assert instruction_set() == available_instruction_sets()[-1]
 
 
+@pytest.mark.parametrize(
+    ("machine", "family"),
+    [("x86_64", "x86_64"), ("AMD64", "x86_64"), ("arm64", "aarch64"), ("aarch64", "aarch64")],
+)
+def test_other_systems_have_other_names_for_the_same_processors(monkeypatch, machine, family):
+    monkeypatch.setattr(platform, "machine", lambda: machine)
+    assert processor_family() == family
+    assert next(iter(FAMILIES[family])) == family  # the set of every processor of the family
+
+
 def test_unknown_instruction_set_is_refused(monkeypatch):
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "sse9")
-    with pytest.raises(InputError, match="not one of x86_64, x86_64_v3, x86_64_v4"):
+    with pytest.raises(InputError, match=f"not one of {', '.join(REQUIRED_FLAGS)}"):
         instruction_set()
 
 
 def test_instruction_set_the_machine_lacks_is_refused(monkeypatch):
-    elsewhere(monkeypatch, {"sse2"}, REQUIRED_FLAGS)
+    elsewhere(monkeypatch, {"sse2"}, X86)
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64_v3")
     with pytest.raises(InputError, match=r"this processor lacks .*avx2.*it supports x86_64"):
         instruction_set()
@@ -96,7 +110,7 @@ def test_instruction_set_the_machine_lacks_is_refused(monkeypatch):
 
 def test_a_build_for_a_newer_machine_is_refused(monkeypatch):
     monkeypatch.delenv(dispatch.ENVIRONMENT_VARIABLE, raising=False)
-    elsewhere(monkeypatch, REQUIRED_FLAGS["x86_64_v3"], ["x86_64_v4"])
+    elsewhere(monkeypatch, X86["x86_64_v3"], ["x86_64_v4"])
     words = (
         "compiled for x86_64_v4 only, and this processor lacks avx512bw, .* again on this machine"
     )
@@ -105,7 +119,7 @@ def test_a_build_for_a_newer_machine_is_refused(monkeypatch):
 
 
 def test_a_set_that_was_not_compiled_is_refused(monkeypatch):
-    elsewhere(monkeypatch, REQUIRED_FLAGS["x86_64_v4"], ["x86_64_v4"])
+    elsewhere(monkeypatch, X86["x86_64_v4"], ["x86_64_v4"])
     assert dispatch.available_instruction_sets() == ("x86_64_v4",)
     monkeypatch.setenv(dispatch.ENVIRONMENT_VARIABLE, "x86_64_v3")
     with pytest.raises(
@@ -122,7 +136,9 @@ def test_a_package_without_compiled_modules_says_so(monkeypatch):
 
 
 def elsewhere(monkeypatch, flags, built):
-    """Move to a machine with these flags and a package compiled for these sets."""
+    """Move to an x86-64 machine with these flags and a package compiled for these sets."""
+    for module in (dispatch, instruction_sets):
+        monkeypatch.setattr(module, "REQUIRED_FLAGS", X86)
     monkeypatch.setattr(dispatch, "cpu_flags", lambda: frozenset(flags))
     monkeypatch.setattr(dispatch, "built_instruction_sets", lambda: tuple(built))
     monkeypatch.setattr(
