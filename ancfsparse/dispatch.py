@@ -8,7 +8,6 @@ from types import ModuleType
 
 from ancfsparse.errors import InputError
 from ancfsparse.instruction_sets import REQUIRED_FLAGS, cpu_flags, supported_sets
-from ancfsparse.openmp import short_spin_waits
 
 ENVIRONMENT_VARIABLE = "ANCFSPARSE_INSTRUCTION_SET"
 FOR_EVERY_MACHINE = "for every machine with `pip install -Csetup-args=-Dinstruction_sets=all .`"
@@ -67,12 +66,12 @@ def compiled_module(name: str, instruction_set_name: str | None = None) -> Modul
     instruction_set_name : str, optional
         One of `available_instruction_sets`; by default the one in use.
     """
-    return _import(_module(name, instruction_set_name or instruction_set()))
+    return import_module(_module(name, instruction_set_name or instruction_set()))
 
 
 def common_module(name: str) -> ModuleType:
     """Import a module that is compiled once for all instruction sets, as ``order``."""
-    return _import(f"ancfsparse.compiled.{name}")
+    return import_module(f"ancfsparse.compiled.{name}")
 
 
 def _module(name: str, instruction_set_name: str) -> str:
@@ -91,9 +90,3 @@ def _unusable(built: tuple[str, ...]) -> str:
 
 def _missing(instruction_set_name: str) -> str:
     return ", ".join(sorted(REQUIRED_FLAGS[instruction_set_name] - cpu_flags()))
-
-
-@cache
-def _import(module: str) -> ModuleType:
-    with short_spin_waits():
-        return import_module(module)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from ancfsparse.checks import check_finite
 from ancfsparse.dispatch import compiled_module, instruction_set
 from ancfsparse.errors import InputError
-from ancfsparse.openmp import short_spin_waits
 
 REFERENCE = "reference_"
 """Prefix of the parameters for coordinates of a stress-free shape, followed by their numbers."""
@@ -289,8 +288,7 @@ def external_element(package: str) -> ElementKind:
     name = package.rpartition(".")[2]
     module = f"{package}.{name}_{instruction_set()}"
     try:
-        with short_spin_waits():
-            found = import_module(module)
+        found = import_module(module)
     except ModuleNotFoundError as missing:
         if missing.name == module:
             raise InputError(

@@ -107,8 +107,8 @@ def simulate(
         step.  Only for implicit integrators with a fixed step.
     threads : int, optional
         Threads for systems of 16 000 unconstrained coordinates or more; smaller ones use one, and
-        so do runs in a forked process, where OpenMP would wait forever for the threads of its
-        parent (``stats.threads`` is the number used).  Runs with the same number repeat bit for
+        so do runs in a forked process, which has no other threads than the one that forked it
+        (``stats.threads`` is the number used).  Runs with the same number repeat bit for
         bit.  More threads than the machine has are of no use.
     save_every : int, optional
         Steps from one saved state to the next, by default 1, and with a quantity as in `Plan.run`;

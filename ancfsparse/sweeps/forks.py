@@ -54,7 +54,7 @@ class _Worker:
         self._process: ForkProcess = context.Process(
             target=_serve, args=(task, remote, ends), daemon=True
         )
-        with warnings.catch_warnings():  # threads of OpenMP are not used after a fork
+        with warnings.catch_warnings():  # threads are not used after a fork
             warnings.simplefilter("ignore", DeprecationWarning)
             self._process.start()
         remote.close()

@@ -1,5 +1,5 @@
 """One attempt at a step: iteration from the predictor to convergence; included by `_iteration`."""
-from libc.math cimport NAN, fmin, isfinite
+from libc.math cimport NAN, fmin, isfinite, ldexp
 
 
 cdef double GROWTH = 1e4  # ratio of residuals to the predictor's at which an attempt is abandoned
@@ -151,7 +151,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             halvings = 0
             while not norm_new <= norm and halvings < 6 and not small:
                 halvings += 1
-                eq.correct(eq.context, 0.5**halvings, z)
+                eq.correct(eq.context, ldexp(1.0, -halvings), z)
                 evaluate(self, self.r_new)
                 norm_new = unbalance(self, self.r_new)
         if not isfinite(norm_new):

@@ -1,5 +1,5 @@
 """Renewal of the seed by operation counts, and choice of its frame; included by `_iteration`."""
-from libc.math cimport log
+from libc.math cimport log10  # not log, which needs a newer glibc than wheels for all of Linux
 
 
 cdef enum:
@@ -115,8 +115,8 @@ cdef bint waiting_costs_more(Loop *self, double progress, double remaining) noex
     if self.seed.refine != NULL:
         if self.fresh == 0.0:
             self.fresh = progress
-        needed = fmax(needed, log(remaining) / -log(self.fresh))
-    return (log(remaining) / -log(progress) * iteration_cost(self)
+        needed = fmax(needed, log10(remaining) / -log10(self.fresh))
+    return (log10(remaining) / -log10(progress) * iteration_cost(self)
             > self.cost_seed + needed * iteration_cost(self))
 
 

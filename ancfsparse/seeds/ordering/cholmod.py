@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from ancfsparse.array_types import Indices
-from ancfsparse.openmp import short_spin_waits
+from ancfsparse.seeds.ordering.openmp import short_spin_waits
 
 try:
     with short_spin_waits():  # SuiteSparse brings OpenMP with it

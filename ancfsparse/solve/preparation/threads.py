@@ -6,8 +6,8 @@ from typing import Protocol
 
 from ancfsparse.checks import check_count
 from ancfsparse.errors import InputError
-from ancfsparse.openmp import is_forked
 from ancfsparse.system import System
+from ancfsparse.threads import is_forked
 
 MAX_THREADS = 256  # as in abi/parallel.h
 # Waking a thread takes some ten microseconds, several times in each iteration: chains and nets of
