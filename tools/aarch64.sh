@@ -27,7 +27,7 @@ if [ ${#missing[@]} -gt 0 ]; then
   logged "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
-# Python for ARM by the same mirrors, as if on an empty machine of that kind: nothing is installed here.
+# Python for ARM by the same mirrors, as if on an empty machine of that kind, only unpacked.
 if [ ! -e "$system/usr/bin/python3" ]; then
   say "unpacking Debian's Python for ARM"
   rm -rf "$system" "$folder/apt"

@@ -69,9 +69,9 @@ def compare(one: Path, other: Path) -> int:
     print(f"{first['machine']} against {second['machine']}:")
     worst = 0.0
     for name, positions in first["positions"].items():
-        apart = float(np.abs(np.subtract(positions, second["positions"][name])).max())
-        print(f"  {name:24} {apart:.1e} m")
-        worst = max(worst, apart)
+        distance = float(np.abs(np.subtract(positions, second["positions"][name])).max())
+        print(f"  {name:24} {distance:.1e} m")
+        worst = max(worst, distance)
     return int(not worst <= TOLERANCE)
 
 

@@ -20,7 +20,7 @@ static void ancf_in_turn(ptrdiff_t n_parts, ancf_part work, void *context)
         work(context, part);
 }
 
-/* Return what does the parts: the threads of the module `threads`, which all modules share. */
+/* Return the function that does parts, from the module `threads`, whose threads all modules share. */
 static ancf_run ancf_find_threads(void)
 {
     const PyGILState_STATE state = PyGILState_Ensure();

@@ -22,6 +22,8 @@ PACKAGE = HEADERS.parent
 FLAGS = (  # those of kernels in meson.build
     *("-O2", "-fno-tree-vectorize", "-fno-tree-pre", "-fno-code-hoisting"),
     *("-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC"),
+    # The linker of macOS, unlike others, must be told that Python defines the rest.
+    *(("-undefined", "dynamic_lookup") if sys.platform == "darwin" else ()),
 )
 ARCHITECTURE_FLAGS = {
     name: "-march="

@@ -14,7 +14,7 @@ def _note_fork() -> None:
     _is_fork = True
 
 
-if hasattr(os, "register_at_fork"):  # nothing forks on Windows
+if hasattr(os, "register_at_fork"):  # not on Windows
     os.register_at_fork(after_in_child=_note_fork)
 
 

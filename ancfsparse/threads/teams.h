@@ -146,7 +146,7 @@ static void team_return(team *self)
     PyThread_release_lock(idle_teams.lock);
 }
 
-/* Do the parts, each on its own thread as far as threads can be had.  This is `ancf_run`. */
+/* Do the parts, each on its own thread unless threads are refused.  This is an `ancf_run`. */
 static void team_run(ptrdiff_t n_parts, ancf_part work, void *context)
 {
     team *self = team_take();

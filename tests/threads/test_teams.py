@@ -75,7 +75,7 @@ def test_a_part_may_have_parts(run):
 
 
 def test_modules_need_no_library_of_threads():
-    """Wheels run where no OpenMP is installed: nothing but seeds' CHOLMOD loads one."""
+    """Wheels run where no OpenMP is installed: only scikit-sparse loads one."""
     script = """
 import sys
 sys.modules["sksparse"] = None
