@@ -25,8 +25,7 @@ cdef inline double dot(const double *a, const double *b) noexcept nogil:
 
 cdef inline double damped_share(double restitution) noexcept nogil:
     """Share gamma of the pressure that changes its sign in an impact, 0 without a restitution."""
-    cdef double squared = restitution * restitution
-    return (1.0 - squared) / (1.0 + squared) if restitution > 0.0 else 0.0
+    return (1.0 - restitution**2) / (1.0 + restitution**2) if restitution > 0.0 else 0.0
 
 
 cdef inline double remove_normal(const double *n, double *u) noexcept nogil:

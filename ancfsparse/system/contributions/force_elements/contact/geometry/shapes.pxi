@@ -251,7 +251,7 @@ cdef void bend_core(const Data *self, double distance, double *v, double *h) noe
         for j in range(dim):
             if swing > 0.0 and i >= first and j >= first:
                 h[3 * i + j] += swing * (e[i] * e[j] - (i == j)) / distance
-            h[3 * i + j] -= v[i] * v[j] / distance ** 3
+            h[3 * i + j] -= v[i] * v[j] / (distance * distance * distance)
 
 
 cdef void bend(const Data *self, const Place *here, double *h) noexcept nogil:
