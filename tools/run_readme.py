@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
 COMMAND = re.compile(r"`\.venv/bin/(ancfsparse [^`]*)`")
-OPTIONAL = {"needs the extra `view`": "pyvista"}  # comment of a line, and its package
+OPTIONAL = {"extra `view`": "pyvista", "extra `data`": "pandas"}  # comment of a line, its package
 
 
 def without_missing_extras(block: str) -> str:
