@@ -1,4 +1,4 @@
-"""Run the examples of docs/gallery.md, which write its pictures into docs/gallery."""
+"""Run the examples of docs/gallery.md, and `ancfsparse demo`, which write docs/gallery."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import re
 from pathlib import Path
 
 import matplotlib as mpl
+
+from ancfsparse.cli.demo import FILMS, demo
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -30,6 +32,10 @@ def main() -> None:
         if not options.words or any(word.lower() in name.lower() for word in options.words):
             print(f"== {name}", flush=True)
             exec(compile(source, f"gallery: {name}", "exec"), {})
+    for name in FILMS:
+        if not options.words or any(word.lower() in f"demo-{name}" for word in options.words):
+            print(f"== demo {name}", flush=True)
+            demo(name, Path(f"demo-{name}.gif"), fps=10, dpi=45)  # small, for README.md
 
 
 if __name__ == "__main__":

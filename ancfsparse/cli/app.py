@@ -13,6 +13,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from ancfsparse import cli
+from ancfsparse.cli.demo import demo
 from ancfsparse.cli.files import animate, convert, info, plot, report, resume
 from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
@@ -32,7 +33,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (run, resume, check, new, schema, info, plot, animate, convert, report):
+for command in (demo, run, resume, check, new, schema, info, plot, animate, convert, report):
     app.command()(command)
 
 

@@ -73,7 +73,7 @@ def plot(
     """Plot the shapes of a run at some times."""
     check_target("a plot", picture, PLOT_SUFFIXES)
     outline, t, q, _ = read_outline(file)
-    plt = _without_display()
+    plt = without_display()
     plotting.draw_shapes(outline, t, q, time or None, view=_view(view))
     plt.savefig(picture, dpi=150)
     plt.close()
@@ -87,11 +87,13 @@ def animate(
     fps: Annotated[int, typer.Option(help="Frames per second.")] = 25,
     dpi: Annotated[int, typer.Option(help="Pixels per inch; the width is about 6 inches.")] = 100,
     view: ViewOption = None,
+    style: Annotated[str, typer.Option(help="lines, or solid: shaded tubes and bodies.")] = "lines",
 ) -> None:
     """Write an animation of a run."""
     outline, t, q, _ = read_outline(file)
-    _without_display()
-    plotting.animate(outline, t, q, film, seconds=seconds, fps=fps, dpi=dpi, view=_view(view))
+    without_display()
+    options: dict[str, Any] = {"seconds": seconds, "fps": fps, "dpi": dpi, "view": _view(view)}
+    plotting.animate(outline, t, q, film, style=style, **options)
     typer.echo(f"written: {film}")
 
 
@@ -117,7 +119,7 @@ def report(
     typer.echo(f"written: {run.report(file.with_suffix('.html') if page is None else page)}")
 
 
-def _without_display() -> Any:
+def without_display() -> Any:
     """Load pyplot for files only."""
     import matplotlib as mpl
 

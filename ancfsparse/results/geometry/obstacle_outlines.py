@@ -11,6 +11,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.results.geometry.body_outlines import PACKED, RigidOutline, make_solid
 from ancfsparse.results.geometry.core_outlines import CIRCLE_PIECES, trace_circle, trace_core
+from ancfsparse.results.geometry.wireframe import make_wireframe
 from ancfsparse.scene import Body
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.contacts import Contact
@@ -118,13 +119,7 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
         return np.asarray(every[:: 1 + len(every) // MAX_LINES])
     if not isinstance(obstacle, Drum):
         return trace_core(obstacle)
-    centres, pair = centre[None], np.eye(2)
-    if obstacle.axis is not None:
-        along = np.array(obstacle.axis) / np.linalg.norm(obstacle.axis)
-        middle = float((box.mean(axis=0) - centre) @ along)
-        half = 0.5 * max(float(np.ptp(box, axis=0) @ np.abs(along)), MIN_LENGTH_RATIO * radius)
-        centres = centre + np.outer([middle - half, middle, middle + half], along)
-        pair = _tangents(along)
+    centres, pair = _place_drum(obstacle, box)
     circles = np.stack([trace_circle(each, radius * pair) for each in centres])
     lines = [*circles]
     if len(centres) > 1:
@@ -135,6 +130,38 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
         spoke = radius * np.array([np.cos(angle), np.sin(angle)]) @ pair
         lines.append(np.stack([centres, centres + spoke], axis=1))
     return np.concatenate(lines)
+
+
+def _place_drum(obstacle: Drum, box: Vector) -> tuple[Vector, Vector]:
+    """Return points on the axis of a drum, both ends and the middle in space, and two radii [-]."""
+    centre = np.array(obstacle.base)
+    if obstacle.axis is None:
+        return centre[None], np.eye(2)
+    along = np.array(obstacle.axis) / np.linalg.norm(obstacle.axis)
+    middle = float((box.mean(axis=0) - centre) @ along)
+    length = float(np.ptp(box, axis=0) @ np.abs(along))
+    half = 0.5 * max(length, MIN_LENGTH_RATIO * obstacle.radius)
+    return centre + np.outer([middle - half, middle, middle + half], along), _tangents(along)
+
+
+def triangulate_obstacle(obstacle: Obstacle, box: Vector) -> Vector:
+    """Return the triangles (n, 3, dim) [m] of a ball or a drum; none of another obstacle.
+
+    Drums have the length of the box of the bodies (2, dim) [m] along their axis.
+    """
+    dim, form, axes = obstacle.dim, "sphere", np.eye(obstacle.dim)
+    centre, reach = np.array(obstacle.base), np.full(3, obstacle.radius)
+    if isinstance(obstacle, Drum):
+        centres, pair = _place_drum(obstacle, box)
+        form, centre = "cylinder z", centres.mean(axis=0)
+        if dim == 3:
+            axes = np.stack([*pair, np.cross(*pair)])
+            reach[2] = 0.5 * np.linalg.norm(centres[-1] - centres[0])
+    elif not isinstance(obstacle, Ball):
+        return np.zeros((0, 3, dim))
+    nowhere = np.zeros((0, dim), np.int32)
+    drawn = make_wireframe(RigidOutline("", form, nowhere, reach, np.zeros((1, dim))))
+    return np.asarray((centre + drawn.weights[:, 1:] @ axes)[drawn.facets])
 
 
 def _trace_plane(obstacle: HalfSpace, limits: Vector) -> Vector:

@@ -7,6 +7,7 @@ from ancfsparse.on_demand import on_demand
 if TYPE_CHECKING:
     from ancfsparse.results.plotting.animation import animate
     from ancfsparse.results.plotting.plot import (
+        colours_of,
         draw_shapes,
         nearest_row,
         nearest_rows,
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "animate",
+    "colours_of",
     "draw_shapes",
     "nearest_row",
     "nearest_rows",
@@ -35,7 +37,7 @@ __getattr__ = on_demand(
     __name__,
     {
         "animation": "animate",
-        "plot": "draw_shapes nearest_row nearest_rows outline_for plot_equilibrium plot_load_path "
+        "plot": "colours_of draw_shapes nearest_row nearest_rows outline_for plot_equilibrium plot_load_path "
         "plot_mode plot_motion",
         "rendering": "render",
     },

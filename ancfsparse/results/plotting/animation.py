@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from io import BytesIO
 from itertools import groupby
 from pathlib import Path
@@ -17,21 +17,26 @@ from PIL import Image
 from tqdm import tqdm
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_count, check_flag, check_positive
+from ancfsparse.checks import check_choice, check_count, check_flag, check_positive
 from ancfsparse.errors import InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.messages import format_value
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.plotting.canvas import Canvas
+from ancfsparse.results.plotting.colours import Colours
+from ancfsparse.results.plotting.shaded_scene import ShadedScene
 from ancfsparse.results.plotting.traced_scene import trace_scene
 
 MIN_DURATION = 2.0  # s, by default
 MAX_DURATION = 10.0  # s, by default
 MAX_FRAMES = 90_000  # frames, an hour at 25 frames per second
 MAX_DPI = 1200  # pixels per inch
+STYLES = "lines", "solid"
 SHADES = {"k": 32, "C0": 24, "C1": 16}
-"""Colours of a GIF, and number of shades of each up to white."""
+"""Colours of a GIF of lines, and number of shades of each up to white."""
+MAX_TINT = 246  # smallest component of a colour of surfaces, above which it becomes white
+N_SAMPLES = 8  # frames that determine the palette of a GIF of surfaces
 
 
 def animate(
@@ -44,15 +49,21 @@ def animate(
     fps: int = 25,
     dpi: int = 100,
     view: str | tuple[float, float] | None = None,
+    style: str = "lines",
+    colours: Callable[[NDArray[np.intp]], Colours] | None = None,
     paths: Sequence[Vector] = (),
     progress: bool = True,
 ) -> Path:
     """Write an animation of coordinates q (k, n) at times t (k,) [s]; see `Trajectory.animate`.
 
-    `paths` are the positions (k, dim) of the traced points [m].
+    `colours` evaluates a quantity in some states, and `paths` are the positions (k, dim) of the
+    traced points [m].
     """
     target = check_target("an animation", path, (".gif", ".mp4"))
-    writer = _writer(target, check_count("fps", fps))
+    is_solid = check_choice("style", style, STYLES) == "solid"
+    if colours is not None and not is_solid:
+        raise InputError("colour is for style='solid': give both")
+    writer = _writer(target, check_count("fps", fps), is_solid)
     if check_count("dpi", dpi, 10) > MAX_DPI:
         raise InputError(f"dpi must be at most {MAX_DPI}, got {format_value(dpi)}")
     check_flag("progress", progress)
@@ -68,8 +79,13 @@ def animate(
     n_frames = max(2, round(n_frames))
     rows = _rows(t, n_frames)
     distinct, place = np.unique(rows, return_inverse=True)
-    states = trace_scene(outline, read_rows(q, distinct), t[distinct])
-    canvas = Canvas(states, None, view, legend=False)
+    values = read_rows(q, distinct)
+    states = trace_scene(outline, values, t[distinct])
+    canvas: Canvas | ShadedScene
+    if is_solid:
+        canvas = ShadedScene(states, values, view, colours and colours(distinct))
+    else:
+        canvas = Canvas(states, None, view, legend=False)
     digits = int(np.clip(np.ceil(-np.log10(np.diff(t[distinct]).max(initial=1e-9))), 0, 12))
     artists: list[Any] = []
     try:
@@ -78,10 +94,10 @@ def animate(
             for k, alike in groupby(frames):
                 for artist in artists:
                     artist.remove()
-                artists = [*canvas.draw(k, "C0"), *canvas.draw_supports(k)]
+                artists = canvas.draw_state(k)
                 for points in paths:
                     artists += canvas.draw_path(points[: distinct[k] + 1])
-                canvas.ax.set_title(f"t = {t[distinct[k]]:.{digits}f} s", fontsize="medium")
+                canvas.set_title(f"t = {t[distinct[k]]:.{digits}f} s")
                 for _ in alike:
                     writer.grab_frame()
     finally:
@@ -90,7 +106,11 @@ def animate(
 
 
 class _Gif(AbstractMovieWriter):
-    """Write a small GIF with a common palette of few colours."""
+    """Write a small GIF with a common palette, of few colours for lines."""
+
+    def __init__(self, fps: int, is_solid: bool) -> None:
+        super().__init__(fps=fps)
+        self._is_solid = is_solid
 
     def setup(self, fig: Any, outfile: Any, dpi: float | None = None) -> None:
         """Create the palette."""
@@ -113,19 +133,33 @@ class _Gif(AbstractMovieWriter):
         self.fig.savefig(buffer, format="rgba", dpi=self.dpi, **savefig_kwargs)
         self.fig.stale = False
         frame = Image.frombytes("RGBA", self.frame_size, buffer.getvalue()).convert("RGB")
-        self._frames.append(frame.quantize(palette=self._palette, dither=Image.Dither.NONE))
+        # Surfaces determine their palette at the end.
+        self._frames.append(frame if self._is_solid else self._quantize(frame))
+
+    def _quantize(self, frame: Image.Image) -> Image.Image:
+        return frame.quantize(palette=self._palette, dither=Image.Dither.NONE)
 
     def finish(self) -> None:
         """Write the file."""
+        if self._is_solid:
+            samples = self._frames[:: max(1, len(self._frames) // N_SAMPLES)]
+            width, height = self.frame_size
+            strip = Image.new("RGB", (width, height * len(samples)))
+            for k, frame in enumerate(samples):
+                strip.paste(frame, (0, height * k))
+            colours = np.array(strip.quantize(256).getpalette(), np.uint8).reshape(-1, 3)
+            colours[colours.min(axis=1) > MAX_TINT] = 255  # else the background is not white
+            self._palette.putpalette(colours.tobytes())
+            self._frames = [self._quantize(frame) for frame in self._frames]
         first, *rest = self._frames
         duration = round(1000.0 / self.fps)
         first.save(self.outfile, save_all=True, append_images=rest, duration=duration, loop=0)
 
 
-def _writer(target: Path, fps: int) -> AbstractMovieWriter:
+def _writer(target: Path, fps: int, is_solid: bool) -> AbstractMovieWriter:
     """Return the writer for the suffix of a file name."""
     if target.suffix.lower() == ".gif":
-        return _Gif(fps=fps)
+        return _Gif(fps, is_solid)
     if not FFMpegWriter.isAvailable():
         raise InputError(
             f"{target} needs the program ffmpeg, which is not installed here: install it, on "

@@ -92,7 +92,7 @@ class Canvas:
         self, of: TracedScene, ax: object = None, view: object = None, *, legend: bool = True
     ) -> None:
         self.film = of
-        self.axes = _select_components(of, view, of.box)
+        self.axes = select_components(of, view, of.box)
         limits = axis_limits(of.frame[:, self.axes])
         self.is_new = ax is None
         if ax is None:
@@ -136,6 +136,14 @@ class Canvas:
                 self.ax.add_collection(artist, autolim=False)
                 artists.append(artist)
         return artists
+
+    def draw_state(self, state: int) -> list[Any]:
+        """Draw all bodies, obstacles and supports in one state."""
+        return [*self.draw(state, "C0"), *self.draw_supports(state)]
+
+    def set_title(self, text: str) -> None:
+        """Write a title above the axes."""
+        self.ax.set_title(text, fontsize="medium")
 
     def add_legend(self, title: str | None = None) -> None:
         """Add a legend, next to the axes of a new figure."""
@@ -266,7 +274,7 @@ class Canvas:
             ax.grid(alpha=0.3)
 
 
-def _select_components(of: TracedScene, view: object, box: Vector) -> list[int]:
+def select_components(of: TracedScene, view: object, box: Vector) -> list[int]:
     """Return the components of the axes: two, or three in perspective."""
     if isinstance(view, str):
         axes = ["xyz".find(letter) for letter in view]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -27,7 +27,7 @@ from ancfsparse.results.fields.quantities import (
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import Outline, make_outline
 from ancfsparse.results.plotting.canvas import Canvas
-from ancfsparse.results.plotting.colours import draw_coloured, evaluate_colours
+from ancfsparse.results.plotting.colours import Colours, draw_coloured, evaluate_colours
 from ancfsparse.results.plotting.traced_scene import trace_scene
 from ancfsparse.scene import Body, ElasticBody, Point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -75,6 +75,15 @@ def plot_motion(
     ax = _plot_along(run.system, select_states(run, rows), what, of, ax, labels)
     ax.legend(title="time", fontsize="small")
     return ax
+
+
+def colours_of(
+    run: Motion, colour: str | None, outline: Outline
+) -> Callable[[NDArray[np.intp]], Colours] | None:
+    """Return a function that evaluates a quantity in some saved states, None without a quantity."""
+    if colour is None:
+        return None
+    return lambda rows: evaluate_colours(run.system, select_states(run, rows), colour, outline)
 
 
 def draw_shapes(

@@ -21,6 +21,7 @@ from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
 from ancfsparse.results.plotting.canvas import VIEWPOINT, axis_limits, upright_components
 from ancfsparse.results.plotting.colours import COLOUR_MAP, evaluate_colours
 from ancfsparse.results.plotting.plot import outline_for
+from ancfsparse.results.plotting.shaded_scene import BEAM_COLOUR, BODY_COLOUR, ROPE_COLOUR
 from ancfsparse.results.plotting.traced_scene import trace_scene
 from ancfsparse.scene import Body
 
@@ -34,9 +35,6 @@ except ImportError as missing:
 
 TUBE_SIDES = 24
 VALUES = "values"  # name of the values of elements in a mesh
-BEAM_COLOUR = "#1f77b4"
-BODY_COLOUR = "#ff9d3c"
-ROPE_COLOUR = "#404040"
 OBSTACLE_COLOUR = "#999999"
 LINE_RADIUS = 0.01  # radius of the lines of rigid bodies, over the extent of the body
 ROPE_RADIUS = 0.002  # radius of ropes and springs, over the extent of the scene

@@ -107,6 +107,8 @@ class TrajectoryOutput(Solution):
         fps: int = 25,
         dpi: int = 100,
         view: str | tuple[float, float] | None = None,
+        style: str = "lines",
+        colour: str | None = None,
         trace: Sequence[Point] = (),
         progress: bool = True,
     ) -> Path:
@@ -128,6 +130,11 @@ class TrajectoryOutput(Solution):
             Pixels per inch; a frame is about 6.4 inches wide.
         view
             As in `plot`.
+        style : str, optional
+            ``"lines"`` in axes with scales, or ``"solid"``: shaded tubes, bodies, balls and drums.
+            Tubes have the area of their section, but at least a radius of 0.3 % of the picture.
+        colour : str, optional
+            Colour the tubes of ``style="solid"`` as in `plot`.
         trace : sequence of Point, optional
             Points whose paths are drawn, such as ``[rod.end]``.
         progress : bool, optional
@@ -146,9 +153,11 @@ class TrajectoryOutput(Solution):
         if not isinstance(trace, (list, tuple)):
             raise InputError(f"trace must be a list such as [rod.end], got {format_value(trace)}")
         paths = [self.position(check_point("a trace", node)) for node in trace]
+        outline = plotting.outline_for(self.system, of)
         return plotting.animate(
-            plotting.outline_for(self.system, of), self.t, self.q, path, seconds=seconds, fps=fps,
-            dpi=dpi, view=view, paths=paths, progress=progress,
+            outline, self.t, self.q, path, seconds=seconds, fps=fps, dpi=dpi, view=view,
+            style=style, colours=plotting.colours_of(self, colour, outline), paths=paths,
+            progress=progress,
         )  # fmt: skip
 
     def render(
