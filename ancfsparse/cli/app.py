@@ -13,6 +13,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from ancfsparse import cli
+from ancfsparse.cli.comparison import compare
 from ancfsparse.cli.demo import demo
 from ancfsparse.cli.files import animate, convert, info, plot, report, resume
 from ancfsparse.cli.options import RunError, in_options
@@ -33,7 +34,20 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (demo, run, resume, check, new, schema, info, plot, animate, convert, report):
+for command in (
+    demo,
+    run,
+    resume,
+    check,
+    new,
+    schema,
+    info,
+    plot,
+    animate,
+    convert,
+    report,
+    compare,
+):
     app.command()(command)
 
 

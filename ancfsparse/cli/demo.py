@@ -31,7 +31,7 @@ class Film:
         Duration of the motion, and time step [s].
     save_every : int
         Steps between saved states.
-    shown : dict
+    options : dict
         Options of `Trajectory.animate`.
     keys : dict
         Arguments of the mechanism that differ from their defaults.
@@ -41,7 +41,7 @@ class Film:
     t_end: float
     dt: float
     save_every: int
-    shown: dict[str, Any]
+    options: dict[str, Any]
     keys: dict[str, Any]
 
 
@@ -72,21 +72,21 @@ def demo(
 ) -> None:
     """Compute the motion of a named scene, and write a film of it, within a minute."""
     case = MECHANISMS[check_choice("scene", scene, FILMS)]
-    made = FILMS[scene]
+    shot = FILMS[scene]
     target = check_target("a film", film or Path(f"{scene}.gif"), (".gif", ".mp4"))
     summary = (case.make.__doc__ or "").partition(".\n")[0]
     typer.echo(f"{scene}: {' '.join(summary.removeprefix('Return ').split())}")
-    mechanism = case.make(**made.keys)
+    mechanism = case.make(**shot.keys)
     start = solve_static(mechanism.scene) if mechanism.settles else None
     begin = time.perf_counter()
     run = simulate(
-        mechanism.scene, made.t_end, made.dt, start=start, integrator=case.integrator,
-        save_every=made.save_every,
+        mechanism.scene, shot.t_end, shot.dt, start=start, integrator=case.integrator,
+        save_every=shot.save_every,
     )  # fmt: skip
     elapsed = time.perf_counter() - begin
     typer.echo(
-        f"  {run.stats.steps} steps of {made.dt:g} s with {run.q.shape[1]} coordinates in "
-        f"{elapsed:.2g} s: {elapsed / made.t_end:.2g} s per second of motion"
+        f"  {run.stats.steps} steps of {shot.dt:g} s with {run.q.shape[1]} coordinates in "
+        f"{elapsed:.2g} s: {elapsed / shot.t_end:.2g} s per second of motion"
     )
     row = int(np.argmin(np.abs(run.t - case.time)))
     values = np.atleast_1d(mechanism.quantities(run, [row])[case.quantity][0])
@@ -97,7 +97,7 @@ def demo(
     without_display()
     with in_options():
         begin = time.perf_counter()
-        run.animate(target, style="solid", seconds=SECONDS, fps=fps, dpi=dpi, **made.shown)
+        run.animate(target, style="solid", seconds=SECONDS, fps=fps, dpi=dpi, **shot.options)
     typer.echo(f"written: {target}, in {time.perf_counter() - begin:.2g} s")
     others = [name for name in FILMS if name != scene]
     typer.echo(

@@ -56,7 +56,11 @@ def run(
     save_every: Annotated[int | None, typer.Option(help="Steps between saved states.")] = None,
     pairs: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Other settings, several times."),
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Other settings, or data of the scene such as parts.rope.length=1.3; repeatable.",
+        ),
     ] = None,
 ) -> None:
     """Run a scene from a file, with the settings of its table `run`, or those given here."""
@@ -69,8 +73,12 @@ def run(
         "save_every": save_every,
     }
     replaced = {name: value for name, value in options.items() if value is not None}
-    replaced |= dict(map(_pair, pairs or ()))
     source = open_scene_file(file)
+    for key, value in map(_pair, pairs or ()):
+        if "." in key or key in source.data.keys() - SETTINGS.keys():
+            _replace(source.data, key, value)
+        else:
+            replaced[check_choice("key of --set", key, SETTINGS)] = value
     reader, settings = read_settings(source, replaced)
     if "t_end" not in settings:
         raise InputError(f"{file} has no t_end in its table run: give it there, or --time")
@@ -178,8 +186,20 @@ def _pair(text: str) -> tuple[str, Any]:
     key, equals, value = text.partition("=")
     if not equals:
         raise InputError(f"--set needs key=value, got {format_value(text)}")
-    check_choice("key of --set", key, SETTINGS)
     try:
         return key, tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         return key, value
+
+
+def _replace(data: dict[str, Any], key: str, value: Any) -> None:
+    """Replace a value in the data of a file by the keys of its tables, separated by dots."""
+    table, names = data, key.split(".")
+    for number, name in enumerate(names):
+        check_choice(f"key of --set {'.'.join(names[:number])}".strip(), name, table)
+        if number == len(names) - 1:
+            table[name] = value
+        elif isinstance(table[name], dict):
+            table = table[name]
+        else:
+            raise InputError(f"--set {key}: {'.'.join(names[: number + 1])} is not a table")

@@ -176,3 +176,29 @@ def test_new_replaces_nothing(starter, capsys):
 def test_settings_are_arguments_of_simulate_that_are_data():
     assert {"t_end", "dt", "accuracy", "integrator", "solver", "save_every"} <= SETTINGS.keys()
     assert not {"scene", "output", "quantity"} & SETTINGS.keys()
+
+
+def test_data_of_the_scene_are_replaced_by_their_keys(starter, tmp_path, capsys):
+    output = tmp_path / "run.h5"
+    words = "--time", 0.02, "--set", "parts.rope.length=1.3 m", "--set", "gravity=[0, -1.62]"
+    assert run(capsys, "run", starter, *words, "-o", output)[0] == 0
+    scene = ancf.load(output).system.scene
+    assert scene.beams[0].length == 1.3
+    assert scene.gravity.tolist() == [0.0, -1.62]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ("parts.rop.length=1", "unknown key of --set parts 'rop': did you mean 'rope'?"),
+        ("parts.rope.lenght=1", "unknown key of --set parts.rope 'lenght': did you mean 'length'?"),
+        ("gravity.x=1", "--set gravity.x: gravity is not a table"),
+        ("parts.rope.length=-1", "line 12, parts.rope.length: length of rope must be positive"),
+        ("parts.rope=1", "parts.rope"),
+        (".=1", "unknown key of --set ''"),
+    ],
+)
+def test_replaced_data_are_checked(starter, capsys, change, message):
+    code, _, err = run(capsys, "run", starter, "--set", change)
+    assert code == 2
+    assert message in err

@@ -9,9 +9,7 @@ from tests.cli.command import run
 from tests.paths import ROOT
 
 PAGE = (ROOT / "docs/scene-files.md").read_text(encoding="utf-8")
-README = (ROOT / "README.md").read_text(encoding="utf-8")
 ROPE = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL)[1]
-PENDULUM = re.search(r"```toml\n(.*?)```", README, re.DOTALL)[1]
 MESSAGES = re.search(r"## Errors.*?```\n(.*?)```", PAGE, re.DOTALL)[1].splitlines()
 
 
@@ -36,16 +34,6 @@ def test_the_options_of_the_page_are_taken(cable, capsys):
     (words,) = re.findall(r"ancfsparse run cable.toml (--time .*)", PAGE)
     code, _, err = run(capsys, "run", cable, *words.replace("--time 2", "--time 0.1").split())
     assert (code, err) == (0, "")
-
-
-def test_the_file_in_the_readme_is_its_first_example(tmp_path):
-    (tmp_path / "pendulum.toml").write_text(PENDULUM, encoding="utf-8")
-    scene = ancf.Scene(gravity=(0.0, -9.81))
-    material = ancf.Material(youngs_modulus=1e8, density=4000, poisson_ratio=0.3)
-    section = ancf.Rectangle(0.01, 0.01)
-    rod = scene.add_beam("thin", (0, 0), (2, 0), 10, section, material, name="rod")
-    scene.pin(rod.start)
-    assert ancf.Scene.load(tmp_path / "pendulum.toml") == scene
 
 
 @pytest.mark.parametrize(

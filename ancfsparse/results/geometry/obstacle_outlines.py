@@ -119,7 +119,7 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
         return np.asarray(every[:: 1 + len(every) // MAX_LINES])
     if not isinstance(obstacle, Drum):
         return trace_core(obstacle)
-    centres, pair = _place_drum(obstacle, box)
+    centres, pair = _locate_drum(obstacle, box)
     circles = np.stack([trace_circle(each, radius * pair) for each in centres])
     lines = [*circles]
     if len(centres) > 1:
@@ -132,7 +132,7 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
     return np.concatenate(lines)
 
 
-def _place_drum(obstacle: Drum, box: Vector) -> tuple[Vector, Vector]:
+def _locate_drum(obstacle: Drum, box: Vector) -> tuple[Vector, Vector]:
     """Return points on the axis of a drum, both ends and the middle in space, and two radii [-]."""
     centre = np.array(obstacle.base)
     if obstacle.axis is None:
@@ -152,7 +152,7 @@ def triangulate_obstacle(obstacle: Obstacle, box: Vector) -> Vector:
     dim, form, axes = obstacle.dim, "sphere", np.eye(obstacle.dim)
     centre, reach = np.array(obstacle.base), np.full(3, obstacle.radius)
     if isinstance(obstacle, Drum):
-        centres, pair = _place_drum(obstacle, box)
+        centres, pair = _locate_drum(obstacle, box)
         form, centre = "cylinder z", centres.mean(axis=0)
         if dim == 3:
             axes = np.stack([*pair, np.cross(*pair)])

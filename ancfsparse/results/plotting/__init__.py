@@ -37,8 +37,8 @@ __getattr__ = on_demand(
     __name__,
     {
         "animation": "animate",
-        "plot": "colours_of draw_shapes nearest_row nearest_rows outline_for plot_equilibrium plot_load_path "
-        "plot_mode plot_motion",
+        "plot": "colours_of draw_shapes nearest_row nearest_rows outline_for plot_equilibrium "
+        "plot_load_path plot_mode plot_motion",
         "rendering": "render",
     },
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -37,7 +38,7 @@ STRIP_EDGES = np.array([-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0])
 MIN_RADIUS_RATIO = 0.003  # of a tube, over the extent of the picture, below which it is thicker
 ROPE_RATIO = 0.0015  # radius of ropes, springs and edges, over the extent of the picture
 LIGHT = np.array([-0.35, 0.5, 0.79])  # direction to the light: right, up, towards the viewer
-AMBIENT = 0.45  # brightness of what is turned away from the light, over that of the rest
+AMBIENT = 0.45  # brightness of surfaces turned away from the light, over the brightness towards it
 DOT_RATIOS = {"pin": 0.007, "clamp": 0.008, "joint": 0.005, "mass": 0.01}
 """Radii of supports, joints and masses, over the extent of the picture."""
 DOT_ANGLES = np.linspace(0.0, 2.0 * np.pi, 13)  # of the corners of a dot
@@ -75,8 +76,8 @@ class ShadedScene:
             for each in self._surfaces
             if (each >= frame[0] - 1e-9).all() and (each <= frame[1] + 1e-9).all()
         ]
-        seen = self._project(np.concatenate(points[1:] or points))[:, :2]
-        limits = axis_limits(np.stack([seen.min(axis=0), seen.max(axis=0)]))
+        flat = self._project(np.concatenate(points[1:] or points))[:, :2]
+        limits = axis_limits(np.stack([flat.min(axis=0), flat.max(axis=0)]))
         self._world_limits = axis_limits(frame)
         self._size = float(np.ptp(limits, axis=0).max())
         across, up = np.ptp(limits, axis=0)
@@ -101,12 +102,12 @@ class ShadedScene:
     def draw_state(self, state: int) -> list[Any]:
         """Draw one state."""
         of, shapes = self.scene, _Shapes()
-        for k, lines in enumerate(of.lines[: len(of.outline.parts)]):
-            part, colour = of.outline.parts[k], np.array(to_rgb(BEAM_COLOUR))
+        for k, part in enumerate(of.outline.parts):
+            colour = np.array(to_rgb(BEAM_COLOUR))
             if self.colours is not None and self._norm is not None:
                 colour = COLOUR_MAP(self._norm(self.colours.values[k][state]))[:, None, :3]
             radius = max(part.radius, MIN_RADIUS_RATIO * self._size)
-            shapes.add_tubes(self._project(lines[state]), radius, colour)
+            shapes.add_tubes(self._project(of.lines[k][state]), radius, colour)
         for solid in of.outline.solids:
             drawn = make_wireframe(solid)
             points = self._project(trace_points(self.q[state : state + 1], solid, drawn)[0])
@@ -122,7 +123,7 @@ class ShadedScene:
             if kind in DOT_RATIOS:
                 radius = DOT_RATIOS[kind] * self._size
                 shapes.add_dot(self._project(positions[state]), radius, to_rgb(SUPPORT_COLOUR))
-        lines = self._project(of.trace_obstacles(state, self._world_limits))[..., :2]
+        lines: Any = self._project(of.trace_obstacles(state, self._world_limits))[..., :2]
         back = LineCollection(lines, colors=OBSTACLE_COLOUR, linewidths=0.6, alpha=0.5, zorder=0)
         artists: list[Any] = [back, shapes.collect()]
         for artist in artists:
@@ -152,15 +153,15 @@ class _Shapes:
     def add_tubes(self, lines: Vector, radius: float, colour: Any) -> None:
         """Add tubes around lines (n, p, 3), in a colour of all or of each (n, 1, 3)."""
         steps = np.diff(lines, axis=1)
-        seen = np.linalg.norm(steps[..., :2], axis=-1, keepdims=True)
-        across = np.stack([-steps[..., 1], steps[..., 0]], axis=-1) / np.maximum(seen, 1e-300)
-        side = np.concatenate([across, 0.0 * seen], axis=-1)
+        widths = np.linalg.norm(steps[..., :2], axis=-1, keepdims=True)
+        across = np.stack([-steps[..., 1], steps[..., 0]], axis=-1) / np.maximum(widths, 1e-300)
+        side = np.concatenate([across, 0.0 * widths], axis=-1)
         along = steps / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-300)
         front = np.cross(along, side)
         front *= np.where(front[..., 2:] < 0.0, -1.0, 1.0)
         depth = np.maximum(lines[:, 1:, 2], lines[:, :-1, 2]) + radius
         ends = (lines[:, :-1, :2], lines[:, 1:, :2])
-        for low, high in zip(STRIP_EDGES[:-1], STRIP_EDGES[1:], strict=True):
+        for low, high in pairwise(STRIP_EDGES):
             middle = 0.5 * (low + high)
             normal = middle * side + np.sqrt(1.0 - middle**2) * front
             offsets = radius * low * across, radius * high * across
@@ -177,9 +178,9 @@ class _Shapes:
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-300)
         if not triangles[..., 2].any():  # in the plane
             normal = np.broadcast_to((0.0, 0.0, 1.0), normal.shape)
-        is_seen = normal[:, 2] > 0.0
-        corners = triangles[is_seen][:, [0, 1, 2, 2]]
-        self._add(corners[..., :2], normal[is_seen], colour, corners[..., 2].min(axis=-1))
+        faces_viewer = normal[:, 2] > 0.0
+        corners = triangles[faces_viewer][:, [0, 1, 2, 2]]
+        self._add(corners[..., :2], normal[faces_viewer], colour, corners[..., 2].min(axis=-1))
 
     def add_dot(self, centre: Vector, radius: float, colour: Any) -> None:
         """Add a disc that faces the viewer."""
@@ -199,8 +200,9 @@ class _Shapes:
         """Return one artist of all shapes."""
         order = np.argsort(np.concatenate(self._depths), kind="stable")
         colours = np.concatenate(self._colours)[order]
+        corners: Any = np.concatenate(self._corners)[order]
         return PolyCollection(
-            np.concatenate(self._corners)[order], facecolors=colours, edgecolors=colours,
+            corners, facecolors=colours, edgecolors=colours,
             linewidths=0.3, zorder=2,
         )  # fmt: skip
 

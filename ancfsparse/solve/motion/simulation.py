@@ -241,7 +241,7 @@ class Simulation(PresentState):
     def set(
         self,
         which: Input,
-        value: ArrayLike,
+        value: ArrayLike | None = None,
         *,
         rate: ArrayLike | None = None,
         over: float | None = None,
@@ -252,8 +252,9 @@ class Simulation(PresentState):
         ----------
         which : Input
             An input that the scene uses.
-        value : float or array_like, shape (size,)
-            New value [unit of its use].
+        value : float or array_like, shape (size,), optional
+            New value [unit of its use].  By default the present value, plus the rate times the
+            duration.
         rate : float or array_like, shape (size,), optional
             Rate with which it arrives there and continues, by default zero [unit/s].
         over : float, optional
@@ -267,11 +268,17 @@ class Simulation(PresentState):
         """
         which = self._own(which)
         duration = self.dt if over is None else check_moderate("over", over, "s")
-        end = which.check_value("the value", value)
+        if value is None and rate is None:
+            raise InputError("set needs a value, a rate, or both")
         velocity = np.zeros(which.size) if rate is None else which.check_value("the rate", rate)
         last = self._transitions.get(which.name, which.initial)
         t = self.t
-        change = make_transition(t, duration, last.derivatives(t), end, velocity)
+        start = last.derivatives(t)
+        if value is None:
+            end = start[0] + duration * velocity
+        else:
+            end = which.check_value("the value", value)
+        change = make_transition(t, duration, start, end, velocity)
         self._transitions = self._transitions | {which.name: change}
         self._run.forbid_repetition()
 

@@ -57,6 +57,23 @@ def test_a_length_moves_with_the_rates_that_are_set():
     assert sim.tension(winch) == pytest.approx(2.0 * (9.81 - second[500]), rel=1e-4)
 
 
+def test_a_rate_alone_determines_the_value():
+    scene, load, _, length = weight_on_a_winch()
+    sim = ancf.Simulation(scene, 1e-3)
+    sim.set(length, rate=-0.5, over=0.2)
+    assert sim.value(length) == 1.0
+    sim.run_until(0.3)
+    assert sim.value(length) == pytest.approx(1.0 - 0.5 * 0.3, abs=1e-12)
+    assert sim.position(load.origin)[2] == pytest.approx(-0.85, abs=1e-9)
+    for rate in (0.25, -0.5, 0.0):
+        before = sim.value(length)
+        sim.set(length, rate=rate)
+        sim.step()
+        assert sim.value(length) == pytest.approx(before + 1e-3 * rate, abs=1e-12)
+    with pytest.raises(ancf.InputError, match="set needs a value, a rate, or both"):
+        sim.set(length)
+
+
 def test_forces_of_joints_follow_from_the_inputs():
     push = ancf.Input(2)
     scene, rod = pendulum()
