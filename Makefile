@@ -7,7 +7,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .DEFAULT_GOAL := help
-.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check study speed kernels compare error-control charts gallery package aarch64 lint format clean
+.PHONY: help setup all-sets peers develop plain demo test test-fresh test-newest test-oldest soak sanitize mutants codegen codegen-check study speed kernels compare error-control charts gallery docs package aarch64 lint format clean
 
 help: ## Show this list
 	@echo 'make TARGET            (ARGS="...": extra arguments)'
@@ -100,6 +100,9 @@ charts: peers ## Run the studies of the pages again, with their charts and table
 
 gallery: setup ## Draw the pictures of docs/gallery.md by its examples, e.g. ARGS="net"
 	$(BIN)/python tools/gallery.py $(ARGS)
+
+docs: setup ## Build the documentation site in build/site, e.g. ARGS="-E" from the beginning; a minute
+	tools/build_docs.sh $(ARGS)
 
 package: setup ## Build sdist and wheel, and run README.md's examples where only the wheel is installed; ten minutes
 	tools/package.sh $(ARGS)

@@ -92,7 +92,7 @@ def simulate(
         `EnergyMomentum`, a fiftieth of that.  It is relative: independent of units, stiffness and
         gravity.  A number [m/s2]: root mean square over the scene of the residual forces over the
         masses, as estimated from the contraction, usually right within a factor of 10.  Neither is
-        less than rounding, about 1e-16 |q| / dt^2.  ``"paper"``: max|r| < 1e-6 N and max|phi| <
+        less than rounding, about 1e-16 max|q| / dt^2.  ``"paper"``: max|r| < 1e-6 N and max|phi| <
         1e-6 m; for long stiff chains the rounding of the forces is a lower bound for the first.
     max_energy_gain : float, optional
         Largest spurious increase of the energy during the run, relative to the largest energy

@@ -227,7 +227,7 @@ class Solution(Configurations):
         Returns
         -------
         ndarray, shape (p,) or (k, p)
-            Elongation per length of the reference shape, |r'| - 1 [-].
+            Elongation per length of the reference shape, ``|r'|`` - 1 [-].
 
         Raises
         ------
