@@ -40,6 +40,7 @@ exclude_patterns += ["ancfsparse", "vendored/amd", "vendored/metis"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 myst_dmath_double_inline = True
+default_role = "py:obj"  # names in docstrings become links where they are known
 autodoc_member_order = "groupwise"
 autodoc_typehints = "none"  # types are in the tables of parameters
 numpydoc_show_class_members = False
