@@ -49,7 +49,7 @@ FILMS = {
     "net_on_sphere": Film("nets", 2.0, 4e-3, 5, {"colour": "N", "view": (18, -60)}, {}),
     "cable_car": Film("cables", 8.0, 4e-3, 20, {"colour": "N"}, {}),
     "serpentine": Film("belts", 0.3, 2e-4, 10, {"colour": "N"}, {"alternator": 2.0, "pump": 3.0}),
-    "crane": Film("cranes", 8.0, 4e-3, 20, {}, {}),
+    "mooring": Film("moorings", 20.0, 2e-2, 5, {"colour": "N", "view": (14, -60)}, {}),
     "robot_arm": Film("hoses", 3.0, 2e-3, 10, {"colour": "strain"}, {}),
     "spring_antenna": Film("flexible mechanisms", 0.4, 1e-3, 2, {"view": (12, -60)}, {}),
     "hair": Film("fibres", 1.6, 1e-3, 20, {"view": (22, -60)}, {}),

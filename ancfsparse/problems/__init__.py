@@ -37,7 +37,7 @@ from ancfsparse.problems.obstacles import (
     pile,
     sliding_block,
 )
-from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
+from ancfsparse.problems.ropes import cable_car, catenary, hanging_net, mooring
 
 __all__ = [
     "MOTIONS",
@@ -70,6 +70,7 @@ __all__ = [
     "heavy_top",
     "knot",
     "lattice",
+    "mooring",
     "moving_supports",
     "n_four_bar",
     "net",

@@ -35,7 +35,7 @@ from ancfsparse.problems.obstacles import (
     pile,
     sliding_block,
 )
-from ancfsparse.problems.ropes import cable_car, catenary, hanging_net
+from ancfsparse.problems.ropes import cable_car, catenary, hanging_net, mooring
 
 EXUDYN = "Exudyn 1.13.6 on the same element, generalised-alpha 0.95, converged in the step"
 REISSNER_ROD = "rod of Reissner as a boundary value problem, by SciPy"
@@ -95,6 +95,10 @@ CASES = (
     ),
     elastic(
         cable_car, 2e-3, "carriage", 0.0, (2.9136011, -2.0541525), 2e-3, source=REISSNER_ROD
+    ),
+    Case(
+        mooring, 2e-2, "fairlead", 0.0, (52430.9,), 60.0,
+        "elastic catenary that lies on the seabed in part", GeneralizedAlpha(0.5),
     ),
     Case(
         capstan, 1e-3, "held", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",

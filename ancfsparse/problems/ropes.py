@@ -1,16 +1,38 @@
-"""Hanging ropes and nets, initially at rest.
+"""Hanging ropes and nets, and chains on a seabed, initially at rest.
 
 `n_elements` is the number of elements of the rope.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count
 from ancfsparse.problems.flexible import add_cable, cable
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism
-from ancfsparse.scene import Circle, Material, Ramp, Scene
+from ancfsparse.scene import Circle, Material, Ramp, Scene, Sine
+from ancfsparse.scene.bodies.rigid_shapes import Cylinder
+from ancfsparse.scene.force_elements.obstacles import HalfSpace
+
+CHAIN_LENGTH = 120.0  # of a mooring [m]
+CHAIN_MASS = 72.0  # of a chain without studs of 60 mm [kg/m]
+CHAIN_WEIGHT = 614.0  # of it in sea water [N/m]
+CHAIN_STIFFNESS = 3e8  # EA [N]
+CHAIN_SECTION = Circle(0.108)  # a rod of steel with the mass of the chain
+CHAIN_MATERIAL = Material(
+    CHAIN_STIFFNESS / CHAIN_SECTION.area, CHAIN_MASS / CHAIN_SECTION.area,
+    axial_damping=0.02, rayleigh=(0.1, 0.0),
+)  # fmt: skip
+HORIZONTAL = 3e4  # component of the tension at the platform [N]
+VERTICAL = 4.3e4  # the other one [N]
+SEABED_STIFFNESS = 1e5  # of the contact [N/m2]
+SURGE = 3.0  # amplitude of the platform [m]
+PERIOD = 10.0  # of its motion [s]
+PLATFORM_RADIUS = 5.0  # [m]
+PLATFORM_HEIGHT = 6.0  # [m]
 
 
 def catenary(n_elements: int = 128) -> Mechanism:
@@ -96,5 +118,69 @@ def cable_car(n_elements: int = 160) -> Mechanism:
     watched = {
         "carriage": lambda run: run.position(carriage.origin),
         "pull": lambda run: run.reaction(rope.start),
+    }
+    return Mechanism(scene, watched, settles=True)
+
+
+def _trace_catenary(s: Vector) -> tuple[Vector, Vector]:
+    """Return distance from the anchor and height above the seabed at arc coordinates s (n,) [m].
+
+    The chain lies on the seabed, without friction, up to where the rest of it weighs `VERTICAL`.
+    """
+    weight = np.maximum(CHAIN_WEIGHT * s - (CHAIN_WEIGHT * CHAIN_LENGTH - VERTICAL), 0.0)
+    lying = np.minimum(s, CHAIN_LENGTH - VERTICAL / CHAIN_WEIGHT)
+    radius = HORIZONTAL / CHAIN_WEIGHT
+    ratio = weight / HORIZONTAL
+    distance = lying + radius * np.arcsinh(ratio) + HORIZONTAL * s / CHAIN_STIFFNESS
+    height = radius * (np.hypot(1.0, ratio) - 1.0) + weight**2 / (
+        2.0 * CHAIN_STIFFNESS * CHAIN_WEIGHT
+    )
+    return distance, height
+
+
+def mooring(n_elements: int = 60) -> Mechanism:
+    """Return a platform whose surge moves three chains of 120 m that lie on the seabed in part.
+
+    A chain has `n_elements` strings, 72 kg/m, a weight of 614 N/m in water and EA = 3e8 N.  The
+    platform, 37 m above the seabed, moves to and fro by 6 m within 10 s.  Water has no drag.  It
+    starts in equilibrium, which is that of an elastic catenary with a tension of 30 kN horizontally
+    and 43 kN vertically at the platform.
+
+    Quantities: ``anchor``, the horizontal reaction at the chain that is parallel to the surge [N];
+    ``fairlead``, its tension at the platform [N].
+    """
+    scene = Scene((0.0, 0.0, -GRAVITY))
+    arcs = np.linspace(0.0, CHAIN_LENGTH, check_count("n_elements", n_elements, 10) + 1)
+    distance, height = _trace_catenary(arcs)
+    platform = scene.add_body(
+        Cylinder(PLATFORM_HEIGHT, PLATFORM_RADIUS, axis="z"), mass=4e5,
+        position=(0, 0, height[-1]), name="platform",
+    )  # fmt: skip
+    surge = scene.prismatic(platform.origin, axis=(1, 0, 0))
+    # It starts at rest, at one end of its way.
+    scene.drive_joint(surge, Sine(SURGE, 1.0 / PERIOD, phase=-0.5 * math.pi) + SURGE)
+    radius = 0.5 * CHAIN_SECTION.diameter
+    # A chain that lies on the seabed sinks in by its weight, so that its axis is level with the
+    # anchor.
+    floor = HalfSpace((0.0, 0.0, CHAIN_WEIGHT / SEABED_STIFFNESS - radius), (0.0, 0.0, 1.0))
+    chains, fairleads = [], []
+    for k in range(3):
+        angle = math.radians(60.0 + 120.0 * k)
+        away = np.array([math.cos(angle), math.sin(angle)])
+        outer = PLATFORM_RADIUS + distance[-1] - distance
+        points = np.column_stack([np.outer(outer, away), height])
+        chain = scene.add_beam(
+            "string", curve=points, n_elements=n_elements, section=CHAIN_SECTION,
+            material=CHAIN_MATERIAL, rest="straight", length=CHAIN_LENGTH, name=f"chain {k}",
+        )  # fmt: skip
+        scene.pin(chain.start)
+        fairlead = platform.at((*(PLATFORM_RADIUS * away), 0.0))
+        fairleads.append(scene.connect(chain.end, fairlead))
+        scene.distributed_force(chain, (0.0, 0.0, CHAIN_MASS * GRAVITY - CHAIN_WEIGHT))  # buoyancy
+        scene.contact(chain, floor, stiffness=SEABED_STIFFNESS)
+        chains.append(chain)
+    watched = {
+        "anchor": lambda run: np.linalg.norm(run.reaction(chains[1].start)[..., :2], axis=-1),
+        "fairlead": lambda run: np.linalg.norm(run.joint_force(fairleads[1]).force, axis=-1),
     }
     return Mechanism(scene, watched, settles=True)

@@ -16,13 +16,14 @@ MOST_BYTES = 300_000
 
 def test_it_writes_a_film_and_compares_with_the_reference(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, "demo", "crane", "--fps", "5", "--dpi", "30")
+    code, out, err = run(capsys, "demo", "double_pendulum_bob", "--fps", "5", "--dpi", "30")
     assert (code, err) == (0, "")
-    with Image.open("crane.gif") as film:
+    with Image.open("double_pendulum_bob.gif") as film:
         assert film.n_frames == 15
-    at_end, reference = (re.search(rf"{word}.*?: ([\d.]+), ([\d.]+) ", out).groups() for word in (
-        "load at 8 s", "reference"))  # fmt: skip
-    for one, other, exact in zip(at_end, reference, MECHANISMS["crane"].value, strict=True):
+    at_end, reference = (re.search(rf"{word}.*?: ([-\d.]+), ([-\d.]+) ", out).groups() for word in (
+        "bob at 1 s", "reference"))  # fmt: skip
+    value = MECHANISMS["double_pendulum_bob"].value
+    for one, other, exact in zip(at_end, reference, value, strict=True):
         assert float(one) == pytest.approx(exact, abs=1e-3)
         assert float(other) == pytest.approx(exact, rel=1e-4)
     # What it proposes next works.
@@ -38,10 +39,10 @@ def test_it_writes_a_film_and_compares_with_the_reference(tmp_path, monkeypatch,
 
 
 def test_an_unknown_scene_and_a_file_of_another_kind_are_refused(capsys):
-    code, _, err = run(capsys, "demo", "cran")
+    code, _, err = run(capsys, "demo", "serpentin")
     assert code == 2
     assert "unknown scene" in err
-    code, _, err = run(capsys, "demo", "crane", "crane.png")
+    code, _, err = run(capsys, "demo", "knot", "knot.png")
     assert code == 2
     assert ".gif" in err
 

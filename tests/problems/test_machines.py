@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import fsolve
+from scipy.optimize import brentq, fsolve
 
 import ancfsparse as ancf
 from ancfsparse.problems import (
@@ -17,6 +17,7 @@ from ancfsparse.problems import (
     catenary,
     crane,
     hanging_net,
+    mooring,
     robot_arm,
     spring_antenna,
 )
@@ -104,6 +105,41 @@ def test_cable_car():
             np.testing.assert_allclose(value_of("cable_car"), place, rtol=0.0, atol=1e-6)
     run = ancf.simulate(scene.scene, 2.0, 2e-3, start=rest)
     assert np.ptp(scene.quantities(run)["carriage"][:, 0]) > 2.0
+
+
+def test_mooring():
+    """At rest and displaced, the tension is that of a chain integrated from where it lifts off."""
+    moored = mooring()
+    platform, chain = moored.bodies["platform"], moored.bodies["chain 1"]
+    length, weight, stiffness = 120.0, 614.0, 3e8
+
+    def hang(pull, height):
+        """Return the distance of the ends, and the tension at the upper one, for a level pull."""
+
+        def slope(s, x):
+            tension = np.hypot(pull, weight * s)
+            return np.array([pull, weight * s]) * (1.0 / tension + 1.0 / stiffness)
+
+        def reaches(s, x):
+            return x[1] - height
+
+        reaches.terminal = True
+        path = solve_ivp(
+            slope, (0.0, 4.0 * length), (0.0, 0.0), events=reaches, rtol=1e-10, atol=1e-10
+        )
+        (s,), (x,) = path.t_events[0], path.y_events[0]
+        return x[0] + (length - s) * (1.0 + pull / stiffness), np.hypot(pull, weight * s)
+
+    for t, way in ((0.0, 0.0), (2.5, 3.0)):
+        rest = ancf.solve_static(moored.scene, t=t)
+        centre = rest.position(platform.origin)
+        np.testing.assert_allclose(centre[0], way, atol=1e-9)
+        height = centre[2]
+        distance = np.linalg.norm((rest.position(chain.end) - rest.position(chain.start))[:2])
+        pull = brentq(lambda pull, z, x: hang(pull, z)[0] - x, 2e4, 1e5, (height, distance))
+        np.testing.assert_allclose(np.linalg.norm(rest.reaction(chain.start)[:2]), pull, rtol=2e-3)
+        if t == 0.0:
+            assert value_of("mooring") == pytest.approx(hang(pull, height)[1], rel=1e-6)
 
 
 def test_robot_arm():
