@@ -11,7 +11,6 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.results.geometry.body_outlines import PACKED, RigidOutline, make_solid
 from ancfsparse.results.geometry.core_outlines import CIRCLE_PIECES, trace_circle, trace_core
-from ancfsparse.results.geometry.wireframe import make_wireframe
 from ancfsparse.scene import Body
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.force_elements.contacts import Contact
@@ -119,7 +118,11 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
         return np.asarray(every[:: 1 + len(every) // MAX_LINES])
     if not isinstance(obstacle, Drum):
         return trace_core(obstacle)
-    centres, pair = _locate_drum(obstacle, box)
+    centres, pair = centre[None], np.eye(2)
+    if obstacle.axis is not None:
+        ends = trace_drum_axis(obstacle, box)
+        centres = np.stack([ends[0], ends.mean(axis=0), ends[1]])
+        pair = tangents_of((ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]))
     circles = np.stack([trace_circle(each, radius * pair) for each in centres])
     lines = [*circles]
     if len(centres) > 1:
@@ -132,36 +135,12 @@ def trace_obstacle(obstacle: Obstacle, box: Vector, limits: Vector, t: float = 0
     return np.concatenate(lines)
 
 
-def _locate_drum(obstacle: Drum, box: Vector) -> tuple[Vector, Vector]:
-    """Return points on the axis of a drum, both ends and the middle in space, and two radii [-]."""
-    centre = np.array(obstacle.base)
-    if obstacle.axis is None:
-        return centre[None], np.eye(2)
-    along = np.array(obstacle.axis) / np.linalg.norm(obstacle.axis)
-    middle = float((box.mean(axis=0) - centre) @ along)
-    length = float(np.ptp(box, axis=0) @ np.abs(along))
-    half = 0.5 * max(length, MIN_LENGTH_RATIO * obstacle.radius)
-    return centre + np.outer([middle - half, middle, middle + half], along), _tangents(along)
-
-
-def triangulate_obstacle(obstacle: Obstacle, box: Vector) -> Vector:
-    """Return the triangles (n, 3, dim) [m] of a ball or a drum; none of another obstacle.
-
-    Drums have the length of the box of the bodies (2, dim) [m] along their axis.
-    """
-    dim, form, axes = obstacle.dim, "sphere", np.eye(obstacle.dim)
-    centre, reach = np.array(obstacle.base), np.full(3, obstacle.radius)
-    if isinstance(obstacle, Drum):
-        centres, pair = _locate_drum(obstacle, box)
-        form, centre = "cylinder z", centres.mean(axis=0)
-        if dim == 3:
-            axes = np.stack([*pair, np.cross(*pair)])
-            reach[2] = 0.5 * np.linalg.norm(centres[-1] - centres[0])
-    elif not isinstance(obstacle, Ball):
-        return np.zeros((0, 3, dim))
-    nowhere = np.zeros((0, dim), np.int32)
-    drawn = make_wireframe(RigidOutline("", form, nowhere, reach, np.zeros((1, dim))))
-    return np.asarray((centre + drawn.weights[:, 1:] @ axes)[drawn.facets])
+def trace_drum_axis(drum: Drum, box: Vector) -> Vector:
+    """Return the ends of the axis of a drum in space, through the box of the bodies, (2, 3)."""
+    along = np.array(drum.axis) / np.linalg.norm(drum.axis or 1.0)
+    middle = float((box.mean(axis=0) - drum.base) @ along)
+    half = 0.5 * max(float(np.ptp(box, axis=0) @ np.abs(along)), MIN_LENGTH_RATIO * drum.radius)
+    return np.asarray(drum.base + np.outer([middle - half, middle + half], along))
 
 
 def _trace_plane(obstacle: HalfSpace, limits: Vector) -> Vector:
@@ -169,7 +148,7 @@ def _trace_plane(obstacle: HalfSpace, limits: Vector) -> Vector:
     normal, middle = obstacle.normal_vector, limits.mean(axis=0)
     origin = middle - (middle - obstacle.base) @ normal * normal
     size, reach = np.ptp(limits, axis=0).max(), np.linalg.norm(np.ptp(limits, axis=0))
-    tangents = _tangents(normal)
+    tangents = tangents_of(normal)
     spacing = (HATCH_RATIO if obstacle.dim == 2 else GRID_RATIO) * size
     steps = spacing * np.arange(-np.ceil(reach / spacing), np.ceil(reach / spacing) + 1.0)
     if obstacle.dim == 2:
@@ -183,7 +162,7 @@ def _trace_plane(obstacle: HalfSpace, limits: Vector) -> Vector:
     return np.concatenate(lines)
 
 
-def _tangents(normal: Vector) -> Vector:
+def tangents_of(normal: Vector) -> Vector:
     """Return the unit vectors normal to a unit vector, which follows them in a right-hand basis."""
     if len(normal) == 2:
         return np.array([[normal[1], -normal[0]]])

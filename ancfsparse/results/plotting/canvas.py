@@ -17,6 +17,7 @@ from mpl_toolkits.mplot3d import Axes3D, proj3d
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 
 from ancfsparse.array_types import Vector
+from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.results.plotting.traced_scene import TracedScene, clip_lines
@@ -296,6 +297,8 @@ def select_components(of: TracedScene, view: object, box: Vector) -> list[int]:
             )
         if of.outline.dim == 2:
             raise InputError("the scene is planar and has no viewpoint: leave view out")
+        for angle in view:  # type: ignore[attr-defined]
+            check_finite("view", angle, "degrees")
         return upright_components(of.outline.gravity)
     extent = box[1] - box[0]
     wide = [k for k in range(of.outline.dim) if extent[k] > FLATNESS * extent.max()]

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize, to_rgb
 from matplotlib.ticker import MaxNLocator
 
 from ancfsparse.array_types import Vector
-from ancfsparse.results.geometry.obstacle_outlines import triangulate_obstacle
+from ancfsparse.results.geometry.obstacle_surfaces import make_obstacle_surface
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_points
 from ancfsparse.results.plotting.canvas import (
     OBSTACLE_COLOUR,
@@ -68,12 +68,13 @@ class ShadedScene:
         self._norm = None if colours is None else Normalize(*colours.limits)
         self._basis = _make_basis(of, view)
         box = of.box
-        self._surfaces = [triangulate_obstacle(each, box) for each in of.outline.obstacles]
+        surfaces = [make_obstacle_surface(each, box) for each in of.outline.obstacles]
+        self._surfaces = [points[facets] for points, facets in filter(None, surfaces)]
         points = [box] + [each.reshape(-1, of.outline.dim) for each in of.lines]
         frame = of.frame  # without obstacles that would make bodies too small
         points += [
-            each.reshape(-1, of.outline.dim)
-            for each in self._surfaces
+            each
+            for each in (part.reshape(-1, 3)[:, : of.outline.dim] for part in self._surfaces)
             if (each >= frame[0] - 1e-9).all() and (each <= frame[1] + 1e-9).all()
         ]
         flat = self._project(np.concatenate(points[1:] or points))[:, :2]

@@ -18,14 +18,14 @@ pytestmark = pytest.mark.usefixtures("close_figures")
 SECTION, MATERIAL = ancf.Circle(0.02), ancf.Material(1e7, 1000.0)
 
 
-def touching(*obstacles, path=None):
+def touching(*obstacles, path=None, n=8):
     """A cable of 1 m at a height of 0.3 m, and its run next to some obstacles."""
     dim = obstacles[0].dim if obstacles else 2
     scene = ancf.Scene((0.0, 0.0, -9.81)[3 - dim :])
     up, across = np.eye(dim)[-1], np.eye(dim)[1] * (dim - 2)
     for k in range(dim - 1):
         start = 0.3 * up + 0.4 * k * across
-        cable = scene.add_beam("thin", start, start + np.eye(dim)[0], 8, SECTION, MATERIAL)
+        cable = scene.add_beam("thin", start, start + np.eye(dim)[0], n, SECTION, MATERIAL)
         for obstacle in obstacles:
             scene.contact(cable, obstacle, stiffness=1e3)
     return ancf.simulate(scene, 0.02, 1e-2, output=path)
@@ -139,7 +139,7 @@ def test_a_body_has_its_obstacles_in_files_too(tmp_path):
 )
 def test_obstacles_are_rendered(tmp_path, obstacle):
     pytest.importorskip("pyvista")
-    with Image.open(touching(obstacle).render(tmp_path / "a.png")) as image:
+    with Image.open(touching(obstacle, n=16).render(tmp_path / "a.png")) as image:
         grey = np.abs(np.asarray(image.convert("RGB")).astype(int) - 0x99).max(axis=2) < 16
     assert grey.sum() > 200
 

@@ -9,18 +9,19 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.results.data.interpolation import interpolate
-from ancfsparse.results.export.report.tubes import (
+from ancfsparse.results.fields.quantities import evaluate_quantity, label_of
+from ancfsparse.results.geometry.body_outlines import RigidOutline
+from ancfsparse.results.geometry.obstacle_outlines import trace_obstacle
+from ancfsparse.results.geometry.scene_outline import Outline
+from ancfsparse.results.geometry.tubes import (
     ROPE,
     SOLID,
     count_pieces,
     join_tubes,
     make_lines,
     make_tubes,
+    pad_points,
 )
-from ancfsparse.results.fields.quantities import evaluate_quantity, label_of
-from ancfsparse.results.geometry.body_outlines import RigidOutline
-from ancfsparse.results.geometry.obstacle_outlines import trace_obstacle
-from ancfsparse.results.geometry.scene_outline import Outline
 from ancfsparse.results.geometry.wireframe import make_wireframe, trace_edges
 from ancfsparse.results.plotting.canvas import axis_limits, upright_components
 from ancfsparse.results.plotting.colours import COLOUR_MAP
@@ -75,7 +76,7 @@ def make_moving_scene(
         _trace_obstacles(outline, traced.box, limits[:, :dim], float(t))
         for t in (states.t[0], states.t[len(states.t) // 2])
     )
-    page.fixed["obstacles"] = _pad_points(first[(first == middle).all(axis=(1, 2))])
+    page.fixed["obstacles"] = pad_points(first[(first == middle).all(axis=(1, 2))])
     page.contents["quantities"], page.contents["arrows"] = [], []
     if coloured and outline.parts:
         page.contents["colours"] = [
@@ -116,7 +117,7 @@ def _add_solid(
     vectors = np.asarray(q[:, solid.places])
     page.moving[f"origin {k}"] = vectors[:, 0]
     page.moving[f"axes {k}"] = vectors[:, 1:].reshape(len(q), -1)
-    page.fixed[f"points {k}"] = _pad_points(drawn.weights[:, 1:])
+    page.fixed[f"points {k}"] = pad_points(drawn.weights[:, 1:])
     page.fixed[f"edges {k}"] = drawn.edges.astype(float)
     page.fixed[f"facets {k}"] = drawn.facets.astype(float)
     return {"name": solid.name, "axes": len(solid.places) - 1}
@@ -140,10 +141,3 @@ def _trace_obstacles(outline: Outline, box: Vector, limits: Vector, t: float) ->
     lines = [trace_obstacle(each, box, limits, t) for each in outline.obstacles]
     every = np.concatenate([np.zeros((0, 2, outline.dim)), *lines])
     return np.nan_to_num(clip_lines(every, *limits))
-
-
-def _pad_points(points: Vector) -> Vector:
-    """Return points with three components."""
-    out = np.zeros((*points.shape[:-1], 3))
-    out[..., : points.shape[-1]] = points
-    return out

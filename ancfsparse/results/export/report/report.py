@@ -23,12 +23,12 @@ from ancfsparse.results.data.run_statistics import RunStats
 from ancfsparse.results.export.report.forces import add_forces
 from ancfsparse.results.export.report.graphs import make_graph
 from ancfsparse.results.export.report.moving_scene import MovingScene, make_moving_scene
-from ancfsparse.results.export.report.tubes import count_pieces
 from ancfsparse.results.export.report.web_page import make_page
 from ancfsparse.results.fields.energy_balance import ENERGIES, Energy
 from ancfsparse.results.fields.motion import Motion
 from ancfsparse.results.geometry.deformed_shape import read_rows
 from ancfsparse.results.geometry.scene_outline import make_outline
+from ancfsparse.results.geometry.tubes import count_pieces
 from ancfsparse.results.plotting.plot import draw_energies, plot_motion
 from ancfsparse.scene import Beam, ElasticBody, Point, check_point
 from ancfsparse.scene.bodies.rigid_body import RigidBody
