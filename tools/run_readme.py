@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 DEMO = re.compile(r"<br>`(ancfsparse demo [^`]*)`")
-OPTIONAL = {"extra `view`": "pyvista", "extra `data`": "pandas"}
+OPTIONAL = {"extra `view`": "pyvista", "extra `data`": "pandas", "extra `gltf`": "pygltflib"}
 """Comments of lines, and their packages."""
 STOPPED = "# stop it"  # comment of a command that is interrupted after its first checkpoint
 MAX_SECONDS = 120.0  # until there is a checkpoint

@@ -8,6 +8,9 @@ from tests.soak.trials import spoiled_calls
 from tests.soak.trials.odd_values import NUMBERS, OBJECTS, labelled
 from tests.soak.trials.spoiled_calls import call, find_calls, parameters_of
 
+NEEDED = {"Trajectory.render": "pyvista", "Trajectory.to_gltf": "pygltflib"}
+"""Modules of extras that calls need."""
+
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
@@ -16,8 +19,8 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", find_calls())
 def test_every_call_works_with_its_valid_arguments(name):
-    if name == "Trajectory.render":
-        pytest.importorskip("pyvista")
+    if name in NEEDED:
+        pytest.importorskip(NEEDED[name])
     assert None in [call(name, dim, {}) for dim in (2, 3)]
 
 

@@ -326,6 +326,7 @@ GIVEN = {
         "path": "run.gif", "seconds": 0.5, "fps": 4, "dpi": 10, "progress": False
     },
     "Trajectory.render": lambda w: {"path": "run.png", "size": (64, 48)},
+    "Trajectory.to_gltf": lambda w: {"path": "run.glb"},
     "Trajectory.to_vtk": lambda w: {"path": "run.vtkhdf", "progress": False},
     "Trajectory.joint_force": lambda w: {"frame": "space"},
     "Plan.run": lambda w: {"verify": False, "save_every": 1, "tolerance": "default"},

@@ -7,6 +7,7 @@ from ancfsparse.scene import Scene
 
 if TYPE_CHECKING:
     from ancfsparse.results.export.csv_table import write_csv
+    from ancfsparse.results.export.gltf import write_gltf
     from ancfsparse.results.export.hdf5_writer import Writer
     from ancfsparse.results.export.labelled_tables import make_dataset, make_frame
     from ancfsparse.results.export.report.notebook import show_run, show_scene
@@ -20,6 +21,7 @@ __all__ = [
     "show_run",
     "show_scene",
     "write_csv",
+    "write_gltf",
     "write_motion",
     "write_report",
     "write_vtk",
@@ -29,6 +31,7 @@ __getattr__ = on_demand(
     __name__,
     {
         "csv_table": "write_csv",
+        "gltf": "write_gltf",
         "hdf5_writer": "Writer",
         "labelled_tables": "make_dataset make_frame",
         "report.notebook": "show_run show_scene",

@@ -25,6 +25,16 @@ def read_rows(q: Readable, rows: NDArray[np.intp]) -> Vector:
     return np.asarray(q[rows])
 
 
+def spread_rows(t: Vector, count: int) -> NDArray[np.intp]:
+    """Return rows of at most `count` states at nearly equal distances in time [s]."""
+    if len(t) <= count:
+        return np.arange(len(t))
+    times = np.linspace(t[0], t[-1], count)
+    after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+    nearest = np.where(times - t[after - 1] < t[after] - times, after - 1, after)
+    return np.unique(nearest)
+
+
 def trace_elements(q: Vector, part: BodyAxis, pieces: int) -> Vector:
     """Return points on every element of a body.
 

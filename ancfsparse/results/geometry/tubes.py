@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -130,6 +131,16 @@ def join_tubes(every: list[Tubes]) -> Tubes:
     return Tubes(np.concatenate(points, axis=1), np.concatenate(rings), np.concatenate(strips))
 
 
+def join_rings(strips: NDArray[np.int64], sides: int) -> NDArray[np.int64]:
+    """Return the triangles (n, 3) between pairs of rings (m, 2) with some vertices each."""
+    side = np.arange(sides)
+    after = (side + 1) % sides
+    first, second = (sides * strips.T)[..., None]
+    a, b, c, d = first + side, first + after, second + side, second + after
+    pairs = np.stack([np.stack([a, d, c], axis=-1), np.stack([a, b, d], axis=-1)], axis=2)
+    return pairs.reshape(-1, 3)
+
+
 class TubeSurface:
     """Surface of tubes, whose vertices are on circles around the rings.
 
@@ -152,12 +163,7 @@ class TubeSurface:
     @property
     def facets(self) -> NDArray[np.int64]:
         """Vertices of the triangles, (n, 3), counterclockwise seen from outside."""
-        side = np.arange(self.sides)
-        after = (side + 1) % self.sides
-        first, second = (self.sides * self.tubes.strips.T.astype(int))[..., None]
-        a, b, c, d = first + side, first + after, second + side, second + after
-        pairs = np.stack([np.stack([a, d, c], axis=-1), np.stack([a, b, d], axis=-1)], axis=2)
-        return pairs.reshape(-1, 3)
+        return join_rings(self.tubes.strips.astype(int), self.sides)
 
     def trace(self, state: int) -> tuple[Vector, Vector]:
         """Return vertices (n, 3) [m] and their normals (n, 3) [-] in one state."""
@@ -177,19 +183,8 @@ class TubeSurface:
 
     @cached_property
     def _frame(self) -> Vector:
-        """Two normals and the direction that is farthest from opposite to any tangent."""
-        k = np.arange(N_DIRECTIONS) + 0.5  # points of a spiral on the unit sphere
-        height, turn = 1.0 - 2.0 * k / N_DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * k
-        width = np.sqrt(1.0 - height**2)
-        every = np.stack([width * np.cos(turn), width * np.sin(turn), height], axis=1)
-        lowest = np.full(N_DIRECTIONS, np.inf)
-        for state in range(len(self.tubes.points)):
-            tangents = self._tangents(slice(state, state + 1))[0]
-            lowest = np.minimum(lowest, (every @ tangents.T).min(axis=1, initial=1.0))
-        best = every[np.argmax(lowest)]
-        first = np.cross(best, np.eye(3)[np.argmin(np.abs(best))])
-        first /= np.linalg.norm(first)
-        return np.stack([first, np.cross(best, first), best])
+        states = range(len(self.tubes.points))
+        return find_frame(self._tangents(slice(k, k + 1))[0] for k in states)
 
     def _tangents(self, states: slice) -> Vector:
         """Return the directions of the rings in some states, (j, n_rings, 3) [-]."""
@@ -203,3 +198,22 @@ class TubeSurface:
 def pad_points(points: Vector) -> Vector:
     """Return points with three components."""
     return np.pad(points, [*[(0, 0)] * (points.ndim - 1), (0, 3 - points.shape[-1])])
+
+
+def find_frame(tangents: Iterable[Vector]) -> Vector:
+    """Return two normals and a direction that is far from opposite to all tangents, (3, 3) [-].
+
+    The smallest rotation from this direction to a tangent is a continuous function of it; it is
+    singular at the opposite direction.
+    """
+    k = np.arange(N_DIRECTIONS) + 0.5  # points of a spiral on the unit sphere
+    height, turn = 1.0 - 2.0 * k / N_DIRECTIONS, np.pi * (1.0 + np.sqrt(5.0)) * k
+    width = np.sqrt(1.0 - height**2)
+    every = np.stack([width * np.cos(turn), width * np.sin(turn), height], axis=1)
+    cosine = np.ones(N_DIRECTIONS)
+    for some in tangents:
+        cosine = np.minimum(cosine, (every @ some.T).min(axis=1, initial=1.0))
+    best = every[np.argmax(cosine)]
+    first = np.cross(best, np.eye(3)[np.argmin(np.abs(best))])
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(best, first), best])

@@ -284,6 +284,35 @@ class TrajectoryOutput(Solution):
         """
         return export.write_motion(self, path, per_element, progress)
 
+    def to_gltf(self, path: str | Path) -> Path:
+        """Write the moving scene as a glTF file with animation, for Blender and browsers.
+
+        Parameters
+        ----------
+        path : str or Path
+            File name, such as ``"run.glb"``.  An existing file is replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, the run saved only some points, or pygltflib is not
+            installed.
+
+        Notes
+        -----
+        Up to 501 of the saved states are the frames of the animation, whose time [s] begins at
+        zero.  Coordinates are in metres and single precision, with the direction opposite to
+        gravity upwards, y in the format.  Beams and meshes are tubes with the area of their
+        section around the exact axis: each element is a skin with four joints.  Rigid bodies,
+        ropes and springs are nodes that move.  Obstacles do not turn.
+        """
+        return export.write_gltf(self, path)
+
     def to_csv(
         self, path: str | Path, points: Sequence[Point], quantities: Sequence[str] = ("position",)
     ) -> Path:

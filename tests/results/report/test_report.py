@@ -12,8 +12,8 @@ import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.problems import heavy_top, net_on_sphere, pendulum
 from ancfsparse.results.export.report.packing import LEVELS, pack
-from ancfsparse.results.export.report.report import spread_rows
 from ancfsparse.results.export.report.web_page import FOLDER
+from ancfsparse.results.geometry.deformed_shape import spread_rows
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.geometry.tubes import make_tubes
 

@@ -26,7 +26,7 @@ from ancfsparse.results.export.report.moving_scene import MovingScene, make_movi
 from ancfsparse.results.export.report.web_page import make_page
 from ancfsparse.results.fields.energy_balance import ENERGIES, Energy
 from ancfsparse.results.fields.motion import Motion
-from ancfsparse.results.geometry.deformed_shape import read_rows
+from ancfsparse.results.geometry.deformed_shape import read_rows, spread_rows
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.geometry.tubes import count_pieces
 from ancfsparse.results.plotting.plot import draw_energies, plot_motion
@@ -94,16 +94,6 @@ def make_film(run: ReportedRun, max_frames: int, max_numbers: int) -> MovingScen
     page = make_moving_scene(run.system, outline, some._states)
     add_forces(page, some)
     return page
-
-
-def spread_rows(t: NDArray[np.float64], count: int) -> NDArray[np.intp]:
-    """Return rows of at most `count` states at nearly equal distances in time [s]."""
-    if len(t) <= count:
-        return np.arange(len(t))
-    times = np.linspace(t[0], t[-1], count)
-    after = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-    nearest = np.where(times - t[after - 1] < t[after] - times, after - 1, after)
-    return np.unique(nearest)
 
 
 def select_rows(run: ReportedRun, rows: NDArray[np.intp]) -> Any:
