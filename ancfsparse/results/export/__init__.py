@@ -10,11 +10,13 @@ if TYPE_CHECKING:
     from ancfsparse.results.export.gltf import write_gltf
     from ancfsparse.results.export.hdf5_writer import Writer
     from ancfsparse.results.export.labelled_tables import make_dataset, make_frame
+    from ancfsparse.results.export.report.live_view import LiveView
     from ancfsparse.results.export.report.notebook import show_run, show_scene
     from ancfsparse.results.export.report.report import write_report
     from ancfsparse.results.export.vtkhdf import write_motion, write_vtk
 
 __all__ = [
+    "LiveView",
     "Writer",
     "make_dataset",
     "make_frame",
@@ -34,6 +36,7 @@ __getattr__ = on_demand(
         "gltf": "write_gltf",
         "hdf5_writer": "Writer",
         "labelled_tables": "make_dataset make_frame",
+        "report.live_view": "LiveView",
         "report.notebook": "show_run show_scene",
         "report.report": "write_report",
         "vtkhdf": "write_motion write_vtk",

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.integrators.interface.time_grid import TimeGrid
-from ancfsparse.results import RunStats, Trajectory
+from ancfsparse.results import RunStats, Trajectory, export
 from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.solutions.solution import SingleState
 from ancfsparse.scene import Point
@@ -19,6 +21,7 @@ from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.system.coordinates.state import StateHistory
 
 if TYPE_CHECKING:
+    from ancfsparse.results.export import LiveView
     from ancfsparse.results.fields.contact_table import ContactTable
     from ancfsparse.results.fields.rigid_body_motion import BodyMotion
     from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -27,8 +30,38 @@ if TYPE_CHECKING:
 REMEMBERED_POINTS = 1000  # finding a point takes longer than a step of ten elements
 
 
+@dataclass(frozen=True)
+class Punctuality:
+    """Report of a simulation in real time.
+
+    Attributes
+    ----------
+    steps : int
+        Number of steps.
+    missed : int
+        Number of steps that ended late.
+    latest : float
+        Largest delay [s].
+    """
+
+    steps: int
+    missed: int
+    latest: float
+
+
+class StepCall:
+    """A function that a simulation calls with itself after every few steps."""
+
+    def __init__(self, follow: Callable[[Any], object], every: int) -> None:
+        self.follow, self.every = follow, every
+
+
 class PresentState(SingleState):
     """Results of the present state of a run, without a time axis."""
+
+    _calls: list[StepCall | LiveView]
+    _next_call: int  # number of the step after which one of them is due
+    _busy: AbstractContextManager[object]
 
     _run: FixedStepRun
     _clock: TimeGrid
@@ -100,3 +133,40 @@ class PresentState(SingleState):
     def body(self, body: RigidBody) -> BodyMotion:
         """Return the motion of a rigid body, as `Trajectory.body` does, with arrays of one row."""
         return self._trajectory().body(body)
+
+    def view(self, *, fps: int = 25, port: int = 0, browser: bool = False) -> LiveView:
+        """Show the simulation in a browser while it is stepped.
+
+        Parameters
+        ----------
+        fps : int, optional
+            Frames per second by the clock, at most.  Frames take at most 10 % of the time of the
+            simulation, and none while no page is open.
+        port : int, optional
+            Port of the server on 127.0.0.1; by default any that is free.
+        browser : bool, optional
+            Open the page in the browser of this computer.
+
+        Returns
+        -------
+        LiveView
+            It has the address of the page, `url`, and `close()`, and is a context manager.  In a
+            notebook on this computer it is shown as the page.
+
+        Raises
+        ------
+        InputError
+            If an argument is invalid, the scene has no bodies, or the port is in use.
+
+        Notes
+        -----
+        Only programs of this computer that know the address can see the page, which ends with the
+        simulation.
+        """
+        live = export.LiveView(self, fps, port, browser=browser)
+        self._add_call(live)
+        return live
+
+    def _add_call(self, call: StepCall | LiveView) -> None:
+        self._calls.append(call)
+        self._next_call = 0  # to be determined

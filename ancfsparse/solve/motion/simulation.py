@@ -6,7 +6,8 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from threading import RLock
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -29,7 +30,7 @@ from ancfsparse.solve.motion.arguments import (
 )
 from ancfsparse.solve.motion.checkpoints import Checkpoint
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
-from ancfsparse.solve.motion.present_state import PresentState
+from ancfsparse.solve.motion.present_state import PresentState, Punctuality, StepCall
 from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.solve.stepping.state_recorder import NoRecorder
@@ -66,25 +67,6 @@ class Snapshot:
     def __repr__(self) -> str:
         """Name the time."""
         return f"Snapshot: t = {self.t:.6g} s"
-
-
-@dataclass(frozen=True)
-class Punctuality:
-    """Report of a simulation in real time.
-
-    Attributes
-    ----------
-    steps : int
-        Number of steps.
-    missed : int
-        Number of steps that ended late.
-    latest : float
-        Largest delay [s].
-    """
-
-    steps: int
-    missed: int
-    latest: float
 
 
 class Simulation(PresentState):
@@ -162,7 +144,7 @@ class Simulation(PresentState):
         self._contacts = [
             each for each in self.system.contributions if isinstance(each, LimitedPenetration)
         ]
-        self._calls: list[tuple[Callable[[Simulation], object], int]] = []
+        self._calls, self._next_call, self._busy = [], 0, RLock()
 
     def __repr__(self) -> str:
         """Summarise time and steps in one line."""
@@ -197,15 +179,17 @@ class Simulation(PresentState):
         if n != 1:
             n = check_count("n", n)
         end = self._run.steps + n
-        if not self._calls:
+        if end < self._next_call or not self._calls:
             self._advance(end)
             return
         while self._run.steps < end:
-            due = min(every - self._run.steps % every for _, every in self._calls)
-            self._advance(min(end, self._run.steps + due))
-            for call, every in self._calls:
-                if self._run.steps % every == 0:
-                    call(self)
+            steps = self._run.steps
+            due = min((x.every - steps % x.every for x in self._calls), default=n)
+            self._next_call = steps + due
+            self._advance(min(end, self._next_call))
+            for each in tuple(self._calls):
+                if self._run.steps % each.every == 0:
+                    each.follow(self)
 
     def _advance(self, end: int) -> None:
         if self._error is not None:
@@ -213,7 +197,7 @@ class Simulation(PresentState):
                 f"the simulation ended at t = {self.t:.6g} s with an error "
                 f"({type(self._error).__name__}): restore a snapshot, or begin another simulation"
             ) from self._error
-        with self._signals():
+        with self._busy, self._signals():
             outcome = None
             self.system.assembly.forget()  # errors of functions in an earlier step
             try:
@@ -369,7 +353,7 @@ class Simulation(PresentState):
         """
         if not callable(call):
             raise InputError(f"on_step needs a function, got {format_value(call)}")
-        self._calls.append((call, check_count("every", every)))
+        self._add_call(StepCall(call, check_count("every", every)))
 
     def snapshot(self) -> Snapshot:
         """Return the present state with all data that the next steps depend on.
@@ -396,4 +380,4 @@ class Simulation(PresentState):
             )
         self._run.take_memory(snapshot._memory)
         self._run.return_to(snapshot._checkpoint)
-        self._transitions, self._error = snapshot._transitions, None
+        self._transitions, self._error, self._next_call = snapshot._transitions, None, 0

@@ -105,7 +105,7 @@ class Page:
 
 @contextmanager
 def open_page(path, folder, *, size=(1200, 900), options=WEBGL, fragment=""):
-    """Open a file in Chromium; the test is skipped where there is none."""
+    """Open a file or an address in Chromium; the test is skipped where there is none."""
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip("Chromium is not installed")
@@ -127,7 +127,8 @@ def open_page(path, folder, *, size=(1200, 900), options=WEBGL, fragment=""):
     )  # fmt: skip
     try:
         page = Page(read, write)
-        page.open(path.absolute().as_uri() + fragment, size)
+        address = path if isinstance(path, str) else path.absolute().as_uri()
+        page.open(address + fragment, size)
         yield page
     finally:
         process.terminate()

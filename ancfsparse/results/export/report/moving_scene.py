@@ -63,7 +63,27 @@ def make_moving_scene(
     if dim == 2:  # shown in the plane z = 0
         limits = np.column_stack([limits, np.zeros(2)])
     up = upright_components(outline.gravity)[2] if dim == 3 else 1
-    page = MovingScene({"t": states.t.tolist(), "dim": dim, "box": limits.tolist(), "up": up})
+    page = trace_motion(system, outline, states, coloured=coloured)
+    page.contents |= {"box": limits.tolist(), "up": up}
+    first, middle = (
+        _trace_obstacles(outline, traced.box, limits[:, :dim], float(t))
+        for t in (states.t[0], states.t[len(states.t) // 2])
+    )
+    page.fixed["obstacles"] = pad_points(first[(first == middle).all(axis=(1, 2))])
+    if page.contents["quantities"]:
+        page.contents["colours"] = [
+            [round(255.0 * x) for x in COLOUR_MAP(level)[:3]]
+            for level in np.linspace(0.0, 1.0, N_COLOURS)
+        ]
+    return page
+
+
+def trace_motion(
+    system: System, outline: Outline, states: StateHistory, *, coloured: bool = True
+) -> MovingScene:
+    """Return the parts of the scene that move, without box, obstacles and colours."""
+    q, dim = states.q, outline.dim
+    page = MovingScene({"t": states.t.tolist(), "dim": dim, "quantities": [], "arrows": []})
     _add_tubes(page, outline, q)
     page.contents["solids"] = [
         _add_solid(page, k, solid, q, dim) for k, solid in enumerate(outline.solids)
@@ -72,19 +92,8 @@ def make_moving_scene(
         points = [interpolate((each.places, each.weights), q) for each in outline.supports]
         page.moving["supports"] = np.concatenate(points, axis=1)
     page.contents["supports"] = [each.kind for each in outline.supports]
-    first, middle = (
-        _trace_obstacles(outline, traced.box, limits[:, :dim], float(t))
-        for t in (states.t[0], states.t[len(states.t) // 2])
-    )
-    page.fixed["obstacles"] = pad_points(first[(first == middle).all(axis=(1, 2))])
-    page.contents["quantities"], page.contents["arrows"] = [], []
-    if coloured and outline.parts:
-        page.contents["colours"] = [
-            [round(255.0 * x) for x in COLOUR_MAP(level)[:3]]
-            for level in np.linspace(0.0, 1.0, N_COLOURS)
-        ]
-        for what in QUANTITIES:
-            _add_quantity(page, system, outline, states, what)
+    for what in QUANTITIES if coloured and outline.parts else ():
+        _add_quantity(page, system, outline, states, what)
     return page
 
 

@@ -15,7 +15,9 @@ FOLDER = files("ancfsparse.results.export.report") / "page"
 SOURCE_MAP = "//# sourceMappingURL"  # of three.js, a file that is not part of the page
 
 
-def make_page(scene: MovingScene, title: str, header: str = "", body: str = "") -> str:
+def make_page(
+    scene: MovingScene, title: str, header: str = "", body: str = "", *, live: bool = False
+) -> str:
     """Return a page with a moving scene.
 
     Parameters
@@ -26,6 +28,8 @@ def make_page(scene: MovingScene, title: str, header: str = "", body: str = "") 
         Title of the page, as HTML.
     header, body : str, optional
         HTML above and below the scene; without a body the scene fills the page.
+    live : bool, optional
+        Allow the page to get frames from the server that it comes from.
 
     Returns
     -------
@@ -37,6 +41,7 @@ def make_page(scene: MovingScene, title: str, header: str = "", body: str = "") 
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
     parts = {
         "HASH": digest,
+        "CONNECT": "; connect-src 'self'" if live else "",
         "TITLE": title,
         "STYLE": (FOLDER / "page.css").read_text(encoding="utf-8"),
         "CLASS": "" if body else "fragment",

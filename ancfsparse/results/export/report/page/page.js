@@ -471,6 +471,51 @@ function makeCursor(figure) {
   };
 }
 
+// ---- simulations -------------------------------------------------------------------------------------------
+
+// Shows the frames that a simulation sends: their time, and the numbers of the tables that move, in single precision.
+function followSimulation({ view, player, contents, tables }, recolour) {
+  const source = new EventSource("frames");
+  let moved = false;
+  view.controls.addEventListener("start", () => { moved = true; });
+  find("reset").addEventListener("click", () => { moved = false; });
+  find("time").hidden = false;
+  source.addEventListener("message", ({ data }) => {
+    const [time, text] = data.split(" ");
+    const values = new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+    let start = 1;
+    for (const [name, size] of contents.live) {
+      const part = values.subarray(start, start + size), entry = contents.tables[name];
+      tables[name].values.set(part);
+      if (contents.quantities.some((each) => each.name === name)) {  // the limits of all frames so far
+        const high = part.reduce((a, b) => Math.max(a, b), entry.low + 65535 * entry.step);
+        entry.low = part.reduce((a, b) => Math.min(a, b), entry.low);
+        entry.step = (high - entry.low) / 65535;
+      }
+      start += size;
+    }
+    contents.t[0] = Number(time);
+    if (grow(contents, tables) && !moved) view.lookAtAll();
+    recolour();
+  });
+  source.addEventListener("end", () => source.close());
+}
+
+// Enlarges the box of the scene if it does not contain its points; true if it grew.
+function grow({ box, dim, solids }, tables) {
+  let grown = false;
+  const size = Math.max(...box[0].map((low, c) => box[1][c] - low));
+  const include = (c, value) => {
+    if (value < box[0][c]) { box[0][c] = value - 0.2 * size; grown = true; }
+    if (value > box[1][c]) { box[1][c] = value + 0.2 * size; grown = true; }
+  };
+  for (let c = 0; c < dim; c++) {
+    for (const value of tables["xyz"[c]].values) include(c, value);
+    solids.forEach((_, k) => include(c, tables[`origin ${k}`].values[c]));
+  }
+  return grown;
+}
+
 // ---- start -------------------------------------------------------------------------------------------------
 
 // Without WebGL a sentence is shown; software that draws without a graphics card gets no smoothed edges.
@@ -527,7 +572,9 @@ async function start() {
   new ResizeObserver(() => { view.resize(); view.draw(); }).observe(find("stage"));
   const time = /^#t=([\d.e+-]+)$/.exec(location.hash);  // run.html#t=0.5 begins at 0.5 s
   if (time) player.show(player.row(Number(time[1])));
-  return { view, player, contents, tables };
+  const report = { view, player, contents, tables };
+  if (contents.live) followSimulation(report, recolour);
+  return report;
 }
 
 window.report = start();
