@@ -3,7 +3,7 @@
 from importlib import import_module
 from types import ModuleType
 
-MODULES = ("fmu", "gym", "urdf")
+MODULES = ("environment", "fmu", "gym", "urdf")
 
 
 def __getattr__(name: str) -> ModuleType:
