@@ -99,12 +99,15 @@ def animate(
 
 def convert(
     file: FileArgument,
-    target: Annotated[Path, typer.Argument(help="File to write: .vtkhdf.")],
-    per_element: Annotated[int, typer.Option(help="Straight pieces per element.")] = 4,
+    target: Annotated[Path, typer.Argument(help="File to write: .vtkhdf, or .glb for Blender.")],
+    per_element: Annotated[int, typer.Option(help="Straight pieces per element of VTKHDF.")] = 4,
 ) -> None:
-    """Convert a run to VTKHDF, with velocities and strains, without axial forces."""
+    """Convert a run to VTKHDF, with velocities and strains, without axial forces, or to glTF."""
     outline, t, q, v = read_outline(file)
-    export.write_vtk(outline, t, q, v, target, per_element=per_element)
+    if target.suffix == ".glb":
+        export.write_gltf(outline, t, q, target)
+    else:
+        export.write_vtk(outline, t, q, v, target, per_element=per_element)
     typer.echo(f"written: {target}")
 
 

@@ -50,6 +50,22 @@ def test_animate_writes_a_film(file, capsys, tmp_path):
         assert image.n_frames == 5
 
 
+def test_animate_draws_solids(file, capsys, tmp_path):
+    pytest.importorskip("pyvista")
+    film = tmp_path / "run.gif"
+    words = "--seconds", "0.5", "--fps", "4", "--dpi", "40", "--style", "solid"
+    assert run(capsys, "animate", file, film, *words)[:2] == (0, f"written: {film}\n")
+    with Image.open(film) as image:
+        assert (image.n_frames, image.size) == (2, (256, 192))
+
+
+def test_convert_writes_gltf(file, capsys, tmp_path):
+    pytest.importorskip("pygltflib")
+    target = tmp_path / "run.glb"
+    assert run(capsys, "convert", file, target)[:2] == (0, f"written: {target}\n")
+    assert target.read_bytes() == ancf.load(file).to_gltf(tmp_path / "again.glb").read_bytes()
+
+
 def test_convert_writes_vtkhdf(file, capsys, tmp_path):
     target = tmp_path / "run.vtkhdf"
     code, out, _ = run(capsys, "convert", file, target, "--per-element", "2")

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from ancfsparse.array_types import Vector
 from ancfsparse.file_names import check_target
+from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.export.gltf_file import GltfFile
-from ancfsparse.results.fields.motion import Motion
 from ancfsparse.results.geometry.body_outlines import RigidOutline
 from ancfsparse.results.geometry.deformed_shape import (
     read_rows,
@@ -21,7 +21,7 @@ from ancfsparse.results.geometry.deformed_shape import (
 )
 from ancfsparse.results.geometry.obstacle_outlines import trace_obstacle
 from ancfsparse.results.geometry.obstacle_surfaces import make_obstacle_surface
-from ancfsparse.results.geometry.scene_outline import BodyAxis, make_outline
+from ancfsparse.results.geometry.scene_outline import BodyAxis, Outline
 from ancfsparse.results.geometry.tubes import (
     ROPE,
     SOLID,
@@ -57,12 +57,11 @@ TURNS = {
 """Quaternion that turns an axis of space to y, which is upwards in the format."""
 
 
-def write_gltf(run: Motion, path: str | Path) -> Path:
-    """Write a motion; see `Trajectory.to_gltf`."""
+def write_gltf(outline: Outline, times: Vector, states: Readable, path: str | Path) -> Path:
+    """Write coordinates (k, n) at times (k,) [s]; see `Trajectory.to_gltf`."""
     target = check_target("a glTF file", path, (".glb",))
-    rows = spread_rows(run.t, MAX_STATES)
-    q, t, outline = read_rows(run.q, rows), run.t[rows], make_outline(run.system)
-    q = np.asarray(q[:])
+    rows = spread_rows(times, MAX_STATES)
+    q, t = np.asarray(read_rows(states, rows)[:]), times[rows]
     file = GltfFile(t)
     up = upright_components(outline.gravity)[2] if outline.dim == 3 else 1
     root = file.add_node(name="scene", rotation=list(TURNS[up]))

@@ -311,7 +311,8 @@ class TrajectoryOutput(Solution):
         section around the exact axis: each element is a skin with four joints.  Rigid bodies,
         ropes and springs are nodes that move.  Obstacles do not turn.
         """
-        return export.write_gltf(self, path)
+        outline = plotting.outline_for(self.system, None)
+        return export.write_gltf(outline, self.t, self.q, path)
 
     def to_csv(
         self, path: str | Path, points: Sequence[Point], quantities: Sequence[str] = ("position",)
