@@ -75,7 +75,7 @@ rm -f "$folder"/ancfsparse-*.whl
 PATH="$root/.venv/bin:$PATH" _PYTHON_HOST_PLATFORM=linux-aarch64 logged "$python" -m pip --disable-pip-version-check \
   wheel --no-deps --no-build-isolation --wheel-dir "$folder" "--config-settings=builddir=$folder/objects" \
   "--config-settings=setup-args=--cross-file=$folder/cross.ini" .
-wheel=$(echo "$folder"/ancfsparse-*.whl)
+wheel=$(tools/name_systems.sh "$folder"/ancfsparse-*.whl)
 say "made $wheel"
 rm -rf "$site"/ancfsparse "$site"/ancfsparse-*
 logged "$python" -m pip --disable-pip-version-check install --no-deps "${for_arm[@]}" "$wheel"
@@ -86,7 +86,8 @@ emulated -P tools/digits.py "$folder/emulated.json"
 "$python" -P tools/digits.py --compare "$folder/here.json" "$folder/emulated.json"
 
 say "running tests"
-if [ $# = 0 ]; then set -- tests/kernels tests/threads tests/seeds/test_blocks.py; fi
+if [ $# = 0 ]; then set -- tests/threads tests/kernels/test_catalog.py tests/kernels/test_layout.py tests/kernels/energies; fi
+# The test that is left out starts a process, which the system does not emulate by itself.
 cd "$folder" # the folder of the sources has modules of this machine
 emulated -P -m pytest --rootdir "$root" -c "$root/pyproject.toml" -o pythonpath="$site $root" -p no:cacheprovider -q \
-  -m 'not slow' "${@/#tests/$root/tests}"
+  -m 'not slow' -k 'not need_no_library' "${@/#tests/$root/tests}"

