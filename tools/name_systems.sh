@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Put the systems that a wheel for Linux runs on into its name, by auditwheel, and print the name: tools/name_systems.sh WHEEL
-# Replaces the wheel. Fails if it needs a glibc newer than 2.28; the wheel may be for another processor.
+# Replaces the wheel. Fails if it needs a glibc newer than 2.28. Other processors are supported.
 set -euo pipefail
 wheel=$1
 python=$(dirname "${BASH_SOURCE[0]}")/../.venv/bin/python

@@ -22,7 +22,7 @@ PACKAGE = HEADERS.parent
 FLAGS = (  # those of kernels in meson.build
     *("-O2", "-fno-tree-vectorize", "-fno-tree-pre", "-fno-code-hoisting"),
     *("-ffp-contract=fast", "-fno-math-errno", "-shared", "-fPIC"),
-    # The linker of macOS, unlike others, must be told that Python defines the rest.
+    # The linker of macOS, unlike others, refuses names that Python defines later.
     *(("-undefined", "dynamic_lookup") if sys.platform == "darwin" else ()),
 )
 ARCHITECTURE_FLAGS = {
