@@ -288,3 +288,9 @@ def test_invalid_checkpoints_are_refused(tmp_path, options, message):
     with pytest.raises(ancf.InputError, match=message):
         ancf.simulate(moved_pendulum(), STEPS * DT, DT, **options)
     assert not os.listdir(tmp_path)
+
+
+def test_the_progress_of_a_resumed_run_is_true_or_false(tmp_path):
+    (tmp_path / "run.h5").touch()
+    with pytest.raises(ancf.InputError, match="progress must be True or False"):
+        ancf.resume(tmp_path / "run.h5", progress=np.zeros(0))
