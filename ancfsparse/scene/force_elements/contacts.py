@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from ancfsparse.scene.joints.joint import Joint
 
 GAUSS_POINTS = 3  # per element, which are exact to degree five
-GAUSS_NODES, GAUSS_WEIGHTS = 0.5 * np.array(np.polynomial.legendre.leggauss(GAUSS_POINTS))
-GAUSS_NODES += 0.5  # on the interval from 0 to 1
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
@@ -114,7 +113,7 @@ class Contact(ContactLaw):
     @property
     def points(self) -> list[Point]:
         """Quadrature points on the axes of the bodies, in the order of their elements."""
-        xi = GAUSS_NODES.tolist()
+        xi = (0.5 + 0.5 * _gauss_rule()[0]).tolist()
         return [
             Point(body, e, x) for body in self.bodies for e in range(body.n_elements) for x in xi
         ]
@@ -148,7 +147,13 @@ class Contact(ContactLaw):
     def weights(self) -> Vector:
         """Lengths that the quadrature points represent, (k,) [m]."""
         lengths = np.concatenate([body.lengths for body in self.bodies])
-        return np.outer(lengths, GAUSS_WEIGHTS).ravel()
+        return np.outer(lengths, 0.5 * _gauss_rule()[1]).ravel()
+
+
+@cache
+def _gauss_rule() -> tuple[Vector, Vector]:
+    """Return points and weights on the interval from -1 to 1."""
+    return np.polynomial.legendre.leggauss(GAUSS_POINTS)
 
 
 class Contacts(SceneBase):

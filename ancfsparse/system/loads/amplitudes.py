@@ -91,21 +91,11 @@ class FunctionAmplitude:
         if not callable(self.load.value):
             return np.broadcast_to(self.load.at(0.0), (len(times), self.width)), None
         if self._takes_arrays and (self._always or len(times) >= MIN_ARRAY_TIMES):
-            table = self._evaluate_signal(times) if self._always else self._at_once(times)
+            table = self._at_once(times)
             if table is not None:
                 return table, None
             self._takes_arrays = self._always
         return self._call_by_call(times)
-
-    def _evaluate_signal(self, times: Vector) -> Vector | None:
-        """Return the amplitudes, or None if one of them is invalid."""
-        function: Any = self.load.value
-        try:
-            with np.errstate(all="ignore"):
-                table = np.reshape(function(times), (len(times), self.width))
-        except Exception:  # one of the user may raise anything; single calls find the time
-            return None
-        return table if np.isfinite(table).all() else None
 
     def _at_once(self, times: Vector) -> Vector | None:
         """Return the amplitudes by one call with all times, or None if they are wrong."""
@@ -113,6 +103,10 @@ class FunctionAmplitude:
         array = np.array(times)
         array.flags.writeable = False
         try:
+            if self._always:
+                with np.errstate(all="ignore"):
+                    rows = np.reshape(function(array), (len(times), self.width))
+                return rows if np.isfinite(rows).all() else None
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 table = _columns(function(array), len(times), self.width)
