@@ -5,5 +5,5 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 python=.venv/bin/python
 "$python" -m pip --disable-pip-version-check --no-input --quiet install 'ancfsparse[docs]'
-"$python" -m sphinx -b html -c site -W --keep-going --quiet "$@" . build/site
+"$python" -m sphinx -b html -c docs/site -W --keep-going --quiet "$@" . build/site
 echo "docs: build/site/index.html" >&2

@@ -20,7 +20,7 @@ FETCHED = re.compile(r'<(?:script|img|iframe)[^>]*\bsrc="([^"]*)|<link[^>]*\bhre
 
 
 def test_the_reference_has_each_public_name_once():
-    text = "".join(f.read_text(encoding="utf-8") for f in (ROOT / "site/api").glob("*.rst"))
+    text = "".join(f.read_text(encoding="utf-8") for f in (ROOT / "docs/site/api").glob("*.rst"))
     entries = re.findall(r"^\.\. auto(class|function):: (\S+)$", text, re.MULTILINE)
     assert sorted(name for _, name in entries) == sorted(
         IN_MODULES.get(name, name) for name in ancf.__all__
@@ -33,7 +33,7 @@ def test_the_reference_has_each_public_name_once():
 def test_the_build_has_what_its_extra_installs():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named = " ".join(project["optional-dependencies"]["docs"]).replace("-", "_")
-    configuration = (ROOT / "site/conf.py").read_text(encoding="utf-8")
+    configuration = (ROOT / "docs/site/conf.py").read_text(encoding="utf-8")
     assert all(name in named for name in NAMES)
     assert all(name in configuration for name in NAMES[1:])
 
@@ -44,7 +44,7 @@ def site(tmp_path_factory):
     if missing:
         pytest.skip(f"{missing[0]} is missing: pip install 'ancfsparse[docs]'")
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "sphinx", "-b", "html", "-c", "site", "-W", "--keep-going"]
+    command = [sys.executable, "-m", "sphinx", "-b", "html", "-c", "docs/site", "-W", "--keep-going"]
     done = subprocess.run(
         [*command, "-q", "-d", folder / "trees", ".", folder / "html"],
         cwd=ROOT, capture_output=True, text=True,
@@ -81,7 +81,7 @@ new Promise(found => setInterval(() => {
         ("index.html", "[...document.images].filter(i => !i.naturalWidth).length", 0, 0),
         ("docs/theory.html", TYPESET.format("mjx-container"), 300, 1e4),
         ("docs/theory.html", TYPESET.format("[data-mjx-error], merror"), 0, 0),
-        ("site/api/results.html", "document.querySelectorAll('dt.sig').length", 40, 500),
+        ("docs/site/api/results.html", "document.querySelectorAll('dt.sig').length", 40, 500),
         ("search.html?q=winch", RESULTS, 4, 100),
     ],
 )

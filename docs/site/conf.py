@@ -23,7 +23,7 @@ extensions = [
     "sphinx_copybutton",
 ]
 root_doc = "README"
-include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/*.md", "site/**"]
+include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/*.md", "docs/site/**"]
 include_patterns += ["vendored/README.md"]
 exclude_patterns = [
     ".*",
@@ -68,11 +68,11 @@ CONTENTS = """
 ```{toctree}
 :hidden:
 
-site/guide
+docs/site/guide
 docs/gallery
-site/api
-site/methods
-site/development
+docs/site/api
+docs/site/methods
+docs/site/development
 ```
 """
 
