@@ -44,9 +44,9 @@ def site(tmp_path_factory):
     if missing:
         pytest.skip(f"{missing[0]} is missing: pip install 'ancfsparse[docs]'")
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "sphinx", "-b", "html", "-c", "docs/site", "-W", "--keep-going"]
+    command = [sys.executable, "-m", "sphinx", "-b", "html", "-c", "docs/site", "-W"]
     done = subprocess.run(
-        [*command, "-q", "-d", folder / "trees", ".", folder / "html"],
+        [*command, "--keep-going", "-q", "-d", folder / "trees", ".", folder / "html"],
         cwd=ROOT, capture_output=True, text=True,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
