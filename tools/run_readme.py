@@ -53,9 +53,16 @@ def run_command(line: str) -> None:
     print(f"{time.perf_counter() - start:6.1f} s: {' '.join(line.split())}", flush=True)
 
 
+def _heed_interrupts() -> None:
+    """Let an interruption end this process, which shells ignore in background processes."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def interrupt(words: list[str]) -> None:
     """Interrupt a run after it has written its first checkpoint."""
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=_heed_interrupts
+    )
     start = time.perf_counter()
     while not list(Path().glob("*.checkpoint")):
         if process.poll() is not None or time.perf_counter() - start > MAX_SECONDS:
