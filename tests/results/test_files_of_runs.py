@@ -173,6 +173,24 @@ def test_a_run_that_is_killed_at_any_write_leaves_the_states_that_were_passed_on
     assert unreadable > 0
 
 
+def test_the_journal_of_another_run_changes_no_file(tmp_path, monkeypatch):
+    path, other, journals = tmp_path / "run.h5", tmp_path / "other.h5", []
+    append = Writer.append
+
+    def copied(writer, *rows, **where):
+        append(writer, *rows, **where)
+        journals.append(journal_of(other).read_bytes())
+
+    monkeypatch.setattr(Writer, "append", copied)
+    run_to(other)
+    monkeypatch.undo()
+    run_to(path)
+    content = path.read_bytes()
+    journal_of(path).write_bytes(journals[-1])
+    assert load(path).finished
+    assert path.read_bytes() == content
+
+
 def test_a_killed_run_in_a_folder_that_cannot_be_written_asks_for_a_copy(tmp_path, monkeypatch):
     path = tmp_path / "run.h5"
     run_to(path)

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ancfsparse.errors import InputError
+from ancfsparse.results.data.recoverable_file import NAME_SIZE
 
 MARK = b"ancfsparse checkpoint 2\n"
-NAME_SIZE = 64  # first bytes of the file of a run, which contain its identifier
 HEAD = struct.Struct(f"<QQI{NAME_SIZE}s")  # bytes of the data, states, checksum of the data, name
 
 

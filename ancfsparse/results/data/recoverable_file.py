@@ -20,8 +20,9 @@ from ancfsparse.results.data.disk_space import allocate_disk
 from ancfsparse.results.data.file_locks import try_lock
 
 JOURNAL_MARK = b"ancfsparse journal 1\n"
-# Number of the seal, bytes of the file at it; checksum of both.
-HEAD = struct.Struct("<QQI")
+NAME_SIZE = 64  # first bytes of a file, which contain the identifier of its run
+# Number of the seal, bytes of the file at it, their checksum; first bytes of the file.
+HEAD = struct.Struct(f"<QQI{NAME_SIZE}s")
 RECORD = struct.Struct("<QII")  # number of a block, its bytes, their checksum
 BLOCK = 4096  # bytes that are stored together
 
@@ -66,7 +67,9 @@ class RecoverableFile:
         OSError
             If the journal cannot be written; the last seal then stays.
         """
-        head = HEAD.pack(self._seal + 1, size, _checksum(self._seal + 1, size, b""))
+        self._file.seek(0)
+        name = self._file.read(NAME_SIZE)
+        head = HEAD.pack(self._seal + 1, size, _checksum(self._seal + 1, size, name), name)
         self._journal.seek(0)
         _write_all(self._journal, JOURNAL_MARK + head)  # less than a page: whole or not at all
         # From here on the blocks of the last seal have wrong checksums, and are overwritten.
@@ -153,7 +156,8 @@ def _write_all(file: FileIO, data: bytes) -> None:
 def recover(path: Path, *, is_locked_here: bool = False) -> None:
     """Restore the last sealed bytes of a file whose process was killed.
 
-    Files without a journal stay as they are.  With `is_locked_here` this process holds the lock.
+    Files without a journal, or beside that of another run, stay as they are.  With `is_locked_here`
+    this process holds the lock.
 
     Raises
     ------
@@ -169,8 +173,8 @@ def recover(path: Path, *, is_locked_here: bool = False) -> None:
         with path.open("r+b", buffering=0) as file:  # closing it releases the lock
             if not (is_locked_here or try_lock(file.fileno(), alone=True)):
                 raise BlockingIOError
-            if journal.exists():  # no other process has restored the file meanwhile
-                _restore(file, journal)
+            # Another process may have restored the file meanwhile.
+            if journal.exists() and _restore(file, journal):
                 journal.unlink()  # last, in case this is interrupted too
     except PermissionError as refused:
         raise InputError(
@@ -180,14 +184,15 @@ def recover(path: Path, *, is_locked_here: bool = False) -> None:
         ) from None
 
 
-def _restore(file: FileIO, journal: Path) -> None:
+def _restore(file: FileIO, journal: Path) -> bool:
+    """Return False if the journal is of another file."""
     with journal.open("rb") as stored:
         mark, head = stored.read(len(JOURNAL_MARK)), stored.read(HEAD.size)
         if mark != JOURNAL_MARK or len(head) != HEAD.size:
-            return  # the process ended before the first seal
-        seal, size, checksum = HEAD.unpack(head)
-        if checksum != _checksum(seal, size, b""):
-            return
+            return True  # the process ended before the first seal
+        seal, size, checksum, name = HEAD.unpack(head)
+        if checksum != _checksum(seal, size, name) or file.read(NAME_SIZE) != name:
+            return False
         while len(head := stored.read(RECORD.size)) == RECORD.size:
             number, length, checksum = RECORD.unpack(head)
             old = stored.read(min(length, BLOCK))
@@ -196,3 +201,4 @@ def _restore(file: FileIO, journal: Path) -> None:
             file.seek(number * BLOCK)
             _write_all(file, old)
     file.truncate(size)
+    return True
