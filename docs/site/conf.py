@@ -1,6 +1,6 @@
 """Configuration of the documentation site, for Sphinx; `make docs` builds it.
 
-The source folder is that of the repository: README.md is the home page, and the pages in docs/ are
+The source folder is the whole repository: README.md is the home page, and the pages in docs/ are
 those that readers of the repository see.
 """
 
