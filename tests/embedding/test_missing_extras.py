@@ -25,7 +25,7 @@ def test_fmus_need_the_extra_fmu(monkeypatch):
 def test_environments_need_the_extra_gym(monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     monkeypatch.delitem(sys.modules, "ancfsparse.embedding.environment", raising=False)
-    monkeypatch.delattr(embedding, "environment", raising=False)
+    monkeypatch.delitem(vars(embedding), "environment", raising=False)
     scene = ancf.Scene()
     force = ancf.Input(2)
     rod = scene.add_beam("thin", (0, 0), (1, 0), 2, ancf.Circle(0.01), ancf.Material(1e7, 1e3))
