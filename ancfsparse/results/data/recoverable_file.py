@@ -40,6 +40,8 @@ def _checksum(seal: int, number: int, data: bytes) -> int:
 class RecoverableFile:
     """A binary file for h5py, with a journal from its first seal on.
 
+    Its first bytes must not change, as in a user block: they identify the file.
+
     Parameters
     ----------
     path : Path

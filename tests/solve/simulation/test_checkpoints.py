@@ -99,7 +99,7 @@ def test_every_cut_of_the_writes_is_restored(tmp_path, monkeypatch, rng):
     path, states = tmp_path / "run.h5", rng.normal(size=(40, 50))
     path.touch()
     disk = RecoverableFile(path)
-    file = h5py.File(disk, "w", libver=("v108", "v108"))
+    file = h5py.File(disk, "w", libver=("v108", "v108"), userblock_size=512)
     table = file.create_dataset("q", (0, 50), float, maxshape=(None, 50), chunks=(7, 20))
     for row in range(20):
         table.resize(row + 1, axis=0)
