@@ -134,7 +134,13 @@ def write(
         try:
             Scene.load(folder / SCENE)
         except InputError as error:
-            raise InputError(f"an FMU cannot contain this scene: {error}") from error
+            reason = (
+                str(error).removeprefix(f"{folder / SCENE}, ").partition(": give it to load")[0]
+            )
+            raise InputError(
+                f"an FMU cannot contain this scene: {reason}: take a signal such as Sine or Table, "
+                "or an Input"
+            ) from error
         (folder / SETTINGS).write_text(json.dumps(settings, indent=1), encoding="utf-8")
         (folder / OPTIONS).write_bytes(pickle.dumps(options))
         built = FmuBuilder.build_FMU(

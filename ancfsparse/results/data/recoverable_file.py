@@ -158,8 +158,8 @@ def _write_all(file: FileIO, data: bytes) -> None:
 def recover(path: Path, *, is_locked_here: bool = False) -> None:
     """Restore the last sealed bytes of a file whose process was killed.
 
-    Files without a journal, or beside that of another run, stay as they are.  With `is_locked_here`
-    this process holds the lock.
+    Files without a journal, or with the journal of another run, stay as they are.  With
+    `is_locked_here` this process holds the lock.
 
     Raises
     ------
