@@ -145,7 +145,7 @@ def knot(
     """Return a rubber rod in an overhand knot (a trefoil), which its ends tighten.
 
     The rod has a radius h of half its `thickness` [m] and a loop of 0.5 m; it comes to rest in
-    2.4 s.  Then its ends move apart, until 16 s by 2 pi (0.5 m - `radius`) [m].  All times are in
+    2.4 s.  Its ends then move apart by 2 pi (0.5 m - `radius`) [m], up to 16 s.  All times are in
     proportion to 20 mm over the thickness, as bending waves take, and the motion of the ends lasts
     longer by the factor `slowness`.  For
     ``eps = sqrt(h / R)`` towards zero, with the radius R of the loop, its tension T follows
