@@ -38,6 +38,10 @@ class Implicit(Integrator):
     alpha_m: float
     alpha_f: float
 
+    def without_damping(self) -> Implicit:
+        """Return the scheme without numerical damping; itself if it has none, or is of order 1."""
+        return self
+
     @property
     def shift(self) -> float:
         """Time by which ``b`` precedes the true acceleration, in steps: b ~ a(t + shift dt)."""
@@ -156,6 +160,10 @@ class HHT(Implicit):
         """Weight of the old forces."""
         return self.alpha
 
+    def without_damping(self) -> HHT:
+        """Return the scheme without numerical damping."""
+        return HHT(0.0)
+
 
 @dataclass(frozen=True)
 class GeneralizedAlpha(Implicit):
@@ -178,6 +186,10 @@ class GeneralizedAlpha(Implicit):
                 f"rho_inf must be between 0 (most damping) and 1 (none), got {self.rho_inf:g}: "
                 "0.8 to 0.9 is common"
             )
+
+    def without_damping(self) -> GeneralizedAlpha:
+        """Return the scheme without numerical damping."""
+        return GeneralizedAlpha(1.0)
 
     @property
     def alpha_m(self) -> float:  # type: ignore[override]

@@ -56,14 +56,12 @@ class ErrorModel:
         Smallest number of steps, see `round_steps`.
     combined_errors : tuple of float, or None
         Error of the selected run by mesh and steps together, if two trial runs were enough.
-    is_simultaneous : bool
-        Whether mesh and steps were refined together, see `refine_together`.
     order : int
         Order of positions in the length of the elements.
     floors : tuple of float
         Difference between converged elements, for every quantity [its unit].
     is_bound : bool
-        Whether errors are bounds, of slowly converging motions, see `refine_to_bounds`.
+        Whether errors are bounds, of slowly converging motions, see `bound`.
     """
 
     model: Model
@@ -78,7 +76,6 @@ class ErrorModel:
     selected: tuple[float, int] | None = None
     base: int = 1
     combined_errors: tuple[float, ...] | None = None
-    is_simultaneous: bool = False
     order: int = 4
     floors: tuple[float, ...] = ()
     is_bound: bool = False

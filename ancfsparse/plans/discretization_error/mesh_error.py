@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from dataclasses import replace
 
-from ancfsparse.errors import InputError, StepError
+from ancfsparse.errors import StepError
+from ancfsparse.plans.discretization_error.mesh_grading import MIN_GRADING_GAIN, grade_meshes
 from ancfsparse.plans.discretization_error.residual_correction import (
     corrections,
     estimate_from_corrections,
@@ -30,7 +31,6 @@ COARSEST_COUNT = 8.0  # elements on the longest beam of the coarsest mesh
 GROWTH = 1.5  # ratio of the numbers of elements of successive meshes
 MAX_MESHES = 12
 MAX_GROWTH = 3.0  # ratio for equilibria, whose next mesh may be the last
-MAX_GRADINGS = 2  # redistributions of nodes
 # Largest ratio of error to tolerance from which the number of elements is extrapolated; the
 # confirmation run checks it.
 MAX_ASYMPTOTIC_RATIO = 12.0  # in the asymptotic range
@@ -44,11 +44,8 @@ def mesh_error(
     steps: int,
     order: int,
     is_affordable: Callable[[TrialRun], bool],
-    grade: Callable[[RunEstimates, bool], Model | None] = lambda result, done: None,
 ) -> RunEstimates:
     """Refine the mesh until the error of every quantity can be predicted.
-
-    If a trial run shows that fewer graded elements suffice, graded meshes are refined instead.
 
     Parameters
     ----------
@@ -62,48 +59,33 @@ def mesh_error(
         Order of positions in the length of the elements.
     is_affordable : callable
         Returns True if a finer mesh than that of a run may be tried.
-    grade : callable, optional
-        Returns the model with other gradings if they reduce the work, else None, from the result so
-        far and a flag, True if no more runs are needed.
 
     Raises
     ------
     StepError
-        If a run on a finer mesh needs shorter steps than `time_error` has found.
+        If a run on a finer mesh needs shorter steps.
     """
     runs: list[TrialRun] = []
-    best: RunEstimates | None = None
-    gradings = MAX_GRADINGS
-    while len(runs) < MAX_MESHES:
-        try:
-            run = _run(trials, trials.with_mesh(model, n_longest), steps)
-        except (InputError, StepError):
-            if best is None:
-                raise
-            return best  # only graded meshes fail
+    while True:
+        run = _run(trials, trials.with_mesh(model, n_longest), steps)
         if not runs or elements_of(run) > elements_of(runs[-1]):
             runs.append(run)
         n_longest *= GROWTH
-        if len(runs) < 2 and trials.t_end is not None:
-            continue
         estimates = _estimate(trials, runs, order)
         if estimates is None:
             continue
         result = RunEstimates(estimates, tuple(runs))
-        enough = _is_enough(trials, runs, result.estimates)
-        done = enough or (len(runs) > 2 and not is_affordable(runs[-1]))
-        has_corrections = trials.t_end is None and corrections(trials, run) is not None
-        is_known = len(runs) > 2 or (has_corrections and len(runs) > 1)
-        graded = grade(result, done) if gradings and (done or is_known) else None
-        if graded is not None:
-            best = result if best is None else min(best, result, key=partial(_count, trials))
-            gradings, model, n_longest, runs = gradings - 1, graded, n_longest / GROWTH**2, []
-        elif done:
-            break
-        elif has_corrections:  # the next run may meet the tolerances
-            factor = _count(trials, result) / elements_of(run)
-            n_longest = max(n_longest, min(factor, MAX_GROWTH) * n_longest / GROWTH)
-    return result if best is None else min(result, best, key=partial(_count, trials))
+        if _is_enough(trials, runs, estimates) or len(runs) == MAX_MESHES:
+            return result
+        if len(runs) > 2 and not is_affordable(run):
+            return result
+        growth = _count(trials, result) / elements_of(run)
+        gradings, gain = grade_meshes(trials.scene, run)
+        if len(runs) > 1 and not model.gradings and gain > max(MIN_GRADING_GAIN, 2.0 / growth):
+            model, n_longest, runs = replace(model, gradings=gradings), n_longest / GROWTH**2, []
+        elif trials.t_end is None and corrections(trials, run) is not None:
+            # The next run may be the last.
+            n_longest = max(n_longest, min(growth, MAX_GROWTH) * n_longest / GROWTH)
 
 
 def _count(trials: TrialRuns, result: RunEstimates) -> float:

@@ -19,6 +19,7 @@ from ancfsparse.plans.trial_runs.trial_runs import TrialRun
 from ancfsparse.scene import Beam, Scene
 from ancfsparse.system import System
 
+MIN_GRADING_GAIN = 1.5  # elements of a uniform mesh over those of a graded one
 MAX_STATES = 64  # of a motion that are evaluated
 SAME_POSITION = 1e-9  # relative distance of a node from a position with a force
 NOISE = 1e-9  # interpolation error over the length of the beam that is rounding

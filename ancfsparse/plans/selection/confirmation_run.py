@@ -7,9 +7,11 @@ is the result of the plan.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from ancfsparse.errors import InputError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import (
     ASYMPTOTIC_FRACTION,
     OBSERVED_FRACTION,
@@ -17,26 +19,26 @@ from ancfsparse.plans.discretization_error.error_model import (
     scaled,
 )
 from ancfsparse.plans.discretization_error.mesh_error import corrected_estimates
-from ancfsparse.plans.discretization_error.richardson import Estimate
-from ancfsparse.plans.discretization_error.run_estimates import elements_of
-from ancfsparse.plans.selection.discretization_search import refine_separately
+from ancfsparse.plans.discretization_error.mesh_grading import MIN_GRADING_GAIN, grade_meshes
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of
+from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
 
-MAX_SELECTIONS = 4  # of mesh and step
+MAX_SELECTIONS = 8  # of mesh and step
 MAX_COST = 2.0  # of a confirmation run, over the base budget
 # Work of a confirmation run over that of all trial runs before it.  For a slack line whose errors
 # hardly decrease with the step, the selected step was so short that the run cost four times as much
 # as the trial runs, and no plan resulted.
 MAX_SPENT_RATIO = 2.0
-MAX_WORK_RATIO = 3.0  # of a new selection to the previous one; above, more trial runs are made
 AGREEMENT_FACTOR = 1.25  # by which a difference may exceed the estimate
 AGREEMENT_FRACTION = 0.1  # of the tolerance, which is negligible in a difference
 # Of 144 elements and 18, the difference agrees with any order of convergence: a slope angle was .33
 # rad off, and .02 rad predicted.
-NEAR_RATIO = 3.0  # of elements, or of steps, of two runs whose difference shows the error
-MIN_ORDER_FRACTION = 0.5  # of the estimated orders, to which they may be corrected
+MAX_REFINEMENT = 3.0  # of elements, or of steps, of two runs whose difference shows the error
+SETUP_WORK = 1e6  # residuals of one coordinate, for the set-up of two trial runs
 
 
 def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
@@ -47,14 +49,11 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
     if error_model.selected is not None:
         if error_model.excess(*error_model.selected) <= 1.0:
             return error_model
-        error_model = replace(error_model, selected=None)  # modelling errors leave less
+        # Modelling errors leave less.
+        error_model = replace(error_model, selected=None, combined_errors=None)
     known = _find_sufficient(trials, error_model)
     if known is not None:
-        run = trials.run(trials.with_mesh(error_model.model, known[0]), known[1])
-        assert run is not None  # it was one of the trial runs
-        error_model = _correct_by_near_run(trials, error_model, error_model.time.runs[-1], run)
-        if error_model.excess(*known) <= 1.0:
-            return replace(error_model, selected=known)
+        return replace(error_model, selected=known)
     reference_run = error_model.reference_run
     confirmed = replace(error_model, safety_factor=ASYMPTOTIC_FRACTION)
     # A run from which errors were estimated does not confirm the estimates.
@@ -63,7 +62,10 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         confirmed, safety_factor=error_model.error_fraction if is_known else ASYMPTOTIC_FRACTION
     )
     for _ in range(MAX_SELECTIONS):
-        selected = error_model.optimum()
+        graded = _grade(trials, error_model, reference_run)
+        if graded is not None:
+            return confirm_selection(trials, graded)
+        selected = _near(trials, reference_run, error_model.optimum())
         spent = sum(each.work for each in trials.run_costs)
         tried = _affordable(error_model, reference_run, selected, MAX_SPENT_RATIO * spent)
         if tried is None:
@@ -74,19 +76,11 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         before = error_model = replace(  # the size of a quantity may depend on mesh and steps
             error_model, tolerances=tuple(absolute_tolerances(trials.goals, run))
         )
-        error_model = _corrected_by_residual(
+        error_model = _correct_by_residual(
             trials, error_model, reference_run, run
-        ) or _corrected_by_difference(
-            error_model, reference_run, tried, goal_differences(trials.goals, reference_run, run)
-        )
-        if error_model.excess(*tried) <= 1.0:
-            error_model = _correct_by_near_run(trials, error_model, reference_run, run)
+        ) or _correct_by_difference(trials, error_model, reference_run, run)
         if error_model.excess(*tried) <= 1.0:
             return replace(error_model, selected=tried)
-        limit = MAX_WORK_RATIO * before.work(*selected)
-        if error_model.is_simultaneous and error_model.optimal_work > limit:
-            longer = refine_separately(trials, error_model.model, None, None)
-            return confirm_selection(trials, longer.with_effects(error_model.effects))
         if error_model is before and tried != selected:  # estimates hold for the selection too
             return error_model
         reference_run, error_model = run, _extended(error_model, run)
@@ -103,7 +97,7 @@ def _extended(error_model: ErrorModel, run: TrialRun) -> ErrorModel:
     return replace(error_model, mesh=replace(mesh, runs=(*mesh.runs, run)))
 
 
-def _corrected_by_residual(
+def _correct_by_residual(
     trials: TrialRuns, error_model: ErrorModel, reference_run: TrialRun, run: TrialRun
 ) -> ErrorModel | None:
     """Return the error model of an equilibrium with residual corrections; None if they fail."""
@@ -117,24 +111,34 @@ def _corrected_by_residual(
     return replace(error_model, mesh=replace(error_model.mesh, estimates=estimates))
 
 
-def _correct_by_near_run(
-    trials: TrialRuns, error_model: ErrorModel, reference_run: TrialRun, run: TrialRun
-) -> ErrorModel:
-    """Return the error model with estimates that agree with a run of half the mesh and steps.
+def _grade(
+    trials: TrialRuns, error_model: ErrorModel, reference_run: TrialRun
+) -> ErrorModel | None:
+    """Return the error model of graded meshes, if they save more work than two runs on them."""
+    if error_model.mesh is None or error_model.model.gradings or trials.t_end is None:
+        return None
+    gradings, gain = grade_meshes(trials.scene, reference_run)
+    saved = error_model.optimal_work * (1.0 - 1.0 / gain)
+    if gain < MIN_GRADING_GAIN or saved < reference_run.cost.work + SETUP_WORK:
+        return None
+    model = replace(error_model.model, gradings=gradings)
+    try:
+        graded = search(trials, model, None, error_model.fixed_steps, error_model)
+    except (InputError, StepError, PlanError):
+        return None
+    given = error_model.given_mesh_errors
+    return replace(graded, given_mesh_errors=given, effects=error_model.effects)
 
-    The error of a reference run that is far from the run hides whether errors still decrease there.
-    """
-    counts = longest_count(reference_run), longest_count(run)
-    is_near = counts[1] <= NEAR_RATIO * counts[0] and run.steps <= NEAR_RATIO * reference_run.steps
-    if is_near or trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
-        return error_model
-    steps = run.steps if error_model.fixed_steps else (run.steps + 1) // 2
-    model = trials.with_mesh(error_model.model, max(1.0, round(counts[1] / 2)))
-    near = trials.run(model, steps)
-    if near is None:
-        return error_model
-    differences = goal_differences(trials.goals, near, run)
-    return _corrected_by_difference(error_model, near, (counts[1], run.steps), differences)
+
+def _near(
+    trials: TrialRuns, reference_run: TrialRun, selected: tuple[float, int]
+) -> tuple[float, int]:
+    """Return the selected resolution, or one between whose difference shows the error."""
+    if trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
+        return selected
+    n_longest, steps = selected
+    n_longest = min(n_longest, math.floor(MAX_REFINEMENT * longest_count(reference_run)))
+    return n_longest, min(steps, round(MAX_REFINEMENT * reference_run.steps))
 
 
 def _affordable(
@@ -188,52 +192,72 @@ def longest_count(run: TrialRun) -> float:
     return float(max(run.model.counts.values(), default=1))
 
 
-def _corrected_by_difference(
-    error_model: ErrorModel,
-    reference_run: TrialRun,
-    resolution: tuple[float, int],
-    differences: Sequence[float],
+def _correct_by_difference(
+    trials: TrialRuns, error_model: ErrorModel, reference_run: TrialRun, run: TrialRun
 ) -> ErrorModel:
-    """Return the error model with estimates that agree with measured differences."""
-    times, meshes, agrees = list(error_model.time.estimates), [], True
-    if error_model.mesh is not None:
-        meshes = list(error_model.mesh.estimates)
-    for i, difference in enumerate(differences):
-        parts = [(times[i], float(reference_run.steps), float(resolution[1]))]
-        if meshes:
-            counts = (longest_count(reference_run), resolution[0])
-            here, there = (n * error_model.density for n in counts)
-            parts.append((meshes[i], here, there))
-        negligible = AGREEMENT_FRACTION * error_model.tolerances[i]
-        if difference <= AGREEMENT_FACTOR * _difference(parts, 1.0) + negligible:
-            continue
-        agrees = False
-        low, high = MIN_ORDER_FRACTION, 1.0
-        while high - low > 0.01:
-            middle = 0.5 * (low + high)
-            is_below = _difference(parts, middle) < difference
-            low, high = (low, middle) if is_below else (middle, high)
-        expected = _difference(parts, low)
-        new = [each.with_order(low * each.order) for each, _, _ in parts]
-        if expected > 0.0:
-            factor = max(1.0, difference / expected)
-            new = [replace(each, error=factor * each.error) for each in new]
-        else:  # no difference at all was expected
-            new = [replace(each, error=each.error + difference) for each in new]
-        times[i] = new[0]
-        if meshes:
-            meshes[i] = new[1]
-    if agrees:
+    """Return the error model with estimates that agree with the difference of two runs.
+
+    If it is larger, and the runs differ in mesh and steps, one run with the mesh of the first and
+    the steps of the second divides it.
+    """
+    goals, mesh, time = trials.goals, error_model.mesh, error_model.time
+    counts = longest_count(reference_run), longest_count(run)
+    steps = float(reference_run.steps), float(run.steps)
+    by_mesh = by_steps = goal_differences(goals, reference_run, run)
+    if mesh is not None and counts[0] != counts[1] and steps[0] != steps[1]:
+        expected = (
+            _change(one, *steps) + _change(other, *(n * error_model.density for n in counts))
+            for one, other in zip(time.estimates, mesh.estimates, strict=True)
+        )
+        columns = zip(by_mesh, expected, error_model.tolerances, strict=True)
+        if all(_agrees(*each) for each in columns):
+            return error_model
+        between = trials.run(reference_run.model, run.steps)
+        if between is not None:
+            by_steps = goal_differences(goals, reference_run, between)
+            by_mesh = goal_differences(goals, between, run)
+    error_model = replace(error_model, time=_correct(error_model, time, steps, by_steps))
+    if mesh is None:
         return error_model
-    mesh = error_model.mesh
-    return replace(
-        error_model,
-        time=replace(error_model.time, estimates=tuple(times)),
-        mesh=None if mesh is None else replace(mesh, estimates=tuple(meshes)),
-    )
+    elements = counts[0] * error_model.density, counts[1] * error_model.density
+    return replace(error_model, mesh=_correct(error_model, mesh, elements, by_mesh))
 
 
-def _difference(parts: Sequence[tuple[Estimate, float, float]], order_fraction: float) -> float:
-    """Return the expected difference of two solutions for a fraction of the estimated orders."""
-    reduced = ((each.with_order(order_fraction * each.order), a, b) for each, a, b in parts)
-    return sum(abs(each.at(a) - each.at(b)) for each, a, b in reduced)
+def _correct(
+    error_model: ErrorModel,
+    known: RunEstimates,
+    resolutions: tuple[float, float],
+    differences: Sequence[float],
+) -> RunEstimates:
+    """Return estimates of one source of error that agree with differences of two resolutions.
+
+    The order is reduced, as far as it may be extrapolated; then the error is increased.
+    """
+    if resolutions[0] == resolutions[1]:
+        return known
+    out = list(known.estimates)
+    for i, (each, difference) in enumerate(zip(known.estimates, differences, strict=True)):
+        if _agrees(difference, _change(each, *resolutions), error_model.tolerances[i]):
+            continue
+        low, high = min(MIN_ORDER, each.order), each.order
+        while high - low > 0.01 * each.order:
+            middle = 0.5 * (low + high)
+            is_below = _change(each.with_order(middle), *resolutions) < difference
+            low, high = (low, middle) if is_below else (middle, high)
+        new = each.with_order(low)
+        expected = _change(new, *resolutions)
+        if expected > 0.0:
+            out[i] = replace(new, error=max(1.0, difference / expected) * new.error)
+        else:  # no difference at all was expected
+            out[i] = replace(new, error=new.error + difference)
+    return replace(known, estimates=tuple(out))
+
+
+def _agrees(difference: float, expected: float, tolerance: float) -> bool:
+    """Return True if a difference is not larger than expected, or negligible."""
+    return difference <= AGREEMENT_FACTOR * expected + AGREEMENT_FRACTION * tolerance
+
+
+def _change(known: Estimate, one: float, other: float) -> float:
+    """Return the expected difference of two resolutions."""
+    return abs(known.at(one) - known.at(other))

@@ -1,4 +1,9 @@
-"""Trial runs of one model, until its errors can be predicted for every mesh and step."""
+"""Trial runs of one model, until its errors can be predicted for every mesh and step.
+
+Where both the step and a mesh are open they are refined together.  For equilibria, methods without
+steps and given steps, the error of the steps is estimated on a coarse mesh, and the mesh alone is
+refined.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +11,20 @@ from dataclasses import replace
 
 from ancfsparse.errors import PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
-from ancfsparse.plans.discretization_error.low_regularity import refine_to_bounds
 from ancfsparse.plans.discretization_error.mesh_error import (
     COARSEST_COUNT,
-    GROWTH,
     error_of_given_meshes,
     mesh_error,
 )
-from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
-from ancfsparse.plans.discretization_error.run_estimates import RunEstimates
-from ancfsparse.plans.discretization_error.sampling_error import sampling_error
-from ancfsparse.plans.discretization_error.simultaneous_refinement import (
+from ancfsparse.plans.discretization_error.refinement import (
+    STEP_GROWTH,
+    Refinement,
     refine_other_elements,
+    refine_steps,
     refine_together,
 )
-from ancfsparse.plans.discretization_error.time_error import no_time_error, time_error
+from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, no_time_error
+from ancfsparse.plans.discretization_error.sampling_error import sampling_error
 from ancfsparse.plans.models.model import Model, coarse_count, convergence_order, open_bodies
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
@@ -28,11 +32,7 @@ from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
 from ancfsparse.scene import Scene
 
-MAX_COARSE_RATIO = 4.0  # refinement of the coarsest mesh if steps do not converge on it
 MAX_STEP_EXCESS = 3.0  # error of the steps over the tolerance, where meshes are compared
-MIN_GRADING_GAIN = 1.5  # elements of a uniform mesh over those of a graded one
-MIN_WORK_SAVED = 2e6  # residuals of one coordinate, a few times the set-up of two trial runs
-GRADING_RUNS = 4.0  # trial runs that lead to graded meshes, each with the work of the last
 
 
 def search(
@@ -64,155 +64,106 @@ def search(
     PlanError
         If the motions do not converge.
     """
-    order = _order(trials.scene, model)
-    if _is_open(trials, model, finer, fixed_steps):
-        result = _refine_together(trials, model, order, near)
-        if result is not None:
-            return result
-    try:
-        return refine_separately(trials, model, finer, fixed_steps)
-    except PlanError as failure:
-        has_no_steps = trials.t_end is None or isinstance(trials.integrator, SolutionMethod)
-        if has_no_steps or failure.steps is not None:
-            raise
-        return refine_to_bounds(trials, model, finer, fixed_steps, order, failure)
-
-
-def refine_separately(
-    trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None
-) -> ErrorModel:
-    """Refine first the steps, then the mesh, until their orders are observed; see `search`.
-
-    If a run on a finer mesh fails, both are refined again with shorter steps than failed.
-    """
     while True:
         failed = trials.failed
         try:
-            return _refine_once(trials, model, finer, fixed_steps)
+            return _search(trials, model, finer, fixed_steps, near)
         except StepError:
-            if trials.failed <= failed:
+            if trials.failed <= failed or not trials.costs:  # shorter steps would not help
                 raise
 
 
-def _refine_once(
-    trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None
+def _search(
+    trials: TrialRuns,
+    model: Model,
+    finer: Scene | None,
+    fixed_steps: int | None,
+    near: ErrorModel | None,
 ) -> ErrorModel:
     order = _order(trials.scene, model)
-    n_longest, coarse, time = _coarse_time_error(trials, model, fixed_steps)
+    n_longest = coarse_count(trials.scene, COARSEST_COUNT)
+    coarse = trials.with_mesh(model, n_longest)
+    has_steps = trials.t_end is not None and not isinstance(trials.integrator, SolutionMethod)
+    is_together = has_steps and fixed_steps is None
+    if is_together:
+        refinement = _refine_like(trials, model, order, near) or refine_together(
+            trials, model, order
+        )
+    else:
+        refinement = Refinement(_error_on_coarse_mesh(trials, coarse, fixed_steps), None)
+    time = refinement.time
     steps = _steps_for_meshes(trials, time)
+    given = (0.0,) * len(trials.goals)
+    if finer is not None:
+        last = time.runs[-1]
+        where = (last.model, last.steps) if refinement.combined_errors else (coarse, steps)
+        given = tuple(error_of_given_meshes(trials, finer, *where, order))
+
+    def build_error_model(mesh: RunEstimates | None) -> ErrorModel:
+        last = mesh.runs[-1] if mesh else time.runs[-1]
+        graded = model if mesh is None else replace(model, gradings=last.model.gradings)
+        is_selected = refinement.combined_errors is not None
+        longest = float(max(last.model.counts.values(), default=1))
+        return ErrorModel(
+            graded,
+            time,
+            mesh,
+            given,
+            tuple(absolute_tolerances(trials.goals, last)),
+            fit_cost_model(trials.costs),
+            fixed_steps,
+            base=trials.base if trials.t_end is not None else 1,
+            order=order,
+            selected=(longest, last.steps) if is_selected else None,
+            combined_errors=refinement.combined_errors if finer is None else None,
+            is_bound=refinement.is_bound,
+        )
 
     def is_affordable(last: TrialRun) -> bool:
         """Return True if a finer run costs little compared with the planned run."""
         planned = last.cost.work * time.runs[-1].steps / steps
         return trials.total_work < max(BASE_BUDGET, TRIAL_FRACTION * planned)
 
-    given = (0.0,) * len(trials.goals)
-
-    def build_error_model(mesh: RunEstimates | None) -> ErrorModel:
-        last = mesh.runs[-1] if mesh else time.runs[-1]
-        graded = model if mesh is None else replace(model, gradings=last.model.gradings)
-        tolerances = tuple(absolute_tolerances(trials.goals, last))
-        cost = fit_cost_model(trials.costs)
-        base = trials.base if trials.t_end is not None else 1
-        return ErrorModel(
-            graded, time, mesh, given, tolerances, cost, fixed_steps, base=base, order=order
-        )
-
-    def grade(mesh: RunEstimates, done: bool) -> Model | None:
-        """Return graded meshes if two runs with them, in place of the next one, reduce the work."""
-        last = mesh.runs[-1]
-        gradings, gain = grade_meshes(trials.scene, last)
-        if gain < MIN_GRADING_GAIN:
-            return None
-        planned = build_error_model(mesh)
-        work = planned.optimal_work
-        more = 1.0 + 1.0 / GROWTH - (0.0 if done else GROWTH)
-        saved = work * (1.0 - 1.0 / gain) - more * last.cost.work
-        pays = saved > (MIN_WORK_SAVED if done else 0.0)
-        return replace(last.model, gradings=gradings) if pays else None
-
-    if finer is not None:
-        given = tuple(error_of_given_meshes(trials, finer, coarse, steps, order))
-    if not coarse.counts:
-        return build_error_model(None)
-    return build_error_model(
-        mesh_error(trials, coarse, n_longest, steps, order, is_affordable, grade)
-    )
+    if refinement.mesh is not None or not coarse.counts:
+        return build_error_model(refinement.mesh)
+    return build_error_model(mesh_error(trials, coarse, n_longest, steps, order, is_affordable))
 
 
-def _is_open(trials: TrialRuns, model: Model, finer: Scene | None, fixed_steps: int | None) -> bool:
-    """Return True if both mesh and steps of a motion can be refined."""
-    counts = trials.with_mesh(model, COARSEST_COUNT).counts
-    has_steps = trials.t_end is not None and not isinstance(trials.integrator, SolutionMethod)
-    return has_steps and bool(counts) and finer is None and fixed_steps is None
-
-
-def _refine_together(
+def _refine_like(
     trials: TrialRuns, model: Model, order: int, near: ErrorModel | None
-) -> ErrorModel | None:
-    """Refine mesh and steps together; None if that gives no error model."""
-    assert not isinstance(trials.integrator, SolutionMethod)
-    result = None
-    if near is not None and near.reference_run.model.counts:
-        result = refine_other_elements(trials, model, order, near.time, near.reference_run)
-    if result is None:
-        result = refine_together(trials, model, order, trials.step_order)
-    if result is None:
+) -> Refinement | None:
+    """Return the errors with the time error of other elements; None if there are none."""
+    if near is None or not near.reference_run.model.counts:
         return None
-    last = result.mesh.runs[-1]
-    selected = None
-    if result.combined_errors is not None:
-        selected = float(max(last.model.counts.values())), last.steps
-    error_model = ErrorModel(
-        model,
-        result.time,
-        result.mesh,
-        (0.0,) * len(trials.goals),
-        tuple(absolute_tolerances(trials.goals, last)),
-        fit_cost_model([run.cost for run in result.runs]),
-        None,
-        selected=selected,
-        base=trials.base,
-        combined_errors=result.combined_errors,
-        is_simultaneous=True,
-    )
-    return None if selected is None and _pays_to_grade(trials, error_model) else error_model
+    return refine_other_elements(trials, model, order, near.time, near.reference_run)
 
 
-def _pays_to_grade(trials: TrialRuns, error_model: ErrorModel) -> bool:
-    """Return True if graded meshes save more work than the trial runs that lead to them."""
-    last = error_model.reference_run
-    _, gain = grade_meshes(trials.scene, last)
-    saved = error_model.optimal_work * (1.0 - 1.0 / gain)
-    return gain >= MIN_GRADING_GAIN and saved > MIN_WORK_SAVED + GRADING_RUNS * last.cost.work
-
-
-def _coarse_time_error(
-    trials: TrialRuns, model: Model, fixed_steps: int | None
-) -> tuple[float, Model, RunEstimates]:
-    """Return the coarsest mesh on which steps converge, and the error of the steps there."""
-    n_longest = first = coarse_count(trials.scene, COARSEST_COUNT)
-    coarse = trials.with_mesh(model, n_longest)
+def _error_on_coarse_mesh(
+    trials: TrialRuns, coarse: Model, fixed_steps: int | None
+) -> RunEstimates:
+    """Return the error of given steps or saved states on a coarse mesh; none of an equilibrium."""
     if trials.t_end is None:
-        return n_longest, coarse, no_time_error(trials, coarse)
+        return no_time_error(trials, coarse)
     if isinstance(trials.integrator, SolutionMethod):
-        return n_longest, coarse, sampling_error(trials, coarse)
-    order = trials.step_order
-    while True:
-        coarse = trials.with_mesh(model, n_longest)
-        is_last = not coarse.counts or n_longest >= first * MAX_COARSE_RATIO
-        try:
-            return n_longest, coarse, time_error(trials, coarse, order, not is_last, fixed_steps)
-        except PlanError:
-            if is_last:
-                raise
-        n_longest *= 2.0
+        return sampling_error(trials, coarse)
+    assert fixed_steps is not None
+    steps = fixed_steps
+    while steps <= trials.failed:
+        steps *= STEP_GROWTH
+    first = trials.run(coarse, steps)
+    time = None if first is None else refine_steps(trials, [first])
+    if time is not None:
+        return time
+    if trials.failure is not None:
+        raise trials.failure
+    quantity, tolerance = trials.goals[0].quantity, 0.0
+    raise PlanError(quantity.name, tolerance, 0.0, quantity.unit, len(trials.done))
 
 
 def _steps_for_meshes(trials: TrialRuns, time: RunEstimates) -> int:
     """Return the smallest number of steps accurate enough for a comparison of meshes."""
     tolerances = absolute_tolerances(trials.goals, time.runs[-1])
-    for run in time.runs[:-1]:
+    for run in (each for each in time.runs[:-1] if each.steps > trials.failed):
         pairs = zip(time.estimates, tolerances, strict=True)
         if all(each.at(run.steps) <= MAX_STEP_EXCESS * tolerance for each, tolerance in pairs):
             return run.steps

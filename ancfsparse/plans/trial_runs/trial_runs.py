@@ -201,6 +201,11 @@ class TrialRuns:
             self.seconds += time.perf_counter() - begin
         return self.done[key]
 
+    @property
+    def budget(self) -> float:
+        """Largest work of all runs, relative to a residual of one coordinate."""
+        return max(SEARCH_BUDGET, MAX_WORK_RATIO * self.run_costs[0].work)
+
     def check_budget(self) -> None:
         """Refuse further runs if the present ones have taken too much work.
 
@@ -210,9 +215,15 @@ class TrialRuns:
             If so.
         """
         work = [each.work for each in self.run_costs]
-        if work and sum(work) > max(SEARCH_BUDGET, MAX_WORK_RATIO * work[0]):
+        if work and sum(work) > self.budget:
             quantity, steps = self.goals[0].quantity, max(each.steps for each in self.run_costs)
             raise PlanError(quantity.name, 0.0, 0.0, quantity.unit, len(work), steps=steps)
+
+    def without_damping(self) -> TrialRuns:
+        """Return runs by the same integrator without numerical damping; itself if it has none."""
+        assert isinstance(self.integrator, Implicit)
+        undamped = self.integrator.without_damping()
+        return self if undamped == self.integrator else self.with_integrator(undamped)
 
     def _run(self, model: Model, steps: int) -> TrialRun | None:
         system = self.systems.get(self._key(model))

@@ -4,7 +4,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error.mesh_error import mesh_error
-from ancfsparse.plans.discretization_error.time_error import time_error
+from ancfsparse.plans.discretization_error.refinement import refine_steps
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.trial_runs import cost_model
 from ancfsparse.plans.trial_runs.run_differences import goal_differences
@@ -25,7 +25,7 @@ def model(count):
 
 
 def test_the_error_of_steps_agrees_with_many_steps(trials):
-    error_model = time_error(trials, model(MESH), order=2)
+    error_model = refine_steps(trials, [trials.run(model(MESH), trials.base)])
     exact = trials.run(model(MESH), trials.base << 8)
     for run in error_model.runs[-2:]:
         (true,) = goal_differences(trials.goals, run, exact)

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans.discretization_error import mesh_error
 from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
 from ancfsparse.plans.models.graded_mesh import MeshGrading, error_density
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.selection import discretization_search
+from ancfsparse.plans.selection import confirmation_run
 from ancfsparse.problems import pendulum
 from tests.beams import build_beam
 from tests.plans.comparison import build_trials, largest_distance
@@ -72,7 +73,7 @@ def test_a_plan_takes_graded_elements_where_they_are_fewer(monkeypatch):
     w = plan.run().position(middle)[-1, 1]
     assert abs(w / deflection(0.5) - 1.0) < 3e-4
     with monkeypatch.context() as none:
-        none.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
+        none.setattr(mesh_error, "MIN_GRADING_GAIN", np.inf)
         even = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="0.03 %")
     assert plan.model.counts["beam 0"] < 0.6 * even.model.counts["beam 0"]
     assert plan.cost["operations"] < even.cost["operations"]
@@ -87,7 +88,7 @@ def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
     plan = ancf.plan(*asked)
     assert "graded elements" in plan.choice
     run = plan.run()
-    monkeypatch.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
+    monkeypatch.setattr(confirmation_run, "MIN_GRADING_GAIN", np.inf)
     even = ancf.plan(*asked)
     assert plan.model.counts["beam 0"] < 0.7 * even.model.counts["beam 0"]
     work, its = (each.cost["operations"] * (1.0 + 1.0 / each.cost["work"]) for each in (plan, even))
@@ -102,7 +103,7 @@ def test_where_nothing_is_concentrated_no_more_trial_runs_are_run(monkeypatch):
     scene, rod = pendulum("thin", "auto")
     asked = scene, 1.0, ancf.position(rod.end), 1e-3
     plan = ancf.plan(*asked)
-    monkeypatch.setattr(discretization_search, "MIN_GRADING_GAIN", np.inf)
+    monkeypatch.setattr(confirmation_run, "MIN_GRADING_GAIN", np.inf)
     even = ancf.plan(*asked)
     assert plan.choice == even.choice
     assert plan.cost["operations"] == even.cost["operations"]

@@ -139,7 +139,7 @@ def test_a_net_under_tension_gets_strings_where_bending_does_not_matter(pull, ra
 def test_strings_are_tried_for_a_single_line_too():
     made = ancf.Circle(0.002), ancf.Material(1e9, 1000)
     scene, line = build_beam("auto", (0, 0), (1, 0), "auto", *made, "pin", "pin", tension=20.0)
-    plan = ancf.plan(scene, 0.3, ancf.position(line.at(0.5)), "3 %")
+    plan = ancf.plan(scene, 0.3, ancf.position(line.at(0.5)), "0.3 %")
     assert rung_of(plan) == STRING or "strings would suffice too" in str(plan)
     # Where a short run of cables is the answer, their pilots would take longer than they save.
     plan = ancf.plan(scene, 0.3, ancf.position(line.at(0.5)), "25 %")

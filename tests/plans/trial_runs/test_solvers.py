@@ -65,7 +65,7 @@ def test_what_has_no_factor_to_save_keeps_its_own_solver():
 
 def test_the_run_of_a_plan_has_the_solver_of_its_trial_run():
     scene, rod = pendulum("thin", "auto")
-    plan = ancf.plan(scene, 2.0, ancf.position(rod.end), "3 %")
+    plan = ancf.plan(scene, 2.0, ancf.position(rod.end), "10 %")
     assert plan.result is not None
     assert plan.solver == PAIRS
     assert "solver quasi-Newton (bfgs, 2 pairs)" in str(plan)

@@ -1,11 +1,10 @@
-"""Pilots of mesh and steps together, also where none without numerical damping finishes."""
+"""Trial runs of mesh and steps together, also where none without numerical damping finishes."""
 
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.plans.discretization_error import simultaneous_refinement as module
-from ancfsparse.plans.discretization_error.simultaneous_refinement import refine_together
-from ancfsparse.plans.discretization_error.time_error import time_error
+from ancfsparse.plans.discretization_error import refinement as module
+from ancfsparse.plans.discretization_error.refinement import error_of_last, refine_together
 from ancfsparse.plans.models.model import MIN_LONGEST_COUNT, Model
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS
@@ -24,28 +23,32 @@ def long_pendulum(n="auto"):
 def test_trial_runs_begin_with_damping_where_those_without_fail():
     scene, end = long_pendulum()
     trials = build_trials(scene, 10.0, ancf.position(end), "3 %")
-    error_model = refine_together(trials, Model(), 4, 2)
-    assert error_model is not None
-    assert all(run.integrator == DAMPED for run in error_model.runs)
-    assert error_model.runs[0].model.counts == {"beam 0": MIN_LONGEST_COUNT}
-    last = error_model.runs[-1]
+    error_model = refine_together(trials, Model(), 4)
+    done = [run for run in trials.done.values() if run is not None]
+    assert all(run.integrator == DAMPED for run in done)
+    assert done[0].model.counts == {"beam 0": MIN_LONGEST_COUNT}
+    last = error_model.time.runs[-1]
     fine, its = long_pendulum(12)
     exact = ancf.simulate(fine, 10.0, 10.0 / (8 * last.steps), save_every=8)
     mine = trials.goals[0].quantity.in_scene(last.run.system.scene).history(last.run)
     off = largest_distance(mine, exact.position(its))
     assert 0.05 * error_model.combined_errors[0] <= off <= error_model.combined_errors[0]
-    # Steps with which a run has failed are not tried on other meshes.
-    failed = trials.failed
-    time_error(trials, Model(counts={"beam 0": 8}), 2)
-    tried = [key[-1] for key in trials.done if ("beam 0", 8) in key]
-    assert min(tried) > failed >= MIN_STEPS
+    # Steps with which a run has failed are not tried again.
+    failed, n_done = trials.failed, len(trials.done)
+    refine_together(trials, Model(), 4)
+    assert min(key[-1] for key in list(trials.done)[n_done:]) > failed >= MIN_STEPS
 
 
 def test_motions_without_numerical_damping_must_agree_with_trial_runs_that_have_it(monkeypatch):
+    """Where they do not, as for vibrations that long steps remove, the steps are shortened."""
     scene, end = long_pendulum()
-    monkeypatch.setattr(module, "agrees_with_undamped", lambda *_: False)
-    trials = build_trials(scene, 10.0, ancf.position(end), "3 %")
-    assert refine_together(trials, Model(), 4, 2) is None
+    steps = {}
+    for least in (1, 3):
+        agrees = iter([False] * (least - 1) + [True] * 8).__next__
+        monkeypatch.setattr(module, "agrees_with_undamped", lambda *_, agrees=agrees: agrees())
+        trials = build_trials(scene, 10.0, ancf.position(end), "3 %")
+        steps[least] = refine_together(trials, Model(), 4).time.runs[-1].steps
+    assert steps[3] == 4 * steps[1]
 
 
 def test_responses_are_measured_with_the_cheaper_of_two_like_trial_runs():
@@ -67,5 +70,5 @@ def test_responses_are_measured_with_the_cheaper_of_two_like_trial_runs():
 
 def test_motions_that_agree_by_chance_do_not_hide_the_error():
     """A difference a thousand times smaller than the one before shows no order of convergence."""
-    assert module._error(1e-3, 1.0, 4.0) > 0.02
-    assert module._error(0.25, 1.0, 4.0) == 0.25 / 3.0
+    assert error_of_last([1.0, 1e-3], 4.0) > 0.02
+    assert error_of_last([1.0, 0.25], 4.0) == 0.25 / 3.0
