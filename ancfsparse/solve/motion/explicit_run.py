@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ancfsparse.errors import AncfError, RedundantConstraintsWarning
 from ancfsparse.integrators import Explicit
@@ -25,10 +25,6 @@ from ancfsparse.solve.stepping.explicit_setup import (
 )
 from ancfsparse.system import System
 
-if TYPE_CHECKING:
-    from ancfsparse.seeds import Seed
-    from ancfsparse.seeds.dense.block_inverse import BlockInverse
-
 
 class ExplicitRun(FixedStepRun):
     """Fixed steps without equations; parameters as `build_run` takes them."""
@@ -48,7 +44,7 @@ class ExplicitRun(FixedStepRun):
             system, dt, n_steps, integrator, gain, request.state
         )
         super().__init__(system, request, time_loop, None, time_loop.state[2], why)
-        self._integrator, self._loop = integrator, time_loop
+        self._integrator, self._loop, self._seeds = integrator, time_loop, [self._mass]
         self._ahead: SingularCrossing | None = None
         has_bodies = any(body.masses is not None for body in system.scene.bodies)
         if (
@@ -59,10 +55,6 @@ class ExplicitRun(FixedStepRun):
         ):
             self._ahead = SingularCrossing(system, request.clock, n_steps, self._mass)
             self._steps_to_pause = 1
-
-    @property
-    def _seeds(self) -> list[Seed | BlockInverse]:
-        return [self._mass]
 
     def _recover(self, outcome: Outcome) -> Outcome:
         if self._ahead is not None and outcome == Outcome.CONVERGED:

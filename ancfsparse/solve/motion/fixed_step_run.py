@@ -67,6 +67,7 @@ class FixedStepRun(ABC):
     """
 
     takes_rates = False  # of prescribed motions
+    _seeds: Sequence[PythonSeed]  # one that is written in Python stores its exception
 
     def __init__(
         self,
@@ -94,11 +95,6 @@ class FixedStepRun(ABC):
         self._before: tuple[int, int] | None = (0, time_loop.steps)
         self._schedule = request.checkpoint
         self._earlier: RunStats | None = None  # of the processes before this one
-
-    @property
-    @abstractmethod
-    def _seeds(self) -> Sequence[PythonSeed]:
-        """The seeds; one that is written in Python stores its exception."""
 
     @abstractmethod
     def _count_costs(self) -> None:
@@ -315,17 +311,16 @@ class FixedStepRun(ABC):
 
     def _advance(self, end: int) -> Outcome:
         """Advance one chunk of steps, at most to the end of a step."""
-        begin, p = self._stats.steps, len(self._stages)
+        begin = self._stats.steps
         since = begin % self._save_every  # steps since the last recorded state
         room = self._room * self._save_every - since
-        longest = min(self._steps_to_pause or self._chunk, self._chunk)
-        n = min(longest, end - begin, room)
+        n = min(end - begin, room, self._chunk, self._steps_to_pause or self._chunk)
         amplitudes, failure = self._no_inputs, None
         if self._takes_inputs:
             steps = np.arange(n, dtype=np.float64)[:, None] + begin
             times = self._clock.at(steps, self._stages)
             amplitudes, failure = self._system.inputs(times.ravel(), self.takes_rates)
-            n = len(amplitudes) // p
+            n = len(amplitudes) // len(self._stages)
         self._before = begin, self._time_loop.steps
         clock = time.perf_counter()
         try:
@@ -338,7 +333,7 @@ class FixedStepRun(ABC):
             if seed.error is not None:
                 raise seed.error
         self._collect()
-        outcome = Outcome(code)
+        outcome = Outcome(code) if code else Outcome.CONVERGED  # five times faster
         if failure is not None and outcome == Outcome.CONVERGED:
             raise failure
         return outcome

@@ -64,7 +64,7 @@ class ImplicitRun(FixedStepRun):
             system, request, ready.time_loop, ready.iteration, ready.a, ready.why, threads
         )
         self._integrator, self._loop, self._iteration = integrator, ready.time_loop, ready.iteration
-        self._solved_with: list[Seed] = [ready.seed]
+        self._seeds: list[Seed] = [ready.seed]
         self._back, self._switches, self._solved = ready.back, list[Event](), list[Event]()
         self._repetition: Repetition | None = None
         self._failure: Failure | None = None
@@ -107,26 +107,22 @@ class ImplicitRun(FixedStepRun):
             )
         self._steps_to_pause = 1 if self._ahead else 0
 
-    @property
-    def _seeds(self) -> list[Seed]:
-        return self._solved_with
-
     def _recover(self, outcome: Outcome) -> Outcome:
         if self._back is not None:
             outcome = self._consider(self._back, outcome)
-        steps = self._stats.steps
-        is_due = 0 < self._projection_step <= steps
-        if self._compliant and is_due and outcome == Outcome.CONVERGED:
-            pause = self._compliant.project_velocities(self._clock.at(steps))
-            self._projection_step = steps + pause if pause else 0
-        pause = 0
-        if self._ahead and outcome == Outcome.CONVERGED:
-            pause = self._cross_ahead(self._ahead)
-        if self._request.is_endless and outcome != Outcome.CONVERGED:
-            self._begin = self._save()
-        for recovery in (self._compliant, self._halving):
-            if recovery and outcome in RECOVERABLE_OUTCOMES:
-                outcome = self._recover_step(recovery, outcome)
+        steps, pause = self._stats.steps, 0
+        if outcome == Outcome.CONVERGED:
+            if self._compliant and 0 < self._projection_step <= steps:
+                wait = self._compliant.project_velocities(self._clock.at(steps))
+                self._projection_step = steps + wait if wait else 0
+            if self._ahead:
+                pause = self._cross_ahead(self._ahead)
+        else:
+            if self._request.is_endless:
+                self._begin = self._save()
+            for recovery in (self._compliant, self._halving):
+                if recovery and outcome in RECOVERABLE_OUTCOMES:
+                    outcome = self._recover_step(recovery, outcome)
         is_last = self._stats.steps == self._n_steps
         if outcome == Outcome.CONVERGED and is_last and self._loop.gained_energy():
             outcome = Outcome.HAD_GAINED
@@ -138,8 +134,9 @@ class ImplicitRun(FixedStepRun):
             self._repetition.keep(self._save())
         if self._compliant and is_last:
             self._compliant.warn()
-        wait = max(0, self._projection_step - self._stats.steps)
-        self._steps_to_pause = min(wait or pause, pause or wait)
+        if self._compliant or self._ahead:
+            wait = max(0, self._projection_step - self._stats.steps)
+            self._steps_to_pause = min(wait or pause, pause or wait)
         return outcome
 
     def _continue(self, crossing: Crossing) -> None:
@@ -171,14 +168,14 @@ class ImplicitRun(FixedStepRun):
             self._chunk = min(last + interval - steps, self._full_chunk)
             return outcome
         self._chunk = interval
-        if not failed and not back.is_cheaper(self._iteration.counts, self._solved_with[0].inner):
+        if not failed and not back.is_cheaper(self._iteration.counts, self._seeds[0].inner):
             self._chunk = min(2 * interval, self._full_chunk)
             self._compared = steps, self._chunk
             return outcome
         complete, self._back = back.switch(), None
         if complete is None:
             return outcome
-        self._solved_with.append(complete)
+        self._seeds.append(complete)
         why = "which cost less"
         if failed:
             why, time = CAUSE_NAMES[outcome], self._clock.at(steps + 1)
@@ -273,13 +270,13 @@ class ImplicitRun(FixedStepRun):
 
     def describe_memory(self) -> dict[str, Any]:
         """Return the memory of the run that is not in a checkpoint: earlier choices."""
-        counts, inner = self._iteration.counts, self._solved_with[0].inner
+        counts, inner = self._iteration.counts, self._seeds[0].inner
         return {
             "chunk": self._chunk,
             "compared": self._compared,
-            "is_switched": len(self._solved_with) > 1,
+            "is_switched": len(self._seeds) > 1,
             "since": self._back.since_comparison(counts, inner) if self._back else None,
-            "seed": self._solved_with[-1].memory,
+            "seed": self._seeds[-1].memory,
             "failed": self._ahead.failed if self._ahead else None,
         }
 
@@ -292,16 +289,16 @@ class ImplicitRun(FixedStepRun):
                     "the complete factorization that the run had switched to does not fit in the "
                     "free memory: resume it where more is free"
                 )
-            self._solved_with.append(complete)
-        if len(self._solved_with) > 1 and not stored["is_switched"]:
+            self._seeds.append(complete)
+        if len(self._seeds) > 1 and not stored["is_switched"]:
             return  # the complete factorization stays, with choices of its own
         if self._back:
-            counts, inner = self._iteration.counts, self._solved_with[0].inner
+            counts, inner = self._iteration.counts, self._seeds[0].inner
             self._back.continue_comparison(stored["since"], counts, inner)
         if self._ahead:
             self._ahead.failed = stored["failed"]
         self._chunk, self._compared = stored["chunk"], tuple(stored["compared"])
-        self._solved_with[-1].memory = stored["seed"]
+        self._seeds[-1].memory = stored["seed"]
 
     def keep_last_step(self) -> None:
         """Let the state be that after the last step, although a step has failed."""
@@ -366,7 +363,7 @@ class ImplicitRun(FixedStepRun):
     def _count_costs(self) -> None:
         stats, recoveries = self._stats, (self._compliant, self._halving)
         recovered = [event for recovery in recoveries if recovery for event in recovery.events]
-        count_costs(stats, self._iteration, *self._solved_with)
+        count_costs(stats, self._iteration, *self._seeds)
         solved = recovery_events(self._iteration.events, self._clock.begin, self._dt)
         listed = self._solved + solved + self._switches + recovered + self._crossings
         listed.sort(key=lambda event: event.step)

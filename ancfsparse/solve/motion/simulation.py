@@ -197,17 +197,21 @@ class Simulation(PresentState):
                 f"the simulation ended at t = {self.t:.6g} s with an error "
                 f"({type(self._error).__name__}): restore a snapshot, or begin another simulation"
             ) from self._error
-        with self._busy, self._signals():
-            outcome = None
-            self.system.assembly.forget()  # errors of functions in an earlier step
+        with self._busy:
+            before = TRANSITIONS.set(self._transitions)  # as `_signals`, which takes longer
             try:
-                outcome = self._run.advance_to(end)
-            finally:
+                outcome = None
+                self.system.assembly.forget()  # errors of functions in an earlier step
+                try:
+                    outcome = self._run.advance_to(end)
+                finally:
+                    if outcome != Outcome.CONVERGED:
+                        self._run.keep_last_step()
                 if outcome != Outcome.CONVERGED:
-                    self._run.keep_last_step()
-            if outcome != Outcome.CONVERGED:
-                self._error = self._run.failure(outcome, self._trajectory())
-                raise self._error
+                    self._error = self._run.failure(outcome, self._trajectory())
+                    raise self._error
+            finally:
+                TRANSITIONS.reset(before)
         for contact in tuple(self._contacts):
             for warning in contact.motion_warnings(lambda: f"before t = {self.t:.4g} s,"):
                 self._contacts.remove(contact)  # one warning is enough
