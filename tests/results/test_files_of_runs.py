@@ -21,6 +21,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.results.data import recoverable_file
 from ancfsparse.results.data.output_lock import check_replaceable
 from ancfsparse.results.data.recoverable_file import journal_of
+from ancfsparse.results.export import background_writer
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from tests.soak.trials import files
@@ -134,10 +135,12 @@ def test_a_run_that_is_killed_while_it_makes_its_file_can_be_run_again(tmp_path,
     assert load(path, pendulum()[0]).finished
 
 
+@pytest.mark.parametrize("thread_bytes", [0, 2**40])
 def test_a_run_that_is_killed_at_any_write_leaves_the_states_that_were_passed_on(
-    tmp_path, monkeypatch
+    tmp_path, monkeypatch, thread_bytes
 ):
     """Without the journal, HDF5 could not read some of these files."""
+    monkeypatch.setattr(background_writer, "MIN_THREAD_BYTES", thread_bytes)
     path, copy, cuts = tmp_path / "run.h5", tmp_path / "copy.h5", []
     write, append, passed = recoverable_file._write_all, Writer.append, [0]
 

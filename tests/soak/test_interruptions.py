@@ -14,7 +14,7 @@ def begun(tmp_path, monkeypatch):
     """Return the file of a run that is killed before it passes on its first state."""
     path = tmp_path / "begun.h5"
 
-    def killed(writer, *_):
+    def killed(writer, *_, **where):
         shutil.copy(tmp_path / "run.h5", path)
         raise KeyboardInterrupt
 

@@ -246,15 +246,21 @@ class FixedStepRun(ABC):
             self._record_start()
         rows = min(self._n_steps, self._chunk) // self._save_every + 1
         self._room = buffer_rows(self._system.n_all, rows)
-        self._buffer = [np.empty((self._room + 1, self._system.n_all)) for _ in range(3)]
-        self._buffer.append(np.empty((self._room + 1, self._system.n_multipliers)))
-        if self._system.assembly.n_history:
-            self._buffer.append(np.empty((self._room + 1, self._system.assembly.n_history)))
-            cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
+        self._buffer, self._other = list[Vector](), list[Vector]()
+        self._take_other_buffer()
         if resumed is not None:
             self._continue_from(resumed)
         elif self._schedule is not None:
             self._keep_checkpoint(self._schedule)
+
+    def _take_other_buffer(self) -> None:
+        """Let the next states be written to the other buffer while the recorder reads one."""
+        self._buffer, self._other = self._other, self._buffer
+        n, m, h = self._system.n_all, self._system.n_multipliers, self._system.assembly.n_history
+        if not self._buffer:
+            self._buffer = [np.empty((self._room + 1, width)) for width in (n, n, n, m, h)]
+        if h:
+            cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
 
     def _record_start(self) -> None:
         system, first = self._system, self._time_loop.state
@@ -350,7 +356,8 @@ class FixedStepRun(ABC):
         first = begin // every  # recorded before: 0 to `first`
         new = slice(rows - first, steps // every + 1 - first)
         numbers = every * (first + np.arange(new.start, new.stop, dtype=np.float64))
-        self._recorder.append(self._clock.at(numbers), *(table[new] for table in self._buffer))
+        if self._recorder.append(self._clock.at(numbers), *(table[new] for table in self._buffer)):
+            self._take_other_buffer()
 
     def _keep_last(self) -> None:
         """Record the last state, even if its step is not one to be saved."""
@@ -362,7 +369,7 @@ class FixedStepRun(ABC):
     def _count(self) -> None:
         """Store statistics and the last state."""
         stats = self.count()
-        self._buffer = []  # makes room for the last state
+        self._buffer, self._other = [], []  # makes room for the last state
         self._recorder.finish(stats, None if self._before is None else self.last_state())
 
     def count(self) -> RunStats:

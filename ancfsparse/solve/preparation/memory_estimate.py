@@ -129,12 +129,13 @@ def estimate_memory(
         n_nodes += body.n_nodes
         width = max(width, n_c)
     columns = coordinates if kept_nodes is None else 4.0 * scene.dim * kept_nodes
+    in_memory = 1 if to_file else rows  # a state that is written to a file meanwhile
     needed = MemoryEstimate(
         kernels,
         (MATRIX_ENTRY_BYTES + 8 * (matrices - 1)) * entries,
         0.0,
         8.0 * N_VECTORS * coordinates,
-        24.0 * rows * (whole_runs * coordinates + (0.0 if to_file else columns)),
+        24.0 * (rows * whole_runs * coordinates + in_memory * columns),
     )
     if not isinstance(solver, str) and solver.is_dense:
         return replace(needed, factor=8.0 * coordinates**2)

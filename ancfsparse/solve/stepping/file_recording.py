@@ -15,6 +15,7 @@ from ancfsparse.file_names import check_file_name, check_folder
 from ancfsparse.results import Trajectory
 from ancfsparse.results.data.checkpoint_file import checkpoint_of
 from ancfsparse.results.data.output_lock import check_replaceable
+from ancfsparse.results.export.background_writer import BackgroundWriter
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.hdf5_reader import read_run
@@ -37,7 +38,7 @@ def record_to_file(
     settings: Mapping[str, Any],
     head: bytes | None = None,
     records: str | None = None,
-) -> Iterator[Writer]:
+) -> Iterator[BackgroundWriter]:
     """Open a file for the states of a run, and write the scene into it.
 
     Parameters
@@ -67,15 +68,17 @@ def record_to_file(
             records = written(system.scene) if records is None else records
         if records:
             writer.add_records(records)
-        yield writer
+        with BackgroundWriter(writer) as recorder:
+            yield recorder
 
 
 @contextmanager
-def continue_file(output: Path, head: bytes | None) -> Iterator[Writer]:
+def continue_file(output: Path, head: bytes | None) -> Iterator[BackgroundWriter]:
     """Open the file of a run at its last checkpoint; parameters as for `record_to_file`."""
     with Writer.reopen(output) as writer:
         writer.head = head or b""
-        yield writer
+        with BackgroundWriter(writer) as recorder:
+            yield recorder
 
 
 def remove_checkpoint(output: Path) -> None:

@@ -20,19 +20,15 @@ from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system_memory import GIGABYTE
 
-BUFFER_BYTES = 2**25  # of states before they are passed on
+BUFFER_BYTES = 2**24  # of states before they are passed on; as many may wait for the file
 
 
 class StateRecorder(Protocol):
-    """Stores saved states in order of time.
+    """Stores saved states in order of time."""
 
-    Attributes
-    ----------
-    rows : int
-        Number of stored states.
-    """
-
-    rows: int
+    @property
+    def rows(self) -> int:
+        """Number of stored states."""
 
     def append(
         self,
@@ -44,8 +40,11 @@ class StateRecorder(Protocol):
         history: Vector | None = None,
         *,
         begin: int | None = None,
-    ) -> None:
-        """Store states of the times `t`; from a row `begin` on they replace those stored."""
+    ) -> bool:
+        """Store states of the times `t`; from a row `begin` on they replace those stored.
+
+        Returns True if the arrays must not change until the next call.
+        """
         ...
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
@@ -65,8 +64,9 @@ class NoRecorder:
 
     rows = 1
 
-    def append(self, *tables: object, begin: int | None = None) -> None:
+    def append(self, *tables: object, begin: int | None = None) -> bool:
         """Discard the states."""
+        return False
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
         """Discard the statistics."""
@@ -106,7 +106,7 @@ class MemoryRecorder:
         history: Vector | None = None,
         *,
         begin: int | None = None,
-    ) -> None:
+    ) -> bool:
         """Store states of the times `t`; from a row `begin` on they replace those stored."""
         self.rows = self.rows if begin is None else begin
         selected = [x if self._columns is None else x[:, self._columns] for x in (q, v, a)]
@@ -115,6 +115,7 @@ class MemoryRecorder:
                 continue
             table[self.rows : self.rows + len(t)] = rows
         self.rows += len(t)
+        return False
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
         """Store the statistics of the run at its end, and its last state if that is known."""
@@ -151,7 +152,7 @@ class TrialRecorder:
         history: Vector | None = None,
         *,
         begin: int | None = None,
-    ) -> None:
+    ) -> bool:
         """Store copies of states at the times `t`, after the others."""
         assert begin is None
         tables = [t, q, v, a, lam]
@@ -159,6 +160,7 @@ class TrialRecorder:
             tables.append(history)
         self._parts.append([np.array(table) for table in tables])
         self.rows += len(t)
+        return False
 
     def finish(self, stats: RunStats, last: State | None = None) -> None:
         """Not for states on trial."""

@@ -12,6 +12,7 @@ import numpy as np
 import ancfsparse as ancf
 from ancfsparse import problems
 from ancfsparse.results.data.checkpoint_file import checkpoint_of
+from ancfsparse.results.export import background_writer
 from tests.soak.checkpoints.trials import differences, outcome_of
 from tests.soak.report import Report
 from tests.solve.simulation.scenes import crossing_cables, hanging_body
@@ -32,18 +33,21 @@ SCENES = {  # scene, steps, step [s], options
     "explicit": (long_cable, 1000, 1e-7, {"integrator": ancf.CentralDifference()}),
 }
 SCHEDULES = 5, 20, 60, "0.05 s", "0.2 s"
+THREAD_BYTES = 0, background_writer.MIN_THREAD_BYTES  # of blocks that a thread writes
 
 
-def begin(name, schedule, path, pipe):
+def begin(name, schedule, thread_bytes, path, pipe):
     """Run a scene to a file."""
+    background_writer.MIN_THREAD_BYTES = thread_bytes
     make, steps, dt, options = SCENES[name]
     pipe.send("begins")
     ancf.simulate(make(), steps * dt, dt, output=path, checkpoint=schedule, **options)
     pipe.send("ends")
 
 
-def go_on(path, pipe):
+def go_on(thread_bytes, path, pipe):
     """Resume a run."""
+    background_writer.MIN_THREAD_BYTES = thread_bytes
     pipe.send("begins")
     ancf.resume(path)
     pipe.send("ends")
@@ -54,16 +58,17 @@ def run(seed, index):
     rng = np.random.default_rng([seed, index])
     name = str(rng.choice(list(SCENES)))
     schedule = SCHEDULES[rng.integers(len(SCHEDULES))]
+    thread_bytes = int(rng.choice(THREAD_BYTES))
     make, steps, dt, options = SCENES[name]
-    tried, kills, finds = f"{name}, checkpoint={schedule!r}", 0, []
+    tried, kills, finds = f"{name}, checkpoint={schedule!r}, {thread_bytes=}", 0, []
     with tempfile.TemporaryDirectory() as folder:
         path, other = Path(folder, "run.h5"), Path(folder, "whole.h5")
         clock, is_whole = time.monotonic(), False
         while not is_whole and not finds:
             wait = float(rng.uniform(0.0, 1.0)) if kills < MOST_KILLS else PATIENCE
             # Before the first checkpoint a run can only begin again.
-            job = (go_on, path) if checkpoint_of(path).exists() else (begin, name, schedule, path)
-            word = kill_after(wait, *job)
+            job = (go_on,) if checkpoint_of(path).exists() else (begin, name, schedule)
+            word = kill_after(wait, *job, thread_bytes, path)
             kills, is_whole = kills + (word == "killed"), word == "ends"
             if word not in ("killed", "ends"):
                 finds.append(f"a process came to {word} after {kills} kills")

@@ -10,6 +10,8 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import LoadError
 from ancfsparse.integrators import CentralDifference, EnergyMomentum, RungeKuttaNystrom
+from ancfsparse.results.export import background_writer
+from ancfsparse.results.export.background_writer import BackgroundWriter
 from ancfsparse.results.export.hdf5_writer import Writer
 from ancfsparse.results.hdf5_reader import load
 from ancfsparse.solve.motion import fixed_step_run
@@ -166,7 +168,7 @@ class Interrupter:
     def __call__(self, frame, event, _):
         name, me = frame.f_code.co_name, frame.f_locals.get("self")
         steps = isinstance(me, fixed_step_run.FixedStepRun) and name != "__init__"
-        kept = isinstance(me, (state_recorder.MemoryRecorder, Writer))
+        kept = isinstance(me, (state_recorder.MemoryRecorder, BackgroundWriter, Writer))
         if not steps and not (kept and name in ("append", "finish", "_reserve")):
             return None
         if steps and getattr(me, "_recorder", None) is not None and me._recorder.rows:
@@ -178,9 +180,16 @@ class Interrupter:
         return self
 
 
-@pytest.mark.parametrize("to_file", [False, True])
-def test_no_step_is_lost_wherever_an_interruption_comes(tmp_path, monkeypatch, to_file):
+@pytest.mark.parametrize(
+    ("to_file", "thread_bytes"),
+    [(False, 0), (True, 2**20), (True, 0)],
+    ids=["memory", "file", "thread"],
+)
+def test_no_step_is_lost_wherever_an_interruption_comes(
+    tmp_path, monkeypatch, to_file, thread_bytes
+):
     monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 35)
+    monkeypatch.setattr(background_writer, "MIN_THREAD_BYTES", thread_bytes)
     scene, _ = pendulum(lambda t: (0.0, 1.0 + t))
     options = {"save_every": 10, "output": tmp_path / "run.h5" if to_file else None}
     whole = np.asarray(ancf.simulate(scene, 0.1, 1e-3).q)

@@ -164,8 +164,10 @@ FULL = """
 import resource, sys
 import ancfsparse as ancf
 from ancfsparse.errors import OutputError
+from ancfsparse.results.export import background_writer
 from ancfsparse.results.hdf5_reader import load
 scene = ancf.Scene()
+background_writer.MIN_THREAD_BYTES = int(sys.argv[3])
 rod = scene.add_beam("thin", (0, 0), (2, 0), 100, ancf.Circle(0.01), ancf.Material(1e8, 4000.0))
 scene.pin(rod.start)
 limit = int(sys.argv[2])
@@ -179,10 +181,11 @@ except OutputError as full:
 """
 
 
-def test_a_full_disk_is_told_and_what_was_written_is_kept(tmp_path):
+@pytest.mark.parametrize("thread_bytes", [0, 2**40])
+def test_a_full_disk_is_told_and_what_was_written_is_kept(tmp_path, thread_bytes):
     pytest.importorskip("resource")
     path = tmp_path / "run.h5"
-    command = [sys.executable, "-c", FULL, str(path), "3000000"]
+    command = [sys.executable, "-c", FULL, str(path), "3000000", str(thread_bytes)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     message, counts = done.stdout.splitlines()
