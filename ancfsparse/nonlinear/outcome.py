@@ -33,20 +33,32 @@ class Outcome(IntEnum):
 
 
 class Attempt(IntEnum):
-    """Attempts at a step, in their order; `description` names each in tables."""
+    """Attempts at a step, in their order, with the name and the description of each for tables.
+
+    With incomplete seeds, descent follows a new seed.
+    """
 
     description: str
+    summary: str
 
-    METHOD = 0, "the method itself"
-    NEW_SEED = 1, "new seed"
-    DAMPED_NEWTON = 2, "damped Newton"
-    NEWTON = 3, "Newton"
-    COASTING = 4, "Newton from rest"
-    DESCENT = 5, "descent"
-    LONG_NEWTON = 6, "damped Newton with more iterations"
+    METHOD = 0, "the method itself", "Takes the selected method."
+    NEW_SEED = 1, "new seed", "Takes the selected method with a new factorization."
+    DAMPED_NEWTON = (
+        2,
+        "damped Newton",
+        "Takes Newton corrections, halved while they increase the residual, then full ones.",
+    )
+    NEWTON = 3, "Newton", "Takes Newton's method in place of a solution that gains energy."
+    COASTING = 4, "Newton from rest", "Starts without the acceleration of the last step."
+    DESCENT = 5, "descent", "Minimizes the potential of the step where its matrix is indefinite."
+    LONG_NEWTON = (
+        6,
+        "damped Newton with more iterations",
+        "Allows four times as many damped corrections.",
+    )
 
-    def __new__(cls, code: int, description: str = "") -> Attempt:
-        """Make a member of its code and its name."""
+    def __new__(cls, code: int, description: str = "", summary: str = "") -> Attempt:
+        """Make a member of its code, its name and its description."""
         member = int.__new__(cls, code)
-        member._value_, member.description = code, description
+        member._value_, member.description, member.summary = code, description, summary
         return member

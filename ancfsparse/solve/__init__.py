@@ -5,10 +5,11 @@ Stages of a motion (`simulate`), in order; an equilibrium or modes need the firs
 1. preparation         scene -> solver, factorization, threads, estimated memory
 2. initial_conditions  scene, state -> consistent positions, velocities, accelerations, multipliers
 3. linearization       system, state -> matrices M, C, K, constraint gradients; rigid-body modes
-4. stepping            system, integrator, solver -> compiled time loop, recorder, recovery of steps
-5. error_models        system, spectrum -> predicted errors and costs of a step
-6. error_control       accuracy -> candidates, their runs, Richardson estimate, the best solution
-7. motion              arguments -> run with a fixed step or to an accuracy -> `Trajectory`
+4. stepping            system, integrator, solver -> compiled time loop, recorder
+5. recovery            failed step -> another attempt; steps across singular configurations
+6. error_models        system, spectrum -> predicted errors and costs of a step
+7. error_control       accuracy -> candidates, their runs, Richardson estimate, the best solution
+8. motion              arguments -> run with a fixed step or to an accuracy -> `Trajectory`
 
 Procedures without time stepping:
 

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from ancfsparse.solve.motion.error_controlled_run import ErrorControlledRun
     from ancfsparse.solve.motion.explicit_run import ExplicitRun
     from ancfsparse.solve.motion.implicit_run import ImplicitRun
-    from ancfsparse.solve.motion.singular_crossing import prepare_crossings
 
 __all__ = [
     "ErrorControlledRun",
@@ -20,7 +19,6 @@ __all__ = [
     "ImplicitRun",
     "describe_request",
     "pack",
-    "prepare_crossings",
 ]
 
 __getattr__ = on_demand(
@@ -30,6 +28,5 @@ __getattr__ = on_demand(
         "error_controlled_run": "ErrorControlledRun",
         "explicit_run": "ExplicitRun",
         "implicit_run": "ImplicitRun",
-        "singular_crossing": "prepare_crossings",
     },
 )

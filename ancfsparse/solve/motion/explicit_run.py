@@ -11,11 +11,11 @@ from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.motion import checkpoints
 from ancfsparse.solve.motion.arguments import Request
-from ancfsparse.solve.motion.checkpoints import Checkpoint
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
-from ancfsparse.solve.motion.singular_crossing import Crossing, SingularCrossing
+from ancfsparse.solve.recovery import checkpoints
+from ancfsparse.solve.recovery.checkpoints import Checkpoint
+from ancfsparse.solve.recovery.singular_crossing import Crossing, SingularCrossing
 from ancfsparse.solve.stepping.explicit_setup import (
     check_no_equations_options,
     count_forces,
@@ -44,7 +44,7 @@ class ExplicitRun(FixedStepRun):
             system, dt, n_steps, integrator, gain, request.state
         )
         super().__init__(system, request, time_loop, None, time_loop.state[2], why)
-        self._integrator, self._loop, self._seeds = integrator, time_loop, [self._mass]
+        self._integrator, self._loop, self.seeds = integrator, time_loop, [self._mass]
         self._ahead: SingularCrossing | None = None
         has_bodies = any(body.masses is not None for body in system.scene.bodies)
         if (
@@ -59,15 +59,15 @@ class ExplicitRun(FixedStepRun):
     def _recover(self, outcome: Outcome) -> Outcome:
         if self._ahead is not None and outcome == Outcome.CONVERGED:
             self._steps_to_pause = self._cross_ahead(self._ahead)
-            if self._stats.steps == self._n_steps:
+            if self.stats.steps == self._n_steps:
                 self._warn(self._ahead)
         return outcome
 
     def _continue(self, crossing: Crossing) -> None:
         q, v, _, _ = crossing.states
         self._time_loop = self._loop = restart_explicit(
-            self._system,
-            self._clock.at(crossing.step),
+            self.system,
+            self.clock.at(crossing.step),
             self._dt,
             self._integrator,
             self._mass,
@@ -77,19 +77,20 @@ class ExplicitRun(FixedStepRun):
             crossing.work,
         )
 
-    def _save(self) -> Checkpoint:
-        return checkpoints.save(self._system, self._time_loop, None, self._stats.steps)
+    def save(self) -> Checkpoint:
+        """Return the present state with its memory."""
+        return checkpoints.save(self.system, self._time_loop, None, self.stats.steps)
 
     def return_to(self, back: Checkpoint) -> None:
         """Return to a checkpoint of this run."""
         self._loop.move(*back.state, back.memory)
-        checkpoints.restore_contributions(self._system, back)
-        if self._mass.n > self._system.n_free:  # the next step begins with the factor of its start
+        checkpoints.restore_contributions(self.system, back)
+        if self._mass.n > self.system.n_free:  # the next step begins with the factor of its start
             self._loop.refresh()
         if self._ahead is not None:
             self._ahead.begin_again()
             self._steps_to_pause = 1
-        self._stats.steps, self._before = back.step, (back.step, self._time_loop.steps)
+        self.stats.steps, self.is_between_steps = back.step, True
 
     def describe_memory(self) -> dict[str, Any]:
         """Return the memory of the run that is not in a checkpoint: earlier choices."""
@@ -112,24 +113,24 @@ class ExplicitRun(FixedStepRun):
             )
 
     def _count_costs(self) -> None:
-        stats = self._stats
+        stats = self.stats
         count_forces(stats, self._integrator)
         if self._earlier is not None:  # those are of all steps, and are added
             for name in ("residual_evaluations", "solves", "factorizations"):
                 setattr(stats, name, getattr(stats, name) - getattr(self._earlier, name))
-        self._stats.events = self._crossings
+        self.stats.events = self._crossings
 
     def failure(self, outcome: Outcome, path: Trajectory) -> AncfError:
         """Return the error of a run that ended with an outcome."""
-        steps = self._stats.steps
+        steps = self.stats.steps
         return instability_error(
-            self._system,
+            self.system,
             self._time_loop,
             self._mass,
             self._integrator,
             outcome,
             steps,
-            self._clock.at(steps),
+            self.clock.at(steps),
             self._dt,
             path,
         )

@@ -28,11 +28,11 @@ from ancfsparse.solve.motion.arguments import (
     select_halvings,
     select_integrator,
 )
-from ancfsparse.solve.motion.checkpoints import Checkpoint
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.motion.present_state import PresentState, Punctuality, StepCall
 from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
 from ancfsparse.solve.preparation.memory_estimate import check_memory
+from ancfsparse.solve.recovery.checkpoints import Checkpoint
 from ancfsparse.solve.stepping.state_recorder import NoRecorder
 from ancfsparse.system.contributions.force_elements.penetrations import LimitedPenetration
 from ancfsparse.system.coordinates.state import State

@@ -15,7 +15,7 @@ from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.initial_conditions.violated_lengths import violated_lengths
+from ancfsparse.solve.initial_conditions.consistent_state import violated_lengths
 from ancfsparse.solve.linearization.linearized_system import RELATIVE_FLEXIBILITY
 from ancfsparse.solve.linearization.matrices import coupled_seed
 from ancfsparse.solve.preparation.memory_estimate import (

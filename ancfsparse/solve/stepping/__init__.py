@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.stepping.compliant_constraints import CompliantConstraints
     from ancfsparse.solve.stepping.file_recording import (
         check_file,
         continue_file,
@@ -14,11 +13,8 @@ if TYPE_CHECKING:
         remove_checkpoint,
     )
     from ancfsparse.solve.stepping.remedies import hint_for_fixed_steps
-    from ancfsparse.solve.stepping.step_halving import StepHalving
 
 __all__ = [
-    "CompliantConstraints",
-    "StepHalving",
     "check_file",
     "continue_file",
     "hint_for_fixed_steps",
@@ -30,11 +26,9 @@ __all__ = [
 __getattr__ = on_demand(
     __name__,
     {
-        "compliant_constraints": "CompliantConstraints",
         "file_recording": (
             "check_file continue_file read_recorded record_to_file remove_checkpoint"
         ),
         "remedies": "hint_for_fixed_steps",
-        "step_halving": "StepHalving",
     },
 )

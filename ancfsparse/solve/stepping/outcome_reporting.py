@@ -15,13 +15,13 @@ from ancfsparse.errors import (
     Parameter,
     StepError,
 )
-from ancfsparse.integrators.interface.time_loops import ControlledLoop
 from ancfsparse.nonlinear import Attempt, Outcome
-from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
 from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
+    from ancfsparse.integrators.interface.time_loops import ControlledLoop
+    from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.seeds import Seed
 
 # Names of the causes of recoveries.

@@ -18,7 +18,7 @@ def test_random_runs_are_resumed_to_the_last_bit(index):
 
 
 def test_a_run_that_does_not_return_to_its_checkpoints_is_a_find(monkeypatch):
-    monkeypatch.setattr(FixedStepRun, "save_checkpoint", lambda run: run._save())
+    monkeypatch.setattr(FixedStepRun, "save_checkpoint", lambda run: run.save())
     assert any(trials.run(4, index).finds for index in range(12))
 
 

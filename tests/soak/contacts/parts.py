@@ -6,9 +6,10 @@ from unittest import mock
 
 import numpy as np
 
-from ancfsparse.solve import stepping
-from ancfsparse.solve.motion import implicit_run
-from ancfsparse.solve.motion.checkpoints import Repetition
+from ancfsparse.nonlinear import Outcome
+from ancfsparse.solve import recovery
+from ancfsparse.solve.recovery.checkpoints import RepeatedSteps
+from ancfsparse.solve.recovery.step_halving import StepHalving
 
 
 class Watched:
@@ -43,25 +44,26 @@ def recorded_parts():
 
     clocks = []
 
-    class Halving(stepping.StepHalving):
-        def __init__(self, system, time_loop, *args):
-            super().__init__(system, Watched(time_loop, states), *args)
+    class Halving(StepHalving):
+        def __init__(self, run):
+            super().__init__(run)
+            self._time_loop = Watched(self._time_loop, states)
             clocks.append(self._clock)
 
-        def recover(self, step, outcome):
+        def solve(self, step, outcome):
             self._time_loop.t = self._clock.at(step - 1)
-            return super().recover(step, outcome)
+            return super().solve(step, outcome)
 
-    class Again(Repetition):
-        def begin(self, step):
-            back = super().begin(step)
-            if back is not None and clocks:
-                last = clocks[-1].at(back.step)
+    class Again(RepeatedSteps):
+        def attempt(self, step, outcome):
+            outcome = super().attempt(step, outcome)
+            if outcome == Outcome.CONVERGED and clocks:
+                last = clocks[-1].at(self.failure.back)
                 states[:] = [each for each in states if each[0] <= last]
-            return back
+            return outcome
 
-    halving = mock.patch.object(stepping, "StepHalving", Halving)
-    with halving, mock.patch.object(implicit_run, "Repetition", Again):
+    halving = mock.patch.object(recovery, "StepHalving", Halving)
+    with halving, mock.patch.object(recovery, "RepeatedSteps", Again):
         yield states
 
 

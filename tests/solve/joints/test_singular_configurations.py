@@ -14,7 +14,7 @@ from ancfsparse.solve.initial_conditions.redundant_constraints import (
     count_near_dependent,
     find_redundant_constraints,
 )
-from ancfsparse.solve.motion import singular_crossing
+from ancfsparse.solve.recovery import singular_crossing
 from ancfsparse.system import System
 
 DEPENDENT = pytest.mark.filterwarnings("ignore::ancfsparse.RedundantConstraintsWarning")

@@ -8,8 +8,8 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems import chain, lattice, net, net_on_sphere
 from ancfsparse.seeds import Groups
-from ancfsparse.solve.motion import implicit_run
 from ancfsparse.solve.preparation import choose_factorization, memory_estimate, switch_to_direct
+from ancfsparse.solve.recovery import checkpoints
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.nodal_vectors import vectors_of
 from tests.solve.preparation.factors import seed_of
@@ -176,7 +176,7 @@ def test_short_steps_stay_on_incomplete_seeds():
 
 def test_a_step_that_fails_is_solved_on_an_exact_seed(monkeypatch):
     scene, t_end, dt = lattice(5, "rough", **STEEL).scene, 0.25, 0.05
-    monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", math.inf)  # Newton's method completes
+    monkeypatch.setattr(checkpoints, "MIN_REPEATED_CHUNK", math.inf)  # Newton's method completes
     with pytest.raises(ancf.StepError):
         ancf.simulate(scene, t_end, dt, factorization="incomplete")
     run = ancf.simulate(scene, t_end, dt)

@@ -171,7 +171,7 @@ class Interrupter:
         kept = isinstance(me, (state_recorder.MemoryRecorder, BackgroundWriter, Writer))
         if not steps and not (kept and name in ("append", "finish", "_reserve")):
             return None
-        if steps and getattr(me, "_recorder", None) is not None and me._recorder.rows:
+        if steps and getattr(me, "recorder", None) is not None and me.recorder.rows:
             self.time_loop = me._time_loop  # the start is recorded
         if self.time_loop is not None and event == "line":
             self.left -= 1

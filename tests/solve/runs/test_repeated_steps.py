@@ -5,7 +5,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.solve.motion import fixed_step_run, implicit_run
+from ancfsparse.solve.motion import fixed_step_run
+from ancfsparse.solve.recovery import checkpoints
 
 STEPS, DT = 60, 2e-3
 
@@ -13,7 +14,7 @@ STEPS, DT = 60, 2e-3
 @pytest.fixture(autouse=True)
 def short_chunks(monkeypatch):
     monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 10)
-    monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", 10)
+    monkeypatch.setattr(checkpoints, "MIN_REPEATED_CHUNK", 10)
 
 
 class Failure:
@@ -24,9 +25,9 @@ class Failure:
 
     def __call__(self, run, end):
         outcome = self.advance(run, end)
-        if run._stats.steps < self.after or self.step is not None:
+        if run.stats.steps < self.after or self.step is not None:
             return outcome
-        self.step = run._stats.steps
+        self.step = run.stats.steps
         return Outcome.TOO_MANY
 
 
@@ -109,9 +110,19 @@ def test_newtons_own_failure_ends_the_run(failure):
 
 
 def test_large_systems_have_no_checkpoints(failure, monkeypatch):
-    monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", 11)
+    monkeypatch.setattr(checkpoints, "MIN_REPEATED_CHUNK", 11)
     with pytest.raises(ancf.ConvergenceError):
         simulate(dragged_over_drum())
+
+
+def test_nor_have_they_after_a_return_to_a_snapshot(failure, monkeypatch):
+    monkeypatch.setattr(checkpoints, "MIN_REPEATED_CHUNK", 11)
+    sim = ancf.Simulation(
+        dragged_over_drum(), DT, integrator=ancf.GeneralizedAlpha(0.8), max_halvings=0
+    )
+    sim.restore(sim.snapshot())
+    with pytest.raises(ancf.ConvergenceError):
+        sim.step(STEPS)
 
 
 def test_an_interruption_before_the_failed_step_returns_to_the_first_states(failure):

@@ -7,7 +7,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.solve.motion import fixed_step_run, implicit_run
+from ancfsparse.solve.motion import fixed_step_run
+from ancfsparse.solve.recovery import checkpoints
 from tests.solve.simulation.scenes import STEEL, pendulum, same
 
 
@@ -175,7 +176,7 @@ def test_simulations_of_one_scene_have_their_own_inputs():
 @pytest.mark.parametrize("last_change", [48, 0])
 def test_steps_with_earlier_inputs_are_not_repeated(monkeypatch, last_change):
     monkeypatch.setattr(fixed_step_run, "MAX_CHUNK", 10)
-    monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", 10)
+    monkeypatch.setattr(checkpoints, "MIN_REPEATED_CHUNK", 10)
     load, advance, failed = ancf.Input(2), fixed_step_run.FixedStepRun._advance, []
 
     def fail_once(run, end):

@@ -9,7 +9,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import EnergyIncreaseError
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.motion import implicit_run
+from ancfsparse.solve.recovery import checkpoints
 from ancfsparse.system import System
 from benchmarks.stability.scenes import pushed
 from tests.beams import build_beam
@@ -85,7 +85,7 @@ def test_a_stopped_run_keeps_no_step_all_of_whose_solutions_gain(dt, tmp_path):
 def test_a_gain_in_easy_steps_is_found_at_the_next_look(monkeypatch):
     # What 1 m/s2 leaves of the balance does so much work that any order of seeds gains 1e-8.
     # Newton's corrections leave much less: a repetition of the steps completes.
-    monkeypatch.setattr(implicit_run, "MIN_REPEATED_CHUNK", math.inf)
+    monkeypatch.setattr(checkpoints, "MIN_REPEATED_CHUNK", math.inf)
     scene, _ = pendulum("thin")
     with pytest.raises(EnergyIncreaseError) as caught:
         ancf.simulate(

@@ -10,93 +10,46 @@ from __future__ import annotations
 
 import time
 import warnings
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import RedundantConstraintsWarning
-from ancfsparse.integrators import Implicit
-from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.results import Event
 from ancfsparse.solve.initial_conditions.consistent_state import regularize
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.initial_conditions.redundant_constraints import count_near_dependent
-from ancfsparse.solve.stepping.outcome_reporting import CAUSE_NAMES
-from ancfsparse.system import System
-
-if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import ImplicitLoop
-    from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
-    from ancfsparse.seeds import Seed
-
+from ancfsparse.solve.recovery.recovery import RecoverableRun, StepRecovery
 
 COMPLIANCES = (1e-3, 1e-2, 1e-4)  # compliance over the smallest phi_q M^-1 phi_q^T, in this order
 MAX_INDEPENDENT_RATIO = 0.1  # independent part of a gradient near a singular configuration
 LAST_PROJECTION = 64  # last step after a recovery, of 1, 2, 4, ..., with a projection of velocities
+COMPLIANT_STEP = "softer constraints"  # in the events of a run
 MAX_VIOLATION_RATIO = 1e-3  # of a constraint, over the largest displacement in the step
 
 
-class CompliantConstraints:
-    """Recover failed steps with compliant constraints.
+class CompliantConstraints(StepRecovery):
+    """Takes a step near a singular configuration with compliant constraints.
 
     Damped Newton is tried afterwards: it can converge to another continuation, which would require
     an impact.
-
-    Parameters
-    ----------
-    system, time_loop, iteration, seed
-        The moving system, its compiled loops, and their seed.
-    integrator
-        As in `simulate`.
-    clock : TimeGrid
-        Times of the steps.
-
-    Attributes
-    ----------
-    events : list of Event
-        The recovered steps.
-    seconds : float
-        Time of the compiled loop in them [s].
-    is_inside_step : bool
-        Always False: the time loop is in a state of the run.
-    steps_to_projection : int
-        Steps until velocities are projected next by `project_velocities`; 0 for none.
     """
 
-    is_inside_step = False
+    name = "compliant constraints"
 
-    def __init__(
-        self,
-        system: System,
-        time_loop: ImplicitLoop,
-        iteration: NonlinearLoop,
-        seed: Seed,
-        integrator: Implicit,
-        clock: TimeGrid,
-    ) -> None:
-        self._system, self._time_loop, self._iteration = system, time_loop, iteration
-        self._seed, self._integrator, self._clock = seed, integrator, clock
-        self._scale = integrator.scale * clock.dt**2
-        self._largest, self.steps_to_projection = 0.0, 0
+    def __init__(self, run: RecoverableRun) -> None:
+        super().__init__(run)
+        self._seed, self._scale = run.setup.seed, run.integrator.scale * run.clock.dt**2
+        self._largest = 0.0
         self._at_first: int | None = None
-        self.events: list[Event] = []
-        self.seconds = 0.0
-        iteration.yields = True
+        self._iteration.yields = True
 
-    def recover(self, step: int, outcome: Outcome) -> Outcome:
-        """Try a step again, and return the outcome.
+    def applies(self, outcome: Outcome) -> bool:
+        """Return whether a step with an outcome can be recovered in this way."""
+        return outcome != Outcome.WOULD_GAIN and super().applies(outcome)
 
-        Parameters
-        ----------
-        step : int
-            Number of the failed step, from 1.
-        outcome : Outcome
-            Outcome of the failed step.
-        """
-        if outcome == Outcome.WOULD_GAIN:
-            return outcome
+    def solve(self, step: int, outcome: Outcome) -> Outcome:
+        """Advance the time loop by a step; parameters as of `attempt`."""
         self.steps_to_projection = 0
         loads = inputs_at(self._system, np.array([self._clock.at(step)]))
         clock = time.perf_counter()
@@ -159,10 +112,11 @@ class CompliantConstraints:
         RedundantConstraintsWarning
             With the first of them.
         """
-        if self.events:
+        events = [event for event in self._run.recovered if event.rung == COMPLIANT_STEP]
+        if events:
             warnings.warn(
-                f"constraints became dependent at t = {self.events[0].time:.6g} s, where a linkage "
-                f"has several continuations: {len(self.events)} steps (stats.events) were solved "
+                f"constraints became dependent at t = {events[0].time:.6g} s, where a linkage "
+                f"has several continuations: {len(events)} steps (stats.events) were solved "
                 f"with compliant constraints, violated by up to {self._largest:.2g} m, so that "
                 "inertia selects one; shorter steps reduce that",
                 RedundantConstraintsWarning,
@@ -205,8 +159,7 @@ class CompliantConstraints:
         if self._time_loop.steps == begin:
             return None
         self._largest = max(self._largest, violation)
-        event = Event(step, self._clock.at(step), "softer constraints", CAUSE_NAMES[cause], rate)
-        self.events.append(event)
+        self._record(step, COMPLIANT_STEP, cause, rate)
         return outcome
 
     def _advance(self, step: int, loads: Vector) -> Outcome:
