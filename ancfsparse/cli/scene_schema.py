@@ -61,7 +61,6 @@ SIMPLE: dict[str, Schema] = {
 }
 CONTAINERS = frozenset({"tuple", "Sequence", "Iterable"})
 ALIASES = {
-    "AnySection": "CrossSection Taper",
     "AnyCurve": "Arc Helix ArrayLike Callable",
     "Angle": "float Callable",
     "Corners": "ArrayLike",

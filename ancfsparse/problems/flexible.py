@@ -21,7 +21,7 @@ from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, Circle, Material, Ramp, Rectangle, Scene, Sine, SpinUp
 from ancfsparse.scene.bodies.rigid_shapes import Box
 from ancfsparse.scene.records.signal import Signal
-from ancfsparse.scene.sections.taper import AnySection
+from ancfsparse.scene.sections.cross_section import AnySection
 
 CABLE = Rectangle(0.01, 0.01), Material(1e8, 4000.0)  # of the paper's pendulum
 

@@ -25,10 +25,11 @@ from ancfsparse.scene.loads.loads import (
 )
 from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.scene import Scene, check_scene
+from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.polygon import Polygon
 from ancfsparse.scene.sections.standard_sections import Circle, IBeam, Rectangle, Section, Tube
-from ancfsparse.scene.sections.taper import AnySection, Taper
+from ancfsparse.scene.sections.taper import Taper
 
 if TYPE_CHECKING:
     from ancfsparse.scene.records.inputs import Input

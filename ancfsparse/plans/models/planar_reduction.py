@@ -25,9 +25,9 @@ from ancfsparse.scene.joints.pin import PinSpec
 from ancfsparse.scene.records.record import BodyRef, Record
 from ancfsparse.scene.records.signal import ScaledSignal, Signal, Sum
 from ancfsparse.scene.records.signals import Table
-from ancfsparse.scene.sections.cross_section import principal_axes
+from ancfsparse.scene.sections.cross_section import AnySection, principal_axes
 from ancfsparse.scene.sections.standard_sections import Circle, Rectangle, Section
-from ancfsparse.scene.sections.taper import AnySection, Taper
+from ancfsparse.scene.sections.taper import Taper
 
 # Arguments of methods of Scene, as `Plane.project` takes them: positions, vectors, and normals.
 PROJECTIONS = {

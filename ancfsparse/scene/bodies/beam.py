@@ -20,8 +20,8 @@ from ancfsparse.scene.bodies.body import Point, VelocityField
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.element_choice import left_out
 from ancfsparse.scene.records.record import PointRef, Record, as_data
+from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.taper import AnySection, Taper
 
 if TYPE_CHECKING:
     from ancfsparse.scene.geometry.curves import Angle, Direction
@@ -252,9 +252,7 @@ class Beam(ElasticBody):
     @property
     def profile(self) -> Any:
         """Section, or its means over elements if it changes."""
-        if isinstance(self.section, Taper):
-            return self.section.over(self.arcs / self.length)
-        return self.section
+        return self.section.over(self.arcs / self.length)
 
     def arc(self, point: Point) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""

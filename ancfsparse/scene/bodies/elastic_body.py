@@ -12,9 +12,9 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.messages import checksum
 from ancfsparse.scene.bodies.body import Body
+from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.parameters import section_parameters
-from ancfsparse.scene.sections.taper import AnySection
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -23,7 +23,7 @@ class ElasticBody(Body):
 
     Attributes
     ----------
-    section : CrossSection or Taper
+    section : AnySection
         Cross-section.
     material : Material
         Material.

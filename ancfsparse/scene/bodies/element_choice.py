@@ -23,9 +23,12 @@ from ancfsparse.kernels.catalog import (
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.messages import format_value
 from ancfsparse.scene.records.record import Record
-from ancfsparse.scene.sections.cross_section import list_section_types, principal_axes
+from ancfsparse.scene.sections.cross_section import (
+    AnySection,
+    list_section_types,
+    principal_axes,
+)
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.taper import AnySection, Taper
 
 MAX_INERTIA_DIFFERENCE = 1e-9  # of the second moments of a round section, over the larger
 MIN_SLACK_STRAIN = 1e-9  # of strings, large compared with the rounding error of a strain, 1e-16
@@ -126,28 +129,26 @@ def check_make(label: str, kind: ElementKind, section: AnySection, material: Mat
             f"material of {label} must be a Material, got {format_value(material)}: "
             "try ancf.Material(youngs_modulus=1e8, density=4000)"
         )
-    if isinstance(section, Taper):
-        for end in (section.start, section.end):
-            check_make(label, kind, end, material)
-            if principal_axes(end)[0]:
-                raise InputError(
-                    f"section of {label} is a Taper of a section with inertia_yz, whose principal "
-                    "axes could rotate along the beam: take Polygon.principal() and `up`"
-                )
-        return
-    angle, about_y, about_z = principal_axes(section)
-    if angle and kind.dim == 2:
-        raise InputError(
-            f"section of {label} has an inertia_yz, so bending leaves the plane: "
-            "take a spatial scene"
-        )
-    is_round = abs(about_y - about_z) <= MAX_INERTIA_DIFFERENCE * max(about_y, about_z)
-    if kind.bends_alike and not is_round:
-        raise InputError(
-            f"{label} is a spatial cable, whose bending stiffness is the same in all directions, "
-            f"but its section has inertia_y = {about_y:.6g} m4 and inertia_z = {about_z:.6g} m4: "
-            "make them equal, or take the element 'thick'"
-        )
+    for part in section.parts:
+        angle, about_y, about_z = principal_axes(part)
+        if angle and kind.dim == 2:
+            raise InputError(
+                f"section of {label} has an inertia_yz, so bending leaves the plane: "
+                "take a spatial scene"
+            )
+        is_round = abs(about_y - about_z) <= MAX_INERTIA_DIFFERENCE * max(about_y, about_z)
+        if kind.bends_alike and not is_round:
+            raise InputError(
+                f"{label} is a spatial cable, whose bending stiffness is the same in all "
+                f"directions, but its section has inertia_y = {about_y:.6g} m4 and inertia_z = "
+                f"{about_z:.6g} m4: make them equal, or take the element 'thick'"
+            )
+        if angle and not section.is_uniform:
+            raise InputError(
+                f"section of {label} is a {type(section).__name__} of a section with inertia_yz, "
+                "whose principal axes could rotate along the beam: take Polygon.principal() and "
+                "`up`"
+            )
 
 
 def refuse_in_plane(label: str, argument: str) -> None:

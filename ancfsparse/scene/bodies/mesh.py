@@ -19,8 +19,8 @@ from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.bodies.element_choice import left_out
 from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef, Record, as_data
+from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.taper import AnySection
 
 MAX_SEPARATE_LINES = 200  # that are examined one by one for rigid-body motions
 

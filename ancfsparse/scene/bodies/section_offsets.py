@@ -10,8 +10,6 @@ from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.geometry.positions import check_position
-from ancfsparse.scene.sections.cross_section import principal_axes
-from ancfsparse.scene.sections.taper import Taper
 
 Offsets = tuple[float, ...]
 
@@ -39,7 +37,7 @@ def offsets_of(beam: ElasticBody, y: object, z: object) -> Offsets:
     check_position(f"a point of {beam.name} off its axis", (up, side), 2)
     if beam.dim == 2:
         return 0.0, up
-    angle = 0.0 if isinstance(beam.section, Taper) else principal_axes(beam.section)[0]
+    angle = beam.section.frame_angle
     c, s = math.cos(angle), math.sin(angle)
     return 0.0, c * up + s * side, c * side - s * up
 

@@ -19,7 +19,6 @@ from ancfsparse.scene.force_elements.fixed_ends import (
     is_left_out,
 )
 from ancfsparse.scene.loads.attachment import Attachment, Bodies, check_coefficient, names
-from ancfsparse.scene.sections.standard_sections import Circle, Tube
 
 if TYPE_CHECKING:
     from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -129,9 +128,9 @@ def radius_of(body: ElasticBody, radius: float | None) -> float:
     """Return the radius of a body, by default half the diameter of its section."""
     if radius is not None:
         return check_moderate(f"radius of the contact of {body.name}", radius, "m")
-    if isinstance(body.section, Circle | Tube):
-        return 0.5 * body.section.diameter
-    raise InputError(f"the section of {body.name} is not round: give contact the radius=")
+    if body.section.radius is None:
+        raise InputError(f"the section of {body.name} is not round: give contact the radius=")
+    return body.section.radius
 
 
 def check_contact(contact: Contact, joints: Iterable[Joint], before: Iterable[Attachment]) -> None:

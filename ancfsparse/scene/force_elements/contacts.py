@@ -231,7 +231,7 @@ class Contacts(SceneBase):
             fall from where the body begins sinks in by a tenth of the radius.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
-            `Circle` or `Tube`, and needed for other sections.  If given, it is that of all bodies.
+            round section, and needed for others.  If given, it is that of all bodies.
         friction : float, optional
             Coefficient of friction mu [-].
         static_friction : float, optional

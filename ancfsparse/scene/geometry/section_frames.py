@@ -9,8 +9,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive
 from ancfsparse.errors import InputError
-from ancfsparse.scene.sections.cross_section import principal_axes
-from ancfsparse.scene.sections.taper import AnySection, Taper
+from ancfsparse.scene.sections.cross_section import AnySection
 
 MAX_SINE_UPRIGHT = 1e-8  # of the angle to the z axis of a beam that has e_y = +y
 MIN_SINE_UP = 1e-6  # of the angle between a beam and `up`
@@ -67,7 +66,7 @@ def section_frames(slopes: Vector) -> Vector:
 
 def along_principal_axes(frames: Vector, section: AnySection) -> Vector:
     """Rotate frames (..., dim, dim) about e_x to the principal axes of a section."""
-    angle = 0.0 if isinstance(section, Taper) else principal_axes(section)[0]
+    angle = section.frame_angle
     if not angle:
         return frames
     c, s = math.cos(angle), math.sin(angle)

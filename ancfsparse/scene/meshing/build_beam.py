@@ -25,7 +25,6 @@ from ancfsparse.scene.bodies.auto_element import AUTO_ELEMENTS, stand_ins
 from ancfsparse.scene.bodies.beam import Beam, BeamSpec
 from ancfsparse.scene.bodies.element_choice import slack_string
 from ancfsparse.scene.meshing.straight_beam import build_straight_beam
-from ancfsparse.scene.sections.taper import Taper
 
 RESTS = ("curved", "straight")  # stress-free shapes of a beam along a curve, the default first
 
@@ -63,7 +62,7 @@ def _is_straight_and_uniform(record: BeamSpec) -> bool:
     return (
         all(argument is None for argument in shape)
         and not callable(record.up)
-        and not isinstance(record.section, Taper)
+        and getattr(record.section, "is_uniform", True)
     )
 
 

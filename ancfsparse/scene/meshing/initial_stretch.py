@@ -15,7 +15,6 @@ from ancfsparse.scene.geometry.catenary import Catenary
 from ancfsparse.scene.geometry.curves import Line, Path
 from ancfsparse.scene.geometry.positions import check_ends
 from ancfsparse.scene.geometry.splines import path_of
-from ancfsparse.scene.sections.taper import Taper
 
 MAX_STRETCH = 1e100  # [-], whose square is in the range of floating-point numbers
 # Stretch below which Green's strain softens under compression [-].
@@ -43,7 +42,7 @@ def initial_shape(
         if record.length is not None:
             raise InputError(f"{label} has a length and a tension: one follows from the other")
         force = check_finite(f"tension of {label}", record.tension, "N")
-        if isinstance(record.section, Taper):
+        if not record.section.is_uniform:
             raise InputError(
                 f"the tension of {label} strains its sections differently, since they change along "
                 "it: give the length instead"

@@ -20,7 +20,6 @@ from ancfsparse.scene.geometry.section_frames import along_principal_axes, secti
 from ancfsparse.scene.meshing.initial_velocity import velocity_field
 from ancfsparse.scene.meshing.node_edge_checks import check_graph
 from ancfsparse.scene.meshing.straight_beam import check_element_memory
-from ancfsparse.scene.sections.taper import Taper
 
 # Rotation of e_y over the rotation of the slope at a bend: in lines steeper than 60 degrees,
 # sections with e_z near +z would rotate about their axes by more.
@@ -37,10 +36,10 @@ def build_mesh(record: MeshSpec, dim: int) -> Mesh:
         stand_in = slack_string(label, record.element, dim, record.slack)
     element, chosen, kind = chosen_element(label, stand_in, dim, given_options(record))
     check_make(label, kind, section, material)
-    if isinstance(section, Taper):
+    if not section.is_uniform:
         raise InputError(
-            f"{label} cannot have a Taper, which follows one beam: give its edges one section, or "
-            "take beams of add_beam"
+            f"{label} cannot have a {type(section).__name__}, which follows one beam: give its "
+            "edges one section, or take beams of add_beam"
         )
     angle = check_finite(f"smooth of {label}", record.smooth, "degrees")
     if not 0.0 <= angle <= 90.0:

@@ -14,8 +14,8 @@ from ancfsparse.scene.bodies.body import VelocityField
 from ancfsparse.scene.bodies.mesh import Mesh, MeshSpec
 from ancfsparse.scene.meshing.build_beam import build_beam
 from ancfsparse.scene.methods.scene_base import SceneBase
+from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.taper import AnySection
 
 if TYPE_CHECKING:
     from ancfsparse.scene.geometry.curves import Angle, Direction
@@ -67,9 +67,9 @@ class Bodies(SceneBase):
         n_elements : int or "auto"
             Number of elements, at least 1; ``"auto"``: `ancf.plan` chooses it.  Until then points
             such as ``rod.end`` and ``rod.at(s)`` are nodes at multiples of 1/600 of the length.
-        section : CrossSection or Taper
-            Its cross-section: a `Rectangle`, `Circle`, `Tube`, `IBeam`, `Polygon`, `Section` or
-            `Taper`.  A spatial cable requires ``inertia_y`` equal to ``inertia_z``.
+        section : AnySection
+            Its cross-section, such as ``ancf.Rectangle(0.01, 0.01)``.  A spatial cable requires
+            ``inertia_y`` equal to ``inertia_z``.
         material : Material
             Its material.
         curve : Arc, Helix, array_like of shape (k, dim) or callable, optional
@@ -204,8 +204,8 @@ class Bodies(SceneBase):
             in `add_beam`; or ``"auto"``: `ancf.plan` chooses strings or cables.  In space a line of
             ``"thick"`` with hinges at both ends may rotate about its axis; its sections have e_z as
             near to +z as possible, as in `add_beam`.
-        section : CrossSection
-            Cross-section of all edges, as in `add_beam` but for a `Taper`.  A spatial cable needs
+        section : AnySection
+            Cross-section of all edges, as in `add_beam`; it must be uniform.  A spatial cable needs
             ``inertia_y`` equal to ``inertia_z``.
         material : Material
             Their material.

@@ -14,8 +14,8 @@ from ancfsparse.scene import bodies, meshing
 from ancfsparse.scene.bodies.element_choice import chosen_element, refuse_in_plane
 from ancfsparse.scene.methods.add_bodies import Bodies
 from ancfsparse.scene.methods.add_mechanisms import Mechanisms
+from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
-from ancfsparse.scene.sections.taper import AnySection
 
 MIN_SINE = 1e-6  # of the angle between an edge and `up`
 
@@ -50,7 +50,7 @@ class Frames(Bodies, Mechanisms):
             ``"thick"``, or in the plane also ``"thin"`` and ``"l2t2"``.
         n_elements : int
             Number of elements of every beam.
-        section : CrossSection or Taper
+        section : AnySection
             Cross-section of all beams.
         material : Material
             Their material.

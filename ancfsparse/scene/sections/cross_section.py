@@ -1,4 +1,4 @@
-"""The base class of cross-sections, the table of its subclasses, and principal axes.
+"""The base classes of sections, the table of their subclasses, and principal axes.
 
 A section lies in its own y-z plane; the axis of the beam is x.  In a planar scene y is in the plane
 and z points out of it.
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_positive, set_fields
 from ancfsparse.errors import InputError
 
@@ -16,7 +17,7 @@ MIN_SIDE = 1e-75  # [m], whose fourth power, and that of its inverse, are floati
 MAX_PRODUCT_MOMENT = 1e-9  # over the polar moment, attributed to rounding
 
 # Classes of sections, by their names in files and messages.
-SECTION_TYPES: dict[str, type[Any]] = {}
+SECTION_TYPES: dict[str, type[AnySection]] = {}
 
 
 def power(x: float, n: int) -> float:
@@ -27,39 +28,33 @@ def power(x: float, n: int) -> float:
     return math.prod([x] * n)
 
 
-class CrossSection:
-    """A cross-section that does not change along a beam.
+class AnySection:
+    """The section of a beam; what is said of one shape alone is a property of its class.
 
     Attributes
     ----------
-    noun : str
-        Its name in messages.
-    sides : tuple of str
-        Fields that are lengths [m], checked when it is made.
+    is_uniform : bool
+        Whether it is the same all along a beam.
     can_taper : bool
         Whether two of its kind may be the ends of a `Taper`.
+    radius : float or None
+        Radius of a round section [m].
     """
 
-    noun: ClassVar[str] = "section"
-    sides: ClassVar[tuple[str, ...]] = ()
-    can_taper: ClassVar[bool] = True
-    shear_factor: float
+    is_uniform: ClassVar[bool] = True
+    can_taper: ClassVar[bool] = False
+    radius: float | None = None
 
-    def __init_subclass__(cls) -> None:
-        """Enter it in the table of sections."""
-        SECTION_TYPES[cls.__name__] = cls
-
-    def __post_init__(self) -> None:
-        """Check the sides and store them in double precision."""
-        for name in self.sides:
-            side = check_side(f"{name} of the {self.noun}", getattr(self, name))
-            set_fields(self, **{name: side})
+    def __init_subclass__(cls, is_shape: bool = True) -> None:
+        """Enter a shape in the table of sections."""
+        if is_shape:
+            SECTION_TYPES[cls.__name__] = cls
 
     if TYPE_CHECKING:
 
         @property
         def area(self) -> float:
-            """Area [m2]."""
+            """Area, or its mean along the beam [m2]."""
 
         @property
         def inertia_y(self) -> float:
@@ -72,6 +67,66 @@ class CrossSection:
         @property
         def torsion_constant(self) -> float:
             """Saint-Venant's torsion constant J [m4]."""
+
+        def shear_correction(self, poisson_ratio: float) -> float:
+            """Return the shear correction factor k of a uniform section [-]."""
+
+    @property
+    def parts(self) -> tuple[CrossSection, ...]:
+        """The uniform sections that define it."""
+        raise NotImplementedError
+
+    @property
+    def frame_angle(self) -> float:
+        """Angle from y, towards z, to the axis e_y of the beam, a principal axis [rad]."""
+        return 0.0
+
+    def over(self, fractions: Vector) -> Any:
+        """Return the section, or its means over elements with ends at fractions of the length."""
+        return self
+
+    def rotated(self) -> Any:
+        """Return the section rotated by a right angle about the axis.
+
+        Raises
+        ------
+        InputError
+            If it has no such form.
+        """
+        raise InputError(f"a {type(self).__name__} cannot be rotated: give it with other sides")
+
+
+class CrossSection(AnySection, is_shape=False):
+    """A cross-section that does not change along a beam.
+
+    Attributes
+    ----------
+    noun : str
+        Its name in messages.
+    sides : tuple of str
+        Fields that are lengths [m], checked when it is made.
+    """
+
+    noun: ClassVar[str] = "section"
+    sides: ClassVar[tuple[str, ...]] = ()
+    can_taper = True
+    shear_factor: float
+
+    @property
+    def parts(self) -> tuple[CrossSection, ...]:
+        """The section itself."""
+        return (self,)
+
+    @property
+    def frame_angle(self) -> float:
+        """Angle from y, towards z, to the nearest principal axis [rad]."""
+        return principal_axes(self)[0]
+
+    def __post_init__(self) -> None:
+        """Check the sides and store them in double precision."""
+        for name in self.sides:
+            side = check_side(f"{name} of the {self.noun}", getattr(self, name))
+            set_fields(self, **{name: side})
 
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return the shear correction factor k, the same for y and z [-].
@@ -104,9 +159,7 @@ def check_side(what: str, value: object) -> float:
 def list_section_types(*, can_taper: bool = False) -> str:
     """Return the names of all sections for a message, or of those that may taper."""
     *names, last = [
-        name
-        for name, kind in sorted(SECTION_TYPES.items())
-        if not can_taper or getattr(kind, "can_taper", False)
+        name for name, kind in sorted(SECTION_TYPES.items()) if kind.can_taper or not can_taper
     ]
     return f"{', '.join(names)} or {last}"
 

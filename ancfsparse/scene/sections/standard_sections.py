@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Self
 
 from ancfsparse.checks import check_finite, check_positive, set_fields
 from ancfsparse.errors import InputError
@@ -64,29 +64,42 @@ class Rectangle(CrossSection):
         series = 31.0 / 32.0 * ZETA_5 - tail
         return a * power(b, 3) * (1.0 / 3.0 - 64.0 * b / (math.pi**5 * a) * series)
 
+    def rotated(self) -> Rectangle:
+        """Return the section rotated by a right angle about the axis."""
+        return Rectangle(width=self.height, height=self.width)
+
     def shear_correction(self, poisson_ratio: float) -> float:
         """Return ``10 (1 + nu) / (12 + 11 nu)`` (Cowper 1966) [-]."""
         return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
 
 
-class _Round:
-    """The moments that all round sections have in common."""
+class _Round(CrossSection, is_shape=False):
+    """The properties that all round sections have in common."""
 
-    inertia_y: Any
+    diameter: float
+
+    @property
+    def radius(self) -> float:  # type: ignore[override]
+        """Outer radius [m]."""
+        return 0.5 * self.diameter
+
+    def rotated(self) -> Self:
+        """Return the section itself."""
+        return self
 
     @property
     def inertia_z(self) -> float:
         """Second moment of area int y^2 dA [m4]."""
-        return float(self.inertia_y)
+        return self.inertia_y
 
     @property
     def torsion_constant(self) -> float:
         """Torsion constant J, here the polar second moment [m4]."""
-        return 2.0 * float(self.inertia_y)
+        return 2.0 * self.inertia_y
 
 
 @dataclass(frozen=True)
-class Circle(_Round, CrossSection):
+class Circle(_Round):
     """A solid circular section.
 
     Parameters
@@ -115,7 +128,7 @@ class Circle(_Round, CrossSection):
 
 
 @dataclass(frozen=True)
-class Tube(_Round, CrossSection):
+class Tube(_Round):
     """A hollow circular section.
 
     Parameters
@@ -288,3 +301,12 @@ class Section(CrossSection):
                 f"inertia_yz of the section, {product:.6g} m4, must be smaller than the root of "
                 f"inertia_y times inertia_z, {self.inertia_y:.6g} and {self.inertia_z:.6g} m4"
             )
+
+    def rotated(self) -> Section:
+        """Return the section rotated by a right angle about the axis."""
+        return replace(
+            self,
+            inertia_y=self.inertia_z,
+            inertia_z=self.inertia_y,
+            inertia_yz=-self.inertia_yz,
+        )

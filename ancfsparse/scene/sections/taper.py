@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.sections.cross_section import (
-    SECTION_TYPES,
+    AnySection,
     CrossSection,
     list_section_types,
 )
@@ -19,7 +19,7 @@ GAUSS_POINTS = 3  # of an element with a section that changes
 
 
 @dataclass(frozen=True)
-class Taper:
+class Taper(AnySection):
     """A section that changes linearly along a beam.
 
     The sides, or numbers, are those of `start` at the start of the beam, those of `end` at its end,
@@ -34,6 +34,7 @@ class Taper:
 
     start: CrossSection
     end: CrossSection
+    is_uniform = False
 
     def __post_init__(self) -> None:
         """Check that both are of one class."""
@@ -52,8 +53,17 @@ class Taper:
             **{name: (1.0 - fraction) * a + fraction * b for name, (a, b) in pairs.items()}
         )
 
+    @property
+    def parts(self) -> tuple[CrossSection, ...]:
+        """The sections at both ends."""
+        return self.start, self.end
+
+    def rotated(self) -> Taper:
+        """Return the section rotated by a right angle about the axis."""
+        return replace(self, start=self.start.rotated(), end=self.end.rotated())
+
     def over(self, fractions: Vector) -> ElementSections:
-        """Return the means over elements whose ends are at fractions (n + 1,) of the length."""
+        """Return the means over elements with ends at fractions (n + 1,) of the length."""
         points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         middle, half = 0.5 * (fractions[1:] + fractions[:-1]), 0.5 * np.diff(fractions)
         positions = np.clip(middle[:, None] + half[:, None] * points, 0.0, 1.0)
@@ -64,10 +74,6 @@ class Taper:
     def area(self) -> float:
         """Mean area [m2]."""
         return float(self.over(np.array([0.0, 1.0])).area[0])
-
-
-SECTION_TYPES["Taper"] = Taper
-AnySection = CrossSection | Taper
 
 
 @dataclass(frozen=True)
