@@ -26,6 +26,7 @@ from ancfsparse.scene.sections.material import Material
 if TYPE_CHECKING:
     from ancfsparse.scene.geometry.curves import Angle, Direction
     from ancfsparse.scene.geometry.splines import AnyCurve
+    from ancfsparse.scene.records.plane import Plane
     from ancfsparse.scene.records.signal import Signal
 
 NODE_TOLERANCE = 1e-9  # distance of a point that is a node, over the length of an element
@@ -71,6 +72,26 @@ class BeamSpec(Record):
 
     def __post_init__(self) -> None:
         """Keep the arguments as they are: they are checked when the beam is built."""
+
+    def project(self, handle: Beam, plane: Plane) -> BeamSpec:
+        """Return the record of a straight beam, or of one through points, for a planar scene."""
+        has_points = self.curve is None or isinstance(self.curve, np.ndarray | tuple)
+        others = self.eigenstrain, self.eigencurvature, self.twist
+        is_plain = has_points and not callable(self.up) and all(each is None for each in others)
+        if not is_plain or handle.section.frame_angle:
+            plane.refuse()
+        is_upright = handle.kind.section[1:] and not plane.is_normal(handle.frames[:, 2])
+        if is_upright:
+            plane.across(handle.frames[:, 1])
+        return replace(
+            self,
+            **handle.planar_arguments(self, plane),
+            start=plane.project(self.start, "put"),
+            end=plane.project(self.end, "put"),
+            curve=None if self.curve is None else plane.put(np.asarray(self.curve)),
+            section=handle.section.rotate() if is_upright else handle.section,
+            up=None,
+        )
 
     def checked(self, beam: Beam) -> BeamSpec:
         """Return the record as plain data, with the checked values of the beam built from it."""
@@ -252,7 +273,7 @@ class Beam(ElasticBody):
     @property
     def profile(self) -> Any:
         """Section, or its means over elements if it changes."""
-        return self.section.over(self.arcs / self.length)
+        return self.section.average_over(self.arcs / self.length)
 
     def arc(self, point: Point) -> float:
         """Return the distance of a point from the start along the undeformed axis [m]."""

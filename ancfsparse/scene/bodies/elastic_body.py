@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from ancfsparse.scene.bodies.body import Body
 from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
 from ancfsparse.scene.sections.parameters import section_parameters
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.plane import Plane
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -39,6 +42,20 @@ class ElasticBody(Body):
                 f"{self.name} has n_elements='auto', which a plan chooses: nothing can be refined"
             )
         return {"n_elements": times * self.n_each}
+
+    def planar_arguments(self, record: Any, plane: Plane) -> dict[str, Any]:
+        """Return the arguments of a record that change in a planar scene."""
+        if not isinstance(record.element, str):
+            plane.refuse()
+        plane.put(self.positions)
+        velocity = record.velocity
+        if callable(velocity) and self.kind.section[1:]:  # sections extend out of the plane
+            here = plane.into(velocity(self.positions.copy()))
+            off_plane = plane.into(velocity(self.positions + self.shortest * plane.normal))
+            plane.check(np.abs(off_plane - here).max(), np.abs(here).max())
+        elif callable(velocity):
+            plane.into(velocity(self.positions.copy()))
+        return {"velocity": plane.project(velocity, "into", of_positions=True)}
 
     def describe(self) -> dict[str, str]:
         """Describe element, section, material and mesh."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,9 @@ from ancfsparse.scene.geometry.section_frames import section_axes
 from ancfsparse.scene.records.record import PointRef, Record, as_data
 from ancfsparse.scene.sections.cross_section import AnySection
 from ancfsparse.scene.sections.material import Material
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.plane import Plane
 
 MAX_SEPARATE_LINES = 200  # that are examined one by one for rigid-body motions
 
@@ -47,6 +50,12 @@ class MeshSpec(Record):
 
     def __post_init__(self) -> None:
         """Keep the arguments as they are: they are checked when the mesh is built."""
+
+    def project(self, handle: Mesh, plane: Plane) -> MeshSpec:
+        """Return the record of a mesh of strings or cables for a planar scene."""
+        if handle.kind.section[1:]:
+            plane.refuse()
+        return replace(self, **handle.planar_arguments(self, plane), nodes=plane.put(self.nodes))
 
     def checked(self, mesh: Mesh) -> MeshSpec:
         """Return the record as plain data, with the checked values of the mesh built from it."""

@@ -31,6 +31,7 @@ class MassSpec(Record):
     mass: float
     inertia: float | Vector | None = None
     method = "add_mass"
+    planar: ClassVar = {"inertia": "absent"}
     units: ClassVar = {"mass": "kg", "inertia": "kg m2"}
 
     def describe(self, at: At, made: Any) -> str:

@@ -40,6 +40,7 @@ class SpringSpec(Record):
     damping: float = 0.0
     length: float | None = None
     method = "spring"
+    planar: ClassVar = {"b": "put"}
     units: ClassVar = {"b": "m", "stiffness": "N/m", "damping": "N s/m", "length": "m"}
 
     def describe(self, at: At, made: Any) -> str:

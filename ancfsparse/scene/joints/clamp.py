@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ class ClampSpec(Record):
     node: PointRef
     stretch: str = "free"
     method = "clamp"
+    planar: ClassVar = {}
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the data of its constraints."""

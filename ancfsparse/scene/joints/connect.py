@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, planar_coordinates
@@ -19,6 +19,7 @@ class ConnectSpec(Record):
     b: PointRef
     apart: bool = False
     method = "connect"
+    planar: ClassVar = {}
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the data of its constraints."""

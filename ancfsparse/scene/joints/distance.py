@@ -33,6 +33,7 @@ class RodSpec(Record):
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
     method = "rod"
+    planar: ClassVar = {"anchor": "put"}
     units: ClassVar = {"anchor": "m", "length": "m", "rate": "m/s", "second_rate": "m/s2"}
 
     def describe(self, at: At, made: Any) -> str:
@@ -51,6 +52,7 @@ class DistanceSpec(Record):
     rate: Callable[[float], float] | None = None
     second_rate: Callable[[float], float] | None = None
     method = "distance"
+    planar: ClassVar = {}
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the data of its equation."""

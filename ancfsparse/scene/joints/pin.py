@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ancfsparse.scene.bodies.body import ConstraintBuilder, Point
 from ancfsparse.scene.joints.joint import Joint, Mark, planar_coordinates
@@ -18,6 +18,7 @@ class PinSpec(Record):
     node: PointRef
     as_constraint: bool = False
     method = "pin"
+    planar: ClassVar = {}
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the data of its constraints."""

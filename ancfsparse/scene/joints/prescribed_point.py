@@ -27,6 +27,7 @@ class DriveSpec(Record):
     second_rate: Callable[[float], ArrayLike] | None = None
     as_constraint: bool = False
     method = "drive"
+    planar: ClassVar = {"position": "put", "rate": "into", "second_rate": "into"}
     units: ClassVar = {"position": "m", "rate": "m/s", "second_rate": "m/s2"}
 
     def describe(self, at: At, made: Any) -> str:

@@ -177,11 +177,17 @@ class Loads(SceneBase):
         return self._keep(self.loads, load, ChangingGravitySpec(load.value))
 
 
-PointForceSpec = record_type("PointForceSpec", Loads.point_force, LoadSpec, {"value": "N"})
-PointMomentSpec = record_type("PointMomentSpec", Loads.point_moment, LoadSpec, {"value": "N m"})
+FORCE = {"follow": "absent", "value": "into"}
+PointForceSpec = record_type("PointForceSpec", Loads.point_force, LoadSpec, {"value": "N"}, FORCE)
+PointMomentSpec = record_type(
+    "PointMomentSpec", Loads.point_moment, LoadSpec, {"value": "N m"}, {"value": "across"}
+)
 DistributedForceSpec = record_type(
-    "DistributedForceSpec", Loads.distributed_force, LoadSpec, {"value": "N/m"}
+    "DistributedForceSpec", Loads.distributed_force, LoadSpec, {"value": "N/m"}, FORCE
 )
 ChangingGravitySpec = record_type(
-    "ChangingGravitySpec", Loads.changing_gravity, units={"value": "m/s2"}
+    "ChangingGravitySpec",
+    Loads.changing_gravity,
+    units={"value": "m/s2"},
+    planar={"value": "into"},
 )

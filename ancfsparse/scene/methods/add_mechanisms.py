@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,9 +17,14 @@ from ancfsparse.scene import mechanisms
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.geometry.positions import COINCIDENCE_RATIO, place
 from ancfsparse.scene.geometry.section_frames import normals
+from ancfsparse.scene.joints.connect import ConnectSpec
 from ancfsparse.scene.joints.joint import check_end, check_other_body, check_turns
+from ancfsparse.scene.joints.pin import PinSpec
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import RECORD_TYPES, At, PointRef, Record, record_type, text
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.plane import Plane
 
 Kind = TypeVar("Kind", bound="mechanisms.TwoBodyJoint")
 
@@ -40,6 +45,17 @@ class BetweenSpec(Record):
             f", {name} {text(value, at)}" for name, value in self.given.items() if name not in "ab"
         )
         return f"{self.method} ({at(self.a)}; {other}){more}"
+
+
+class HingeSpec(BetweenSpec):
+    """A record of a hinge."""
+
+    axis: Any
+
+    def project(self, handle: Any, plane: Plane) -> Record:
+        """Return the record of a shared or a fixed position, if the axis is normal to the plane."""
+        plane.across(self.axis)
+        return PinSpec(self.a) if self.b is None else ConnectSpec(self.a, self.b)
 
 
 class Mechanisms(SceneBase):
@@ -255,7 +271,9 @@ class Mechanisms(SceneBase):
         return self._add_partial(joint, record)
 
 
-RevoluteSpec = record_type("RevoluteSpec", Mechanisms.revolute, BetweenSpec)
+RevoluteSpec = record_type(
+    "RevoluteSpec", Mechanisms.revolute, HingeSpec, planar={"axis": "across"}
+)
 UniversalSpec = record_type("UniversalSpec", Mechanisms.universal, BetweenSpec)
 CylindricalSpec = record_type("CylindricalSpec", Mechanisms.cylindrical, BetweenSpec)
 PrismaticSpec = record_type("PrismaticSpec", Mechanisms.prismatic, BetweenSpec)

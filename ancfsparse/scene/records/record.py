@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, field, is_dataclass, make_dataclass, replace
 from inspect import Parameter, signature
-from typing import Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
 from ancfsparse.scene.records.compiled_callbacks import is_compiled, picklable_callback
 from ancfsparse.scene.records.signal import Signal
+
+if TYPE_CHECKING:
+    from ancfsparse.scene.records.plane import Plane
 
 # The record of every method of `Scene` that adds something.
 RECORD_TYPES: dict[str, type[Record]] = {}
@@ -124,10 +127,15 @@ class Record:
         Method of `Scene` that was called.
     units : dict of str to str
         Units of its numbers, by field.
+    planar : dict of str to str, or None
+        Forms of its fields in a planar scene: ``"put"`` for positions, ``"into"`` for vectors,
+        ``"across"`` for vectors normal to the plane, ``"absent"`` for those without one.  None if
+        it has no planar form.
     """
 
     method: ClassVar[str]
     units: ClassVar[Mapping[str, str]] = {}
+    planar: ClassVar[Mapping[str, str] | None] = None
 
     def __init_subclass__(cls) -> None:
         """Enter the class in the table of records."""
@@ -156,6 +164,31 @@ class Record:
     def moved(self, move: Callable[[BodyRef], BodyRef]) -> Self:
         """Return a copy with other references."""
         return replace(self, **{name: mapped(value, move) for name, value in self.given.items()})
+
+    def project(self, handle: Any, plane: Plane) -> Record:
+        """Return the record for a planar scene.
+
+        Parameters
+        ----------
+        handle : object
+            The handle that was built from the record.
+        plane : Plane
+            The plane of the scene.
+
+        Raises
+        ------
+        LeavesPlaneError
+            If it has no planar form, or anything leaves the plane.
+        """
+        if self.planar is None:
+            plane.refuse()
+        given = {name: (getattr(self, name), form) for name, form in self.planar.items()}
+        changes = {
+            name: plane.project(value, form)
+            for name, (value, form) in given.items()
+            if value is not None and not isinstance(value, BodyRef)
+        }
+        return replace(self, **changes)
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the arguments that determine the motion, for the digest of a scene.
@@ -190,6 +223,7 @@ def record_type(
     method: Callable[..., Any],
     base: type[Record] = Record,
     units: Mapping[str, str] | None = None,
+    planar: Mapping[str, str] | None = None,
 ) -> type[Any]:
     """Return the class of the records of a method, with its parameters as fields.
 
@@ -203,6 +237,8 @@ def record_type(
         Its base class, which may describe it.
     units : dict of str to str, optional
         Units of its numbers, by field.
+    planar : dict of str to str, optional
+        Forms of its fields in a planar scene.
     """
     fields = [
         (
@@ -219,6 +255,7 @@ def record_type(
         "__doc__": f"The record of `Scene.{method.__name__}`.",
         "method": method.__name__,
         "units": units or {},
+        "planar": planar,
     }
     made = make_dataclass(name, fields, bases=(base,), namespace=namespace, frozen=True, eq=False)
     made.__module__ = method.__module__  # which Python 3.12 and later overwrite in the namespace

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, NoReturn
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NoReturn, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -41,9 +41,12 @@ class Signal(ABC):
     ----------
     takes_arrays : bool
         True; other functions with this attribute are called with arrays of times too.
+    coefficient : str
+        Name of the field that its values are proportional to; empty if there is none.
     """
 
     takes_arrays: ClassVar[bool] = True
+    coefficient: ClassVar[str] = ""
 
     @abstractmethod
     def __call__(self, t: ArrayLike) -> Vector:
@@ -216,17 +219,21 @@ class Sum(Signal):
 class ScaledSignal(Signal):
     """A constant value times a factor that changes with time."""
 
-    value: Value
+    coefficient = "value"
 
     @property
     def largest(self) -> Value:
         """The value at factor 1."""
-        return self.value
+        return cast(Value, getattr(self, self.coefficient))
 
     @property
     def bound(self) -> float:
         """Magnitude of its value."""
         return float(np.linalg.norm(self.largest))
+
+    def _scale(self, operation: np.ufunc, number: float) -> Self:
+        scaled = {self.coefficient: scaled_value(operation, self.largest, number)}
+        return cast(Self, replace(cast(Any, self), **scaled))
 
     @abstractmethod
     def factor(self, t: Vector, order: int = 0) -> Vector:

@@ -33,7 +33,6 @@ from ancfsparse.scene.records.signal import (
     TimeScale,
     Value,
     checked_value,
-    scaled_value,
 )
 
 # Relative rounding of a time as a multiple of a step.  Without it a pulse from 0.05012 s to
@@ -73,6 +72,7 @@ class Table(Signal):
     values: Vector
     outside: str = "error"
     smooth: bool = False
+    coefficient = "values"
 
     def __post_init__(self) -> None:
         """Check the table and store a read-only copy."""
@@ -227,9 +227,6 @@ class Ramp(ScaledSignal):
         """Its duration, begin and end."""
         return TimeScale(self.end - self.start, (self.start, self.end))
 
-    def _scale(self, operation: np.ufunc, number: float) -> Ramp:
-        return replace(self, value=scaled_value(operation, self.value, number))
-
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value, or a derivative of it [1/s, 1/s2]."""
         length = self.end - self.start
@@ -261,6 +258,7 @@ class Sine(ScaledSignal):
     frequency: float
     phase: float = 0.0
     smoothness = math.inf
+    coefficient = "amplitude"
 
     def __post_init__(self) -> None:
         """Check the numbers and store them in double precision."""
@@ -272,17 +270,9 @@ class Sine(ScaledSignal):
         )
 
     @property
-    def largest(self) -> Value:
-        """The amplitude."""
-        return self.amplitude
-
-    @property
     def time_scale(self) -> TimeScale:
         """Half its period."""
         return TimeScale(0.5 / self.frequency)
-
-    def _scale(self, operation: np.ufunc, number: float) -> Sine:
-        return replace(self, amplitude=scaled_value(operation, self.amplitude, number))
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the sine, or a derivative of it [1/s, 1/s2]."""
@@ -329,9 +319,6 @@ class Pulse(ScaledSignal):
         """Its impulse over its value, and the times of its corners."""
         corners = {self.start, self.start + self.rise, self.end - self.rise, self.end}
         return TimeScale(self.end - self.start - self.rise, tuple(sorted(corners)))
-
-    def _scale(self, operation: np.ufunc, number: float) -> Pulse:
-        return replace(self, value=scaled_value(operation, self.value, number))
 
     def factor(self, t: Vector, order: int = 0) -> Vector:
         """Return the fraction of the value."""

@@ -29,7 +29,7 @@ def power(x: float, n: int) -> float:
 
 
 class AnySection:
-    """The section of a beam; what is said of one shape alone is a property of its class.
+    """The section of a beam; properties of one shape alone belong to its class.
 
     Attributes
     ----------
@@ -81,11 +81,11 @@ class AnySection:
         """Angle from y, towards z, to the axis e_y of the beam, a principal axis [rad]."""
         return 0.0
 
-    def over(self, fractions: Vector) -> Any:
+    def average_over(self, fractions: Vector) -> Any:
         """Return the section, or its means over elements with ends at fractions of the length."""
         return self
 
-    def rotated(self) -> Any:
+    def rotate(self) -> Any:
         """Return the section rotated by a right angle about the axis.
 
         Raises

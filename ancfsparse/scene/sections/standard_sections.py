@@ -64,7 +64,7 @@ class Rectangle(CrossSection):
         series = 31.0 / 32.0 * ZETA_5 - tail
         return a * power(b, 3) * (1.0 / 3.0 - 64.0 * b / (math.pi**5 * a) * series)
 
-    def rotated(self) -> Rectangle:
+    def rotate(self) -> Rectangle:
         """Return the section rotated by a right angle about the axis."""
         return Rectangle(width=self.height, height=self.width)
 
@@ -83,7 +83,7 @@ class _Round(CrossSection, is_shape=False):
         """Outer radius [m]."""
         return 0.5 * self.diameter
 
-    def rotated(self) -> Self:
+    def rotate(self) -> Self:
         """Return the section itself."""
         return self
 
@@ -302,7 +302,7 @@ class Section(CrossSection):
                 f"inertia_y times inertia_z, {self.inertia_y:.6g} and {self.inertia_z:.6g} m4"
             )
 
-    def rotated(self) -> Section:
+    def rotate(self) -> Section:
         """Return the section rotated by a right angle about the axis."""
         return replace(
             self,

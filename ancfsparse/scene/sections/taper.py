@@ -58,11 +58,11 @@ class Taper(AnySection):
         """The sections at both ends."""
         return self.start, self.end
 
-    def rotated(self) -> Taper:
+    def rotate(self) -> Taper:
         """Return the section rotated by a right angle about the axis."""
-        return replace(self, start=self.start.rotated(), end=self.end.rotated())
+        return replace(self, start=self.start.rotate(), end=self.end.rotate())
 
-    def over(self, fractions: Vector) -> ElementSections:
+    def average_over(self, fractions: Vector) -> ElementSections:
         """Return the means over elements with ends at fractions (n + 1,) of the length."""
         points, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
         middle, half = 0.5 * (fractions[1:] + fractions[:-1]), 0.5 * np.diff(fractions)
@@ -73,7 +73,7 @@ class Taper(AnySection):
     @property
     def area(self) -> float:
         """Mean area [m2]."""
-        return float(self.over(np.array([0.0, 1.0])).area[0])
+        return float(self.average_over(np.array([0.0, 1.0])).area[0])
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,34 @@ def test_a_flat_section_is_turned_with_the_plane():
     np.testing.assert_allclose(flat, sag, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    "section",
+    [
+        ancf.Tube(0.02, 0.002),
+        ancf.Taper(ancf.Rectangle(width=0.02, height=0.005), ancf.Rectangle(0.01, 0.004)),
+        ancf.Section(1e-4, inertia_y=2e-10, inertia_z=1e-10, torsion_constant=2e-10),
+    ],
+)
+def test_sections_are_turned_with_the_plane(section):
+    scene, beam = build_beam(
+        "thick", (0, 0, 0), (1, 0, 0), 8, section, STIFF, "clamp", gravity=(0.0, 0.0, -9.81)
+    )
+    planar = reduce_to_plane(scene)
+    sag = ancf.solve_static(scene).position(beam.end)
+    flat = in_space(planar, ancf.solve_static(planar.scene), beam.end)
+    assert sag[2] < -1e-3
+    np.testing.assert_allclose(flat, sag, atol=1e-9)
+
+
+def test_an_upright_shape_without_a_rotated_form_stays_in_space():
+    section = ancf.IBeam(width=0.05, height=0.1, web=0.005, flange=0.008)
+    for gravity, is_planar in (((0, 0, -9.81), False), ((0, -9.81, 0), True)):
+        scene, _ = build_beam(
+            "thick", (0, 0, 0), (1, 0, 0), 2, section, STIFF, "clamp", gravity=gravity
+        )
+        assert (reduce_to_plane(scene) is not None) == is_planar
+
+
 def test_a_hinge_about_the_normal_is_a_shared_position():
     def scene_with(axis):
         scene = ancf.Scene(gravity=(0.0, 0.0, -9.81))

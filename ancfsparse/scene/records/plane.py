@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any, NoReturn, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
-from ancfsparse.scene.records.signal import Signal, Sum, Value
-from ancfsparse.scene.records.signals import Pulse, Ramp, Sine, Table
+from ancfsparse.scene.records.signal import Signal, Sum
+from ancfsparse.scene.records.signals import Table
 
 ROUNDING = 1e-13  # relative component normal to a plane, by rounding along tilted axes
 
@@ -50,7 +50,7 @@ class Plane:
             If one of them is not parallel to the plane.
         """
         given = np.asarray(vectors, dtype=float)
-        self._check(given @ self.normal, np.linalg.norm(given, axis=-1).max(initial=0.0))
+        self.check(given @ self.normal, np.linalg.norm(given, axis=-1).max(initial=0.0))
         return given @ self.axes.T
 
     def put(self, positions: ArrayLike) -> Vector:
@@ -63,7 +63,7 @@ class Plane:
         """
         given = np.asarray(positions, dtype=float)
         offsets = given - self.origin
-        self._check(offsets @ self.normal, self.size + np.linalg.norm(given, axis=-1))
+        self.check(offsets @ self.normal, self.size + np.linalg.norm(given, axis=-1))
         return offsets @ self.axes.T
 
     def across(self, vectors: ArrayLike) -> Vector:
@@ -77,7 +77,7 @@ class Plane:
         given = np.asarray(vectors, dtype=float)
         along = given @ self.normal
         rest = given - along[..., None] * self.normal
-        self._check(np.linalg.norm(rest, axis=-1), np.abs(along))
+        self.check(np.linalg.norm(rest, axis=-1), np.abs(along))
         return along
 
     def lift(self, vectors: ArrayLike) -> Vector:
@@ -88,42 +88,66 @@ class Plane:
         """Return points (..., 2) of the plane [m] in space, (..., 3) [m]."""
         return self.origin + self.lift(positions)
 
-    def project(self, value: Any, how: str) -> Any:
-        """Return a value of shape (3,), a signal or a function of time in the planar scene.
+    def absent(self, value: Any) -> NoReturn:
+        """Refuse a value that has no planar form."""
+        self.refuse()
 
-        `how`: ``"into"`` for vectors, ``"put"`` for positions, ``"across"`` for vectors along the
-        normal.
+    def refuse(self) -> NoReturn:
+        """Refuse a part that has no planar form."""
+        raise LeavesPlaneError
+
+    def is_normal(self, vectors: ArrayLike) -> bool:
+        """Return whether all vectors (..., 3) are parallel to the normal."""
+        try:
+            self.across(vectors)
+        except LeavesPlaneError:
+            return False
+        return True
+
+    def project(self, value: Any, form: str, of_positions: bool = False) -> Any:
+        """Return a value of shape (3,), a signal or a function in the planar scene.
+
+        Parameters
+        ----------
+        value : tuple of float, Signal, callable, None or False
+            The last two are returned as they are.
+        form : str
+            As in `Record.planar`.
+        of_positions : bool, optional
+            True for a function of positions, False for one of the time.
         """
+        if value is None or value is False:
+            return value
         if isinstance(value, Signal):
-            return self._signal(value, how)
+            return self._signal(value, form)
         if callable(value):
-            return PlanarFunction(value, self, how)
-        return self._data(value, how)
+            return PlanarFunction(value, self, form, of_positions)
+        return self._data(value, form)
 
-    def _signal(self, signal: Signal, how: str) -> Signal:
+    def _signal(self, signal: Signal, form: str) -> Signal:
         """Project the coefficients of a signal."""
-        if how == "put" and not isinstance(signal, Table):
-            parts, constant = _parts(signal)
+        if form == "put" and not isinstance(signal, Table):
+            parts, constant = (
+                (signal.parts, signal.constant) if isinstance(signal, Sum) else ((signal,), 0.0)
+            )
             there = self._data(np.broadcast_to(constant, 3), "put")
             return Sum(tuple(self._signal(each, "into") for each in parts), there)
         if isinstance(signal, Sum):
-            constant = self._data(np.broadcast_to(signal.constant, 3), how)
-            return Sum(tuple(self._signal(each, how) for each in signal.parts), constant)
-        if isinstance(signal, Table):
-            return replace(signal, values=getattr(self, how)(signal.values))
-        if isinstance(signal, Sine):
-            return replace(signal, amplitude=self._data(signal.amplitude, how))
-        if isinstance(signal, Ramp | Pulse):
-            return replace(signal, value=self._data(signal.value, how))
-        raise LeavesPlaneError
+            constant = self._data(np.broadcast_to(signal.constant, 3), form)
+            return Sum(tuple(self._signal(each, form) for each in signal.parts), constant)
+        if not signal.coefficient:
+            self.refuse()
+        values = self._data(getattr(signal, signal.coefficient), form)
+        return cast(Signal, replace(cast(Any, signal), **{signal.coefficient: values}))
 
-    def _data(self, value: Any, how: str) -> Any:
-        projected = getattr(self, how)(value)
+    def _data(self, value: Any, form: str) -> Any:
+        projected = getattr(self, form)(value)
         return tuple(projected.tolist()) if projected.ndim else float(projected)
 
-    def _check(self, off: Any, size: Any) -> None:
+    def check(self, off: Any, size: Any) -> None:
+        """Refuse components off the plane that are more than the rounding of a size."""
         if not (np.abs(off) <= ROUNDING * size).all():
-            raise LeavesPlaneError
+            self.refuse()
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,16 +160,16 @@ class PlanarFunction:
         Returns vectors or positions (..., 3), of the time or of positions.
     plane : Plane
         The plane.
-    how : str
-        See `Plane.project`.
-    lifted : bool
+    form : str
+        As in `Record.planar`.
+    of_positions : bool
         Whether the argument of the function is positions, (k, 2) in the planar scene.
     """
 
     function: Any
     plane: Plane
-    how: str
-    lifted: bool = False
+    form: str
+    of_positions: bool = False
 
     def __call__(self, argument: Any) -> Any:
         """Return the value of the function in the plane.
@@ -155,9 +179,9 @@ class PlanarFunction:
         InputError
             If it leaves the plane.
         """
-        value = self.function(self.plane.place(argument) if self.lifted else argument)
+        value = self.function(self.plane.place(argument) if self.of_positions else argument)
         try:
-            return getattr(self.plane, self.how)(value)
+            return getattr(self.plane, self.form)(value)
         except LeavesPlaneError:
             raise InputError(
                 f"it returned {np.array2string(np.asarray(value), threshold=6)}, which leaves the "
@@ -196,11 +220,6 @@ def find_plane(points: Vector, vectors: Vector, down: Vector) -> Plane:
     plane.put(points)
     plane.into(units)
     return plane
-
-
-def _parts(signal: Signal) -> tuple[tuple[Signal, ...], Value]:
-    """Return the parts of a sum and its constant; any other signal is the only part of its sum."""
-    return (signal.parts, signal.constant) if isinstance(signal, Sum) else ((signal,), 0.0)
 
 
 def _unit(vector: Vector) -> Vector:
