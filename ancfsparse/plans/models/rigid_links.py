@@ -11,20 +11,12 @@ from ancfsparse.scene.bodies.beam import BeamSpec
 from ancfsparse.scene.bodies.rigid_shapes import Rod
 from ancfsparse.scene.force_elements.masses import PointMass
 from ancfsparse.scene.geometry.section_frames import section_axes
-from ancfsparse.scene.joints.connect import Connect
-from ancfsparse.scene.joints.distance import Distance, RigidRod
-from ancfsparse.scene.joints.joint import Joint
-from ancfsparse.scene.joints.pin import Pin
-from ancfsparse.scene.joints.prescribed_point import PrescribedPoint
 from ancfsparse.scene.loads.loads import PointMoment
-from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.scene.methods.add_rigid_bodies import BodySpec
 from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 
 # Arguments of beams that are not straight and stress-free.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
-# Joints that constrain points, not directions: they do not bend a rod between its ends.
-HINGES: tuple[type[Joint], ...] = (Pin, Connect, PrescribedPoint, Distance, RigidRod, Winch)
 ROUNDING = 1e-9  # rate of bending or stretching over the largest velocity
 
 
@@ -101,7 +93,7 @@ def rigid_candidates(scene: Scene) -> list[str]:
                 excluded.add(record.name)
         else:
             record.moved(note)
-    bending = (joint.nodes for joint in scene.joints if not isinstance(joint, HINGES))
+    bending = (joint.nodes for joint in scene.joints if joint.constrains_directions)
     excluded |= {node.beam.name for nodes in bending for node in nodes}
     excluded |= {load.node.beam.name for load in scene.loads if isinstance(load, PointMoment)}
     masses = (each for each in scene.attachments if isinstance(each, PointMass))

@@ -25,7 +25,6 @@ from ancfsparse.results.geometry.connection_lines import (
     no_connections,
     read_connections,
 )
-from ancfsparse.results.geometry.load_marks import make_load_marks
 from ancfsparse.results.geometry.obstacle_outlines import (
     collect_obstacles,
     make_moving_obstacles,
@@ -227,8 +226,9 @@ def make_outline(system: System, of: Body | None = None) -> Outline:
         other = np.zeros(system.scene.dim) if mark.other is None else mark.other
         supports.append(_support(system, mark.kind, node, other))
     supports += [
-        _support(system, kind, node, direction)
-        for kind, node, direction in make_load_marks(system)
+        _support(system, kind, node, np.zeros(system.scene.dim) if direction is None else direction)
+        for element in (*system.attachments, *system.external_loads)
+        for kind, node, direction in element.marks
         if of in (None, node.beam)
     ]
     ends = [end for element in system.attachments for pair in element.links for end in pair]

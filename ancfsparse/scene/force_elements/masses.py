@@ -16,7 +16,7 @@ from ancfsparse.messages import format_numbers, format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_node, check_point, check_turns
 from ancfsparse.scene.kinematics.rigid_motion import check_inertia, second_moments, spin_matrix
-from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.loads.attachment import Attachment, Marks
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.record import At, PointRef, Record, as_data
 
@@ -61,6 +61,11 @@ class PointMass(Attachment):
     def what(self) -> str:
         """Name in messages."""
         return f"the mass at {self.node!r}"
+
+    @property
+    def marks(self) -> Marks:
+        """Its symbol in pictures."""
+        return [("mass", self.node, None)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from ancfsparse.errors import InputError, LoadError, trial_call
 from ancfsparse.messages import format_value
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.joints.joint import check_point
-from ancfsparse.scene.loads.attachment import Attachment
+from ancfsparse.scene.loads.attachment import Attachment, Marks
 from ancfsparse.scene.methods.scene_base import SceneBase
 from ancfsparse.scene.records.compiled_callbacks import (
     check_signature,
@@ -64,6 +64,11 @@ class Force(Attachment):
         """Name in messages."""
         more = f" and {len(self.points) - 1} more points" if len(self.points) > 1 else ""
         return f"the force on {self.points[0]!r}{more}"
+
+    @property
+    def marks(self) -> Marks:
+        """Symbols in pictures, without a direction."""
+        return [("force", point, None) for point in self.points]
 
     def checked(self, q: Vector, v: Vector, t: float) -> Vector:
         """Call the Python function; return its forces, (k, dim) [N].

@@ -40,6 +40,7 @@ class Connect(Joint):
     b: Point
     apart: bool = False
     name = "connection"
+    constrains_directions = False
     joins = True
 
     def lower(self, builder: ConstraintBuilder) -> None:

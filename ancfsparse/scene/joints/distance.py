@@ -83,6 +83,7 @@ class DistanceConstraint(Joint):
     length: float
     motion: PrescribedMotion | None
     has_multipliers = True
+    constrains_directions = False
 
     def _add_equation(
         self, builder: ConstraintBuilder, label: str, terms: list[Term], about: list[float]

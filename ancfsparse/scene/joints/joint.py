@@ -38,9 +38,12 @@ class Joint(ABC):
     ----------
     name : str
         Name in messages.
+    constrains_directions : bool
+        True if it constrains directions too, and so transmits bending moments.
     """
 
     name: ClassVar[str]
+    constrains_directions: ClassVar[bool] = True
 
     @abstractmethod
     def lower(self, builder: ConstraintBuilder) -> None:

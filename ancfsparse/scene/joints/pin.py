@@ -38,6 +38,7 @@ class Pin(Joint):
     node: Point
     as_constraint: bool = False
     name = "pin"
+    constrains_directions = False
     mark = Mark("pin")
 
     def lower(self, builder: ConstraintBuilder) -> None:

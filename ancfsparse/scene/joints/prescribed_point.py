@@ -52,6 +52,7 @@ class PrescribedPoint(Joint):
     motion: PrescribedMotion
     as_constraint: bool = False
     name = "drive"
+    constrains_directions = False
     mark = Mark("pin")
 
     def lower(self, builder: ConstraintBuilder) -> None:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ancfsparse.scene.joints.joint import Joint
 
 Bodies: TypeAlias = "tuple[ElasticBody, ...]"
+Marks: TypeAlias = "Iterable[tuple[str, Point, Vector | None]]"
 
 # Check of the coefficients of force elements and of lengths: zero or positive, and moderate.
 check_coefficient = partial(check_not_negative, largest=MAX_MAGNITUDE)
@@ -43,6 +44,11 @@ class Attachment(ABC):
     def notes(self, joints: Iterable[Joint]) -> list[str]:
         """Return sentences on the effect of the joints of its scene on it."""
         return []
+
+    @property
+    def marks(self) -> Marks:
+        """Symbols in pictures, each with its point and, if it is fixed in space, its direction."""
+        return ()
 
     @property
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:

@@ -13,9 +13,11 @@ from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.loads.attachment import Marks
 from ancfsparse.scene.records.picklable_functions import picklable
 from ancfsparse.scene.records.time_dependent import TimeDependentValue, Value
 
+MAX_ARROWS = 7  # of a distributed force, which are enough to see where it acts
 # The value of a follower force of a cable in space, for messages.
 AXIAL_FORCE = "one number along the axis, the only axis that a cable has in space"
 
@@ -46,6 +48,11 @@ class PointForce(TimeDependentValue):
         """Shape of a value: (dim,), or () along the axis of a cable in space."""
         return _components(self.node.beam, self.follow)
 
+    @property
+    def marks(self) -> Marks:
+        """Its symbol in pictures, with the direction at t = 0."""
+        return [("force", self.node, None if self.follow else direction_of(self.at(0.0)))]
+
 
 @dataclass(frozen=True, eq=False)
 class PointMoment(TimeDependentValue):
@@ -71,6 +78,13 @@ class PointMoment(TimeDependentValue):
     def shape(self) -> tuple[int, ...]:
         """Shape of a value: () in a planar scene, else (3,)."""
         return () if self.node.beam.dim == 2 else (3,)
+
+    @property
+    def marks(self) -> Marks:
+        """Its symbol in pictures, in the plane with direction (1, 0) or (-1, 0)."""
+        is_planar = self.node.beam.dim == 2
+        sign = np.sign(self.at(0.0)[0]) * np.eye(2)[0] if is_planar else None
+        return [("moment", self.node, sign)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +117,16 @@ class DistributedForce(TimeDependentValue):
     def shape(self) -> tuple[int, ...]:
         """Shape of a value: (dim,), or () along the axis of a cable in space."""
         return _components(self.beam, self.follow)
+
+    @property
+    def marks(self) -> Marks:
+        """Symbols in pictures at some nodes of its body, with directions at t = 0."""
+        body, value, arcs = self.beam, self.at(0.0), getattr(self.beam, "arcs", None)
+        factors = np.ones(body.n_nodes) if arcs is None else self.factors(arcs)
+        has_direction = not self.follow and (self.along is None or arcs is not None)
+        for node in np.unique(np.linspace(0, body.n_nodes - 1, MAX_ARROWS).astype(int)).tolist():
+            direction = direction_of(factors[node] * value) if has_direction else None
+            yield "force", body.node(node), direction
 
     def factors(self, arcs: Vector) -> Vector:
         """Return the factor at arc coordinates [m], of any shape [-].
@@ -141,11 +165,17 @@ class ChangingGravity(TimeDependentValue):
     value: Value
     unit = "m/s2"
     what = "the changing gravity"
+    marks: Marks = ()
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of a value, (dim,)."""
         return (self.dim,)
+
+
+def direction_of(force: Vector) -> Vector:
+    """Return the unit vector of a force, zero of none."""
+    return force / (float(np.linalg.norm(force)) or 1.0)
 
 
 def _components(body: Body, follow: bool) -> tuple[int, ...]:

@@ -35,6 +35,7 @@ class Winch(Joint):
     drum: Joint | None = None
     radius: float = 0.0
     name = "winch"
+    constrains_directions = False
     has_multipliers = True
 
     def lower(self, builder: ConstraintBuilder) -> None:
