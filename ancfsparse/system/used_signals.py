@@ -9,7 +9,6 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.scene import Beam, Signal
-from ancfsparse.scene.mechanisms.prescribed_joint import RotatingVector
 from ancfsparse.scene.records.signal import Sum
 from ancfsparse.system.loads.amplitudes import FunctionAmplitude
 from ancfsparse.system.system import System
@@ -59,9 +58,7 @@ def signals_of(system: System) -> list[UsedSignal]:
         if isinstance(beam, Beam):
             followed += [(f"eigenstrain of {beam.name}", x, False) for x in beam.changing or ()]
     for motion in system.prescribed.courses:
-        value = motion.value
-        if isinstance(value.value, RotatingVector):
-            value = value.value.angle[0]
+        value = motion.source.value
         followed.append((value.what, value.value, True))
     return [
         UsedSignal(what, part, is_motion)

@@ -62,9 +62,9 @@ def rotating_vector(motion: PrescribedMotion, vector: Vector) -> PrescribedMotio
         return PrescribedValue(last.subject, 2, function, last.unit)
 
     if rate is None or second_rate is None:
-        return PrescribedMotion(derivative(angle), None, None)
+        return PrescribedMotion(derivative(angle), None, None, motion)
     return PrescribedMotion(
-        derivative(angle), derivative(angle, rate), derivative(angle, rate, second_rate)
+        derivative(angle), derivative(angle, rate), derivative(angle, rate, second_rate), motion
     )
 
 

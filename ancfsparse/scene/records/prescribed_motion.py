@@ -65,11 +65,19 @@ class PrescribedMotion:
         The position, length or angle.
     rate, second_rate : PrescribedValue or None
         Its derivatives; None to approximate them by differences.
+    angle : PrescribedMotion or None
+        The angle, if it is the motion of a vector that rotates.
     """
 
     value: PrescribedValue
     rate: PrescribedValue | None
     second_rate: PrescribedValue | None
+    angle: PrescribedMotion | None = None
+
+    @property
+    def source(self) -> PrescribedMotion:
+        """The motion that the user has prescribed."""
+        return self if self.angle is None else self.angle
 
 
 def define_motion(

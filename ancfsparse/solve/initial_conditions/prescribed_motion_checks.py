@@ -10,7 +10,6 @@ from ancfsparse.array_types import Vector
 from ancfsparse.checks import MAX_MAGNITUDE
 from ancfsparse.errors import InputError
 from ancfsparse.scene import Signal
-from ancfsparse.scene.mechanisms.prescribed_joint import RotatingVector
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion, PrescribedValue
 from ancfsparse.scene.records.signal import is_vectorized
 from ancfsparse.system import System
@@ -57,7 +56,9 @@ def check_prescribed_motions(system: System, t_end: float) -> None:
     for motion in system.prescribed.courses:
         if callable(motion.value.value) and not isinstance(motion.value.value, Signal):
             _check_smoothness(motion, system.t0, t_end)
-        values = [value for value in _parts(motion) if value is not None]
+        source = motion.source
+        parts = source.value, source.rate, source.second_rate
+        values = [value for value in parts if value is not None]
         for value, rate in pairwise(values):
             if isinstance(rate.value, Signal) or not is_vectorized(rate.value):
                 _check_rate(value, rate, system.t0, t_end)
@@ -156,14 +157,6 @@ def _locate_jump(
 
 def _accelerations(values: Vector, order: int, step: float) -> Vector:
     return np.diff(values, order) / step**order if order else values
-
-
-def _parts(motion: PrescribedMotion) -> tuple[PrescribedValue | None, ...]:
-    """Return the motion and its rates; if it rotates a vector, the angle and its rates."""
-    last = motion.value if motion.second_rate is None else motion.second_rate
-    if isinstance(last.value, RotatingVector):
-        return last.value.angle
-    return motion.value, motion.rate, motion.second_rate
 
 
 def _check_rate(value: PrescribedValue, rate: PrescribedValue, begin: float, end: float) -> None:
