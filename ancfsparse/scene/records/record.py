@@ -166,14 +166,7 @@ class Record:
         return replace(self, **{name: mapped(value, move) for name, value in self.given.items()})
 
     def project(self, handle: Any, plane: Plane) -> Record:
-        """Return the record for a planar scene.
-
-        Parameters
-        ----------
-        handle : object
-            The handle that was built from the record.
-        plane : Plane
-            The plane of the scene.
+        """Return the record for a planar scene; `handle` was built from it.
 
         Raises
         ------
@@ -182,13 +175,12 @@ class Record:
         """
         if self.planar is None:
             plane.refuse()
-        given = {name: (getattr(self, name), form) for name, form in self.planar.items()}
-        changes = {
-            name: plane.project(value, form)
-            for name, (value, form) in given.items()
-            if value is not None and not isinstance(value, BodyRef)
+        forms = {
+            name: form
+            for name, form in self.planar.items()
+            if not isinstance(getattr(self, name), BodyRef)
         }
-        return replace(self, **changes)
+        return replace(self, **{k: plane.project(getattr(self, k), forms[k]) for k in forms})
 
     def describe(self, at: At, made: Any) -> str:
         """Describe the arguments that determine the motion, for the digest of a scene.

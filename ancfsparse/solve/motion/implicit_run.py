@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -159,10 +160,10 @@ class ImplicitRun(FixedStepRun):
 
     def take_step(self, recovery: StepRecovery, outcome: Outcome) -> Outcome:
         """Take a failed step by a recovery; count and record it."""
-        stats, seconds, begin = self.stats, recovery.seconds, self._time_loop.steps
+        stats, begin, clock = self.stats, self._time_loop.steps, time.perf_counter()
         self.is_between_steps = False
         outcome = recovery.solve(stats.steps + 1, outcome)
-        stats.march_seconds += recovery.seconds - seconds
+        stats.march_seconds += time.perf_counter() - clock
         # A step can be taken, and the check of its energy stop the run.
         is_taken = self._time_loop.steps > begin and not recovery.is_inside_step
         if outcome == Outcome.CONVERGED or is_taken:

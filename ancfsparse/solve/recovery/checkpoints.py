@@ -137,33 +137,15 @@ class RepeatableRun(RecoverableRun, Protocol):
 
 
 class Failure(NamedTuple):
-    """Failure of the selected method, which is reported if Newton's method fails too.
+    """Failure of the selected method, which is reported if Newton's method fails too."""
 
-    Attributes
-    ----------
-    step : int
-        Number of the failed step, from 1.
-    report : FailedStep
-        Its outcome, and a record of the loops after it.
-    events : list of Event
-        Events before the repetition.
-    end : Checkpoint
-        Last state that is kept.
-    is_inside_step : bool
-        Whether that state lies inside a step, which was divided, and is not one of the run.
-    recorder : StateRecorder
-        Recorder of the run, with its states.
-    back : int
-        Number of steps before the first repeated one.
-    """
-
-    step: int
+    step: int  # number of the failed step, from 1
     report: FailedStep
-    events: list[Event]
-    end: Checkpoint
-    is_inside_step: bool
-    recorder: StateRecorder
-    back: int
+    events: list[Event]  # before the repetition
+    end: Checkpoint  # last state that is kept
+    is_inside_step: bool  # of that state, which is then not one of the run
+    recorder: StateRecorder  # of the run, with its states
+    back: int  # number of steps before the first repeated one
 
 
 class RepeatedSteps(Recovery):

@@ -8,7 +8,6 @@ continuation, and the next step with exact constraints removes the violation.
 
 from __future__ import annotations
 
-import time
 import warnings
 
 import numpy as np
@@ -52,7 +51,6 @@ class CompliantConstraints(StepRecovery):
         """Advance the time loop by a step; parameters as of `attempt`."""
         self.steps_to_projection = 0
         loads = inputs_at(self._system, np.array([self._clock.at(step)]))
-        clock = time.perf_counter()
         if self._is_near():
             for ratio in COMPLIANCES:
                 self._soften(ratio)
@@ -60,12 +58,10 @@ class CompliantConstraints(StepRecovery):
                 self._soften(0.0)
                 if crossed is not None:
                     self.steps_to_projection = 1
-                    self.seconds += time.perf_counter() - clock
                     return crossed
         self._iteration.yields = False
         outcome = self._advance(step, loads)
         self._iteration.yields = True
-        self.seconds += time.perf_counter() - clock
         return outcome
 
     def project_velocities(self, t: float) -> int:
@@ -161,10 +157,3 @@ class CompliantConstraints(StepRecovery):
         self._largest = max(self._largest, violation)
         self._record(step, COMPLIANT_STEP, cause, rate)
         return outcome
-
-    def _advance(self, step: int, loads: Vector) -> Outcome:
-        n, m = self._system.n_all, self._system.n_multipliers
-        unused = [np.empty((1, width)) for width in (n, n, n, m)]
-        self._iteration.step = step - 1
-        _, code = self._time_loop.advance(self._iteration, 1, loads, 2, 0, *unused)
-        return Outcome(code)

@@ -6,6 +6,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
+import numpy as np
+
+from ancfsparse.array_types import Vector
 from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import TimeGrid
 from ancfsparse.nonlinear import Outcome
@@ -70,8 +73,6 @@ class StepRecovery(Recovery):
 
     Attributes
     ----------
-    seconds : float
-        Time of the compiled loop [s].
     is_inside_step : bool
         Whether the time loop is inside a step, in a state that is not one of the run.
     steps_to_projection : int
@@ -83,11 +84,19 @@ class StepRecovery(Recovery):
 
     def __init__(self, run: RecoverableRun) -> None:
         super().__init__(run)
-        self._integrator, self.seconds = run.integrator, 0.0
+        self._integrator = run.integrator
 
     def attempt(self, step: int, outcome: Outcome) -> Outcome:
         """Try to recover a step, and return its new outcome."""
         return self._run.take_step(self, outcome)
+
+    def _advance(self, step: int, loads: Vector) -> Outcome:
+        """Advance the time loop to the end of a step, or of a part of it."""
+        n, m = self._system.n_all, self._system.n_multipliers
+        unused = [np.empty((1, width)) for width in (n, n, n, m)]
+        self._iteration.step = step - 1
+        _, code = self._time_loop.advance(self._iteration, 1, loads, 2, 0, *unused)
+        return Outcome(code)
 
     @abstractmethod
     def solve(self, step: int, outcome: Outcome) -> Outcome:

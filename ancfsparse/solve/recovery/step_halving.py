@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 
 from ancfsparse.nonlinear import Outcome
@@ -38,8 +36,6 @@ class StepHalving(StepRecovery):
         cause, rate, level, remaining = outcome, self._iteration.contraction, 0, 1
         # Compliant constraints are tried for whole steps only: a part goes on to Newton's method.
         yields, self._iteration.yields = self._iteration.yields, False
-        n, m = self._system.n_all, self._system.n_multipliers
-        unused = [np.empty((1, width)) for width in (n, n, n, m)]
         while remaining and outcome in RECOVERABLE_OUTCOMES and level < self._limit:
             level, remaining = level + 1, 2 * remaining
             self._iteration.halves = level < self._limit
@@ -47,14 +43,9 @@ class StepHalving(StepRecovery):
             self._change(dt)
             outcome = Outcome.CONVERGED
             while remaining and outcome == Outcome.CONVERGED:
-                self._iteration.step = step - 1
                 remaining -= 1
                 when = np.array([self._clock.at(step) - dt * remaining])
-                loads = inputs_at(self._system, when)
-                clock = time.perf_counter()
-                _, code = self._time_loop.advance(self._iteration, 1, loads, 2, 0, *unused)
-                self.seconds += time.perf_counter() - clock
-                outcome = Outcome(code)
+                outcome = self._advance(step, inputs_at(self._system, when))
                 self.short_steps += outcome == Outcome.CONVERGED
             remaining += outcome != Outcome.CONVERGED
         self._iteration.halves, self._iteration.yields = True, yields
