@@ -5,19 +5,14 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.cli.app import main
-    from ancfsparse.cli.planned import ELEMENTS, ERROR, compare_with_paper, plan_scene
-    from ancfsparse.cli.problem import list_problems, run_problem
-
-__all__ = [
-    "ELEMENTS",
-    "ERROR",
-    "compare_with_paper",
-    "list_problems",
-    "main",
-    "plan_scene",
-    "run_problem",
-]
+    from ancfsparse.cli.app import main as main
+    from ancfsparse.cli.planned import (
+        ELEMENTS as ELEMENTS,
+        ERROR as ERROR,
+        compare_with_paper as compare_with_paper,
+        plan_scene as plan_scene,
+    )
+    from ancfsparse.cli.problem import list_problems as list_problems, run_problem as run_problem
 
 __getattr__ = on_demand(
     __name__,

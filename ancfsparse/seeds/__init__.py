@@ -3,28 +3,16 @@
 from typing import TYPE_CHECKING, TypeAlias
 
 from ancfsparse.on_demand import on_demand
-from ancfsparse.seeds.complete.sparse_seed import SparseSeed, fill_of
+from ancfsparse.seeds.complete.sparse_seed import SparseSeed as SparseSeed, fill_of as fill_of
 
 if TYPE_CHECKING:
-    from ancfsparse.seeds.coupled.coupled_seed import CoupledSeed
-    from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed
-    from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed
-    from ancfsparse.seeds.incomplete.sliding_modes import Slides
-    from ancfsparse.seeds.ordering.unknown_groups import Fill, Groups
+    from ancfsparse.seeds.coupled.coupled_seed import CoupledSeed as CoupledSeed
+    from ancfsparse.seeds.incomplete.deflated_gradients import DeflatedSeed as DeflatedSeed
+    from ancfsparse.seeds.incomplete.incomplete_seed import IncompleteSeed as IncompleteSeed
+    from ancfsparse.seeds.incomplete.sliding_modes import Slides as Slides
+    from ancfsparse.seeds.ordering.unknown_groups import Fill as Fill, Groups as Groups
 
     Seed: TypeAlias = SparseSeed | IncompleteSeed
-
-__all__ = [
-    "CoupledSeed",
-    "DeflatedSeed",
-    "Fill",
-    "Groups",
-    "IncompleteSeed",
-    "Seed",
-    "Slides",
-    "SparseSeed",
-    "fill_of",
-]
 
 __getattr__ = on_demand(
     __name__,

@@ -6,28 +6,23 @@ from ancfsparse.on_demand import on_demand
 from ancfsparse.scene import Scene
 
 if TYPE_CHECKING:
-    from ancfsparse.results.export.csv_table import write_csv
-    from ancfsparse.results.export.gltf import write_gltf
-    from ancfsparse.results.export.hdf5_writer import Writer
-    from ancfsparse.results.export.labelled_tables import make_dataset, make_frame
-    from ancfsparse.results.export.report.live_view import LiveView
-    from ancfsparse.results.export.report.notebook import show_run, show_scene
-    from ancfsparse.results.export.report.report import write_report
-    from ancfsparse.results.export.vtkhdf import write_motion, write_vtk
-
-__all__ = [
-    "LiveView",
-    "Writer",
-    "make_dataset",
-    "make_frame",
-    "show_run",
-    "show_scene",
-    "write_csv",
-    "write_gltf",
-    "write_motion",
-    "write_report",
-    "write_vtk",
-]
+    from ancfsparse.results.export.csv_table import write_csv as write_csv
+    from ancfsparse.results.export.gltf import write_gltf as write_gltf
+    from ancfsparse.results.export.hdf5_writer import Writer as Writer
+    from ancfsparse.results.export.labelled_tables import (
+        make_dataset as make_dataset,
+        make_frame as make_frame,
+    )
+    from ancfsparse.results.export.report.live_view import LiveView as LiveView
+    from ancfsparse.results.export.report.notebook import (
+        show_run as show_run,
+        show_scene as show_scene,
+    )
+    from ancfsparse.results.export.report.report import write_report as write_report
+    from ancfsparse.results.export.vtkhdf import (
+        write_motion as write_motion,
+        write_vtk as write_vtk,
+    )
 
 __getattr__ = on_demand(
     __name__,

@@ -5,36 +5,24 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.force_elements.beam_contacts import BeamContact, check_pairs
+    from ancfsparse.scene.force_elements.beam_contacts import (
+        BeamContact as BeamContact,
+        check_pairs as check_pairs,
+    )
     from ancfsparse.scene.force_elements.contact_checks import (
-        check_bodies,
-        check_contact,
-        check_law,
-        check_on,
-        radius_of,
+        check_bodies as check_bodies,
+        check_contact as check_contact,
+        check_law as check_law,
+        check_on as check_on,
+        radius_of as radius_of,
     )
     from ancfsparse.scene.force_elements.fixed_ends import (
-        describe_left_out,
-        fixed_points,
-        is_left_out,
-        joined_points,
-        near_elements,
+        describe_left_out as describe_left_out,
+        fixed_points as fixed_points,
+        is_left_out as is_left_out,
+        joined_points as joined_points,
+        near_elements as near_elements,
     )
-
-__all__ = [
-    "BeamContact",
-    "check_bodies",
-    "check_contact",
-    "check_law",
-    "check_on",
-    "check_pairs",
-    "describe_left_out",
-    "fixed_points",
-    "is_left_out",
-    "joined_points",
-    "near_elements",
-    "radius_of",
-]
 
 __getattr__ = on_demand(
     __name__,

@@ -5,32 +5,21 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.mechanisms.gear import Gear
-    from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint
-    from ancfsparse.scene.mechanisms.sliding_joint import Slide, elements_under
-    from ancfsparse.scene.mechanisms.two_body_joint import (
-        Cylindrical,
-        Prismatic,
-        Revolute,
-        TwoBodyJoint,
-        Universal,
+    from ancfsparse.scene.mechanisms.gear import Gear as Gear
+    from ancfsparse.scene.mechanisms.prescribed_joint import PrescribedJoint as PrescribedJoint
+    from ancfsparse.scene.mechanisms.sliding_joint import (
+        Slide as Slide,
+        elements_under as elements_under,
     )
-    from ancfsparse.scene.mechanisms.weld import Weld
-    from ancfsparse.scene.mechanisms.winch import Winch
-
-__all__ = [
-    "Cylindrical",
-    "Gear",
-    "PrescribedJoint",
-    "Prismatic",
-    "Revolute",
-    "Slide",
-    "TwoBodyJoint",
-    "Universal",
-    "Weld",
-    "Winch",
-    "elements_under",
-]
+    from ancfsparse.scene.mechanisms.two_body_joint import (
+        Cylindrical as Cylindrical,
+        Prismatic as Prismatic,
+        Revolute as Revolute,
+        TwoBodyJoint as TwoBodyJoint,
+        Universal as Universal,
+    )
+    from ancfsparse.scene.mechanisms.weld import Weld as Weld
+    from ancfsparse.scene.mechanisms.winch import Winch as Winch
 
 __getattr__ = on_demand(
     __name__,

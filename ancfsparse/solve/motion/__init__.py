@@ -8,18 +8,15 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.solve.motion.checkpoint_files import describe_request, pack
-    from ancfsparse.solve.motion.error_controlled_run import ErrorControlledRun
-    from ancfsparse.solve.motion.explicit_run import ExplicitRun
-    from ancfsparse.solve.motion.implicit_run import ImplicitRun
-
-__all__ = [
-    "ErrorControlledRun",
-    "ExplicitRun",
-    "ImplicitRun",
-    "describe_request",
-    "pack",
-]
+    from ancfsparse.solve.motion.checkpoint_files import (
+        describe_request as describe_request,
+        pack as pack,
+    )
+    from ancfsparse.solve.motion.error_controlled_run import (
+        ErrorControlledRun as ErrorControlledRun,
+    )
+    from ancfsparse.solve.motion.explicit_run import ExplicitRun as ExplicitRun
+    from ancfsparse.solve.motion.implicit_run import ImplicitRun as ImplicitRun
 
 __getattr__ = on_demand(
     __name__,

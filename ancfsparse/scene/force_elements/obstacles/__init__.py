@@ -5,45 +5,35 @@ from typing import TYPE_CHECKING
 from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from ancfsparse.scene.force_elements.obstacles.basic_obstacles import Ball, Drum, HalfSpace
+    from ancfsparse.scene.force_elements.obstacles.basic_obstacles import (
+        Ball as Ball,
+        Drum as Drum,
+        HalfSpace as HalfSpace,
+    )
     from ancfsparse.scene.force_elements.obstacles.distance_grids import (
-        fit_spline,
-        interpolate,
-        sampled_core,
-        smallest_bend,
+        fit_spline as fit_spline,
+        interpolate as interpolate,
+        sampled_core as sampled_core,
+        smallest_bend as smallest_bend,
     )
-    from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle
-    from ancfsparse.scene.force_elements.obstacles.obstacle_types import OBSTACLE_TYPES
+    from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle as Obstacle
+    from ancfsparse.scene.force_elements.obstacles.obstacle_types import (
+        OBSTACLE_TYPES as OBSTACLE_TYPES,
+    )
     from ancfsparse.scene.force_elements.obstacles.sampled_obstacles import (
-        HeightField,
-        SampledObstacle,
-        TriangleMesh,
+        HeightField as HeightField,
+        SampledObstacle as SampledObstacle,
+        TriangleMesh as TriangleMesh,
     )
-    from ancfsparse.scene.force_elements.obstacles.solid_obstacles import Block, Capsule, Torus
+    from ancfsparse.scene.force_elements.obstacles.solid_obstacles import (
+        Block as Block,
+        Capsule as Capsule,
+        Torus as Torus,
+    )
     from ancfsparse.scene.force_elements.obstacles.surface_distances import (
-        distances_to_surface,
-        winding_numbers,
+        distances_to_surface as distances_to_surface,
+        winding_numbers as winding_numbers,
     )
-
-__all__ = [
-    "OBSTACLE_TYPES",
-    "Ball",
-    "Block",
-    "Capsule",
-    "Drum",
-    "HalfSpace",
-    "HeightField",
-    "Obstacle",
-    "SampledObstacle",
-    "Torus",
-    "TriangleMesh",
-    "distances_to_surface",
-    "fit_spline",
-    "interpolate",
-    "sampled_core",
-    "smallest_bend",
-    "winding_numbers",
-]
 
 __getattr__ = on_demand(
     __name__,
