@@ -58,21 +58,15 @@ def reduce_to_plane(scene: Scene) -> PlanarScene | None:
         return None
     try:
         plane = _plane(scene)
-        built = [(scene.record_of(handle), handle) for handle in _handles(scene)]
-        records = [record.project(handle, plane) for record, handle in built]
+        every = (*scene.bodies, *scene.joints, *scene.loads, *scene.attachments)
+        handles = {id(scene.record_of(handle)): handle for handle in every}
+        records = [record.project(handles[id(record)], plane) for record in scene.records]
         flat = Scene(gravity=plane.into(scene.gravity))
         for record in records:
             record.build(flat)
     except (LeavesPlaneError, InputError, LoadError):
         return None
     return PlanarScene(flat, plane)
-
-
-def _handles(scene: Scene) -> list[Any]:
-    """Return all handles in the order of their creation."""
-    every = [*scene.bodies, *scene.joints, *scene.loads, *scene.attachments]
-    number = {id(record): k for k, record in enumerate(scene.records)}
-    return sorted(every, key=lambda handle: number[id(scene.record_of(handle))])
 
 
 def _plane(scene: Scene) -> Plane:

@@ -26,31 +26,15 @@ MIN_REPEATED_CHUNK = 100  # steps, at least half of which are repeated
 
 
 class Checkpoint(NamedTuple):
-    """State of a run after a step, with all data that its next steps depend on.
+    """State of a run after a step, with all data that its next steps depend on."""
 
-    Attributes
-    ----------
-    step : int
-        Number of steps taken before this state.
-    state : tuple of float arrays
-        Coordinates, velocities, accelerations and multipliers.
-    memory : dict
-        Memory of the time loop, copied.
-    contributions : (k,) float
-        Internal variables of contributions.
-    solver : (14,) float
-        Memory of the nonlinear loop; empty without one.
-    next_projection, projection_interval : int
-        Step after which velocities are projected next, and the steps between (`ImplicitRun`).
-    """
-
-    step: int
-    state: tuple[Vector, Vector, Vector, Vector]
-    memory: dict[str, Any]
-    contributions: Vector
-    solver: Vector
-    next_projection: int = 0
-    projection_interval: int = 0
+    step: int  # number of steps taken before
+    state: tuple[Vector, Vector, Vector, Vector]  # coordinates, their rates, and multipliers
+    memory: dict[str, Any]  # of the time loop, copied
+    contributions: Vector  # their internal variables, (k,)
+    solver: Vector  # memory of the nonlinear loop, (14,); empty without one
+    next_projection: int = 0  # step after which velocities are projected (`ImplicitRun`)
+    projection_interval: int = 0  # steps between projections
 
 
 def save(

@@ -46,31 +46,15 @@ DIFFERENCE_STEP = 1e-6  # step of finite differences over the size of an unknown
 
 
 class ImplicitSetup(NamedTuple):
-    """Parts of an implicit run.
-
-    Attributes
-    ----------
-    time_loop, iteration
-        Compiled loops of the integrator and of the nonlinear solver.
-    seed : Seed
-        The initial inverse of corrections.
-    criterion : ConvergenceCriterion
-        Convergence criterion of a step.
-    why : str
-        The method, with the reason for its choice.
-    a : (n_all,) float
-        Accelerations at the start [m/s2, 1/s2].
-    back : SwitchToDirect or None
-        Comparison with a complete seed, if an incomplete one was selected by "auto".
-    """
+    """Parts of an implicit run."""
 
     time_loop: ControlledLoop
     iteration: NonlinearLoop
-    seed: Seed
-    criterion: ConvergenceCriterion
-    why: str
-    a: Vector
-    back: preparation.SwitchToDirect | None
+    seed: Seed  # the initial inverse of corrections
+    criterion: ConvergenceCriterion  # of a step
+    why: str  # the method, with the reason for its choice
+    a: Vector  # accelerations at the start, (n_all,) [m/s2, 1/s2]
+    back: preparation.SwitchToDirect | None  # if an incomplete seed was selected by "auto"
 
 
 def prepare_implicit(
