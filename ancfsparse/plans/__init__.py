@@ -6,17 +6,14 @@ from ancfsparse.on_demand import on_demand
 
 if TYPE_CHECKING:
     from ancfsparse.plans.planning import Plan, plan
-    from ancfsparse.plans.quantities.functions import (
-        energy,
-        frequency,
+    from ancfsparse.plans.quantities.point_motions import (
         position,
-        reaction,
-        section_force,
         slope_angle,
         static_deflection,
-        strain,
         velocity,
     )
+    from ancfsparse.plans.quantities.scene_values import energy, frequency
+    from ancfsparse.plans.quantities.section_forces import reaction, section_force, strain
 
 __all__ = [
     "Plan",
@@ -36,7 +33,8 @@ __getattr__ = on_demand(
     __name__,
     {
         "planning": "Plan plan",
-        "quantities.functions": "energy frequency position reaction section_force slope_angle "
-        "static_deflection strain velocity",
+        "quantities.point_motions": "position slope_angle static_deflection velocity",
+        "quantities.scene_values": "energy frequency",
+        "quantities.section_forces": "reaction section_force strain",
     },
 )

@@ -55,9 +55,8 @@ from ancfsparse.plans.execution.validity_range import validity_range
 from ancfsparse.plans.execution.verification import measure_errors
 from ancfsparse.plans.models.model import open_bodies, refine_given_meshes
 from ancfsparse.plans.models.planar_reduction import PlanarScene, reduce_to_plane
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.quantity import AtPoint, Quantity
-from ancfsparse.plans.quantities.tolerances import Goal, check_goals
+from ancfsparse.plans.quantities.quantity import Quantity
+from ancfsparse.plans.quantities.tolerances import Goal, check_goals, check_quantities
 from ancfsparse.plans.selection.confirmation_run import confirm_selection
 from ancfsparse.plans.selection.method_selection import Selection, select_method
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
@@ -228,10 +227,8 @@ def _no_complete_run(first: Quantity, failure: StepError) -> PlanError:
 
 def _is_off_axis(goal: Goal) -> bool:
     """Return True for a point off the axis of a beam, which has no planar form."""
-    quantity = goal.quantity
-    return isinstance(quantity, AtPoint) and bool(
-        quantity.point.offsets and quantity.point.beam.n_elements
-    )
+    point = goal.quantity.point
+    return point is not None and bool(point.offsets and point.beam.n_elements)
 
 
 def _plan(

@@ -3,8 +3,7 @@
 import numpy as np
 
 import ancfsparse as ancf
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
+from ancfsparse.plans.quantities.tolerances import check_goals, check_quantities
 from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 
 DAMPED = ancf.GeneralizedAlpha(0.9)

@@ -21,7 +21,6 @@ from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
 from ancfsparse.plans.discretization_error.run_estimates import elements_of
-from ancfsparse.plans.quantities.quantity import Reaction, SectionForceAt
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
@@ -56,7 +55,7 @@ def check_initial_force(trials: TrialRuns, reference_run: TrialRun) -> None:
                     and elements_of(run) < n_elements), None)  # fmt: skip
     for i, goal in enumerate(trials.goals):
         quantity = goal.quantity
-        if quantity.at == "end" or not isinstance(quantity, Reaction | SectionForceAt):
+        if quantity.at == "end" or quantity.has_limit_at_start:
             continue
         if coarser is not None:
             forces = _initial_force(coarser, i), _initial_force(reference_run, i)

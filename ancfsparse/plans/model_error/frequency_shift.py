@@ -21,7 +21,6 @@ from ancfsparse.plans.model_error.section_energies import (
     rotary_energy,
     torsion_energy,
 )
-from ancfsparse.plans.quantities.quantity import Frequency
 from ancfsparse.results import Trajectory
 from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import ElasticBody, Scene
@@ -34,14 +33,14 @@ TWIST_MARGIN = 1.2  # lowest frequency of twist over the requested one, so that 
 SIGNS = {"shear": -1.0, "rotary inertia": -1.0, "torsion": 1.0, "bending": 1.0}
 
 
-def frequency_effects(scene: Scene, run: Trajectory, quantity: Frequency) -> dict[str, float]:
+def frequency_effects(scene: Scene, run: Trajectory, number: int) -> dict[str, float]:
     """Estimate the change of a natural frequency of cables and strings at an equilibrium [Hz].
 
     By effect, named as in `neglected_effects`.  The effect of torsion is the whole frequency if
     torsional vibrations, which cables lack, may precede it.
     """
-    lowest = _modes(scene, run, quantity.number)
-    i, frequencies = quantity.number - 1, lowest.frequencies
+    lowest = _modes(scene, run, number)
+    i, frequencies = number - 1, lowest.frequencies
     if frequencies[i] == 0.0:
         return {}
     shifts = [_shifts(scene, run, lowest, k) for k in range(len(lowest))]

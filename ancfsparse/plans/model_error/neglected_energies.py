@@ -24,13 +24,7 @@ from ancfsparse.plans.model_error.section_energies import (
     string_energies,
     torsion_energy,
 )
-from ancfsparse.plans.quantities.quantity import (
-    Frequency,
-    Position,
-    Quantity,
-    StaticDeflection,
-    Strain,
-)
+from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import Trajectory
 from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import ElasticBody, Scene
@@ -44,7 +38,6 @@ Change = Callable[[ElasticBody], dict[str, Any]]
 PROBE = 0.01  # relative change of stiffness or density, to measure the response of a quantity
 MAX_RESPONSE = 10.0  # of a quantity to such a change, over its size
 STRETCH_WEIGHT = 0.5  # an effect of all elements only matters above the tolerance, twice `enough`
-DISPLACED = Position, StaticDeflection
 MAX_STATES = 64  # in which energies of sections are evaluated
 
 
@@ -104,8 +97,8 @@ def neglected_effects(
     excess over the ratios above is added as a relative change of the variation of the quantity.
     Frequencies have their own estimates, `frequency_effects`.
     """
-    if isinstance(quantity, Frequency):
-        return frequency_effects(scene, run, quantity)
+    if quantity.mode_number is not None:
+        return frequency_effects(scene, run, quantity.mode_number)
     all_states, run = run, _thin_out(run)
     beams = [b for b in scene.beams if isinstance(b, ElasticBody)]
     cables = [b for b in beams if b.kind.is_cable]
@@ -129,7 +122,7 @@ def neglected_effects(
     if cables and not is_static:
         rotary = _rotary_ratio(run, cables, np.asarray(run.v))
     history = quantity.history(all_states)
-    size = _size(quantity, history)
+    size = quantity.response_size(history)
     response, stretch_response = size, size
     base = coarse or (all_states, quantity)
     softening = sum(each for name, each in ratios.items() if name != "stretch")
@@ -149,7 +142,7 @@ def neglected_effects(
         if solve is not None and STRETCH_WEIGHT * stretch_response * spread > enough:
             stretch_response = _response(*base, solve, _soften)
         effects["stretch"] = max(effects.get("stretch", 0.0), stretch_response * spread)
-        if isinstance(quantity, Strain):
+        if quantity.is_axial_strain and quantity.point is not None:
             of_point = [b for b in cables if b is quantity.point.beam]
             spreads = (strain_spread(run, b, quantity.point) for b in of_point)
             effects["stretch"] = max([effects["stretch"], *spreads])
@@ -177,7 +170,7 @@ def bending_effect(
     the quantity].
     """
     ratio, cut = _bending(_thin_out(run), bodies, loaded)
-    return _bending_effect(quantity, ratio * _size(quantity, quantity.history(run)), cut)
+    return _bending_effect(quantity, ratio * quantity.response_size(quantity.history(run)), cut)
 
 
 def _bending(
@@ -195,7 +188,7 @@ def _bending(
 
 def _bending_effect(quantity: Quantity, by_energy: float, cut: float) -> float:
     """Return the effect of bending on a quantity; on positions at least that of rounded kinks."""
-    return max(by_energy, cut) if isinstance(quantity, DISPLACED) else by_energy
+    return max(by_energy, cut) if quantity.is_displacement else by_energy
 
 
 def _change(quantity: Quantity, history: Vector, rounding: float) -> float:
@@ -291,12 +284,3 @@ def _soften_and_load(body: ElasticBody, soft: float, dense: float) -> dict[str, 
     material = changes.get("material", body.material)
     density = (1.0 + dense * PROBE) * body.material.density
     return changes | {"material": replace(material, density=density)}
-
-
-def _size(quantity: Quantity, history: Vector) -> float:
-    """Return the size of a quantity; of a position at least its displacement."""
-    size = quantity.size(history)
-    if isinstance(quantity, Position):
-        displacements = np.linalg.norm(history - quantity.point.position, axis=1)
-        size = max(size, float(displacements.max()))
-    return size

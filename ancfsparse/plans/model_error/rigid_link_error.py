@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.plans.quantities.quantity import Position, Quantity, Velocity
+from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam
 from ancfsparse.scene.bodies.rigid_body import RigidBody
@@ -83,10 +83,9 @@ def deflection_effect(deflected: float, beam: Beam, quantity: Quantity, run: Tra
     """
     history = quantity.history(run)
     path = float(np.linalg.norm(np.diff(history, axis=0), axis=1).sum())
-    direct = beam.length if isinstance(quantity, Position) else quantity.size(history)
-    if isinstance(quantity, Velocity):
-        direct += _lowest_frequency(beam) * beam.length
-    return deflected / beam.length * (direct + 0.5 * path)
+    size = 0.0 if quantity.is_displacement else quantity.size(history)
+    direct = quantity.change_by_vibration(deflected, _lowest_frequency(beam))
+    return direct + deflected / beam.length * (size + 0.5 * path)
 
 
 def _multipliers(run: Trajectory, rod: RigidBody) -> Vector:

@@ -12,6 +12,7 @@ from ancfsparse.errors import InputError, format_quantity
 from ancfsparse.messages import format_value
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import Trajectory
+from ancfsparse.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,32 @@ class Goal:
         unit = self.quantity.unit
         error = f"{100 * self.error:g} %" if self.relative else f"{self.error:g} {unit}".rstrip()
         return f"{self.quantity!r}, to {error}"
+
+
+def check_quantities(quantity: Any, scene: Scene) -> tuple[Quantity, ...]:
+    """Return one quantity or several as a tuple of quantities of the scene.
+
+    Raises
+    ------
+    InputError
+        If one is not a `Quantity`, there is none, or the scene does not have it.
+    """
+    given = quantity if isinstance(quantity, list | tuple) else (quantity,)
+    for each in given:
+        if not isinstance(each, Quantity):
+            raise InputError(
+                "quantity must be a Quantity, such as ancf.position(rod.end), or a list of them, "
+                f"got {format_value(each)}"
+            )
+        each.check(scene)
+    if given and len({each.is_static for each in given}) > 1:
+        raise InputError(
+            "quantities of a motion and of the equilibrium were given together: make a plan for "
+            "each kind"
+        )
+    if not given:
+        raise InputError("quantity is empty: give at least one, such as ancf.position(rod.end)")
+    return tuple(given)
 
 
 def check_goals(quantities: Sequence[Quantity], error: Any) -> tuple[Goal, ...]:

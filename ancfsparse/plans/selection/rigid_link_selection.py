@@ -18,7 +18,6 @@ from ancfsparse.plans.model_error.rigid_link_error import (
 )
 from ancfsparse.plans.models.model import RIGID, ElementChoice, coarse_count, open_bodies
 from ancfsparse.plans.models.rigid_links import rigid_candidates
-from ancfsparse.plans.quantities.quantity import AtPoint, EnergyOf, Position, Velocity
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
@@ -105,16 +104,13 @@ def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
 def _is_stiff(beam: Beam, goal: Goal, gravity: float) -> bool:
     """Return True if a beam may be rigid for a goal, which is not of its deformation."""
     quantity = goal.quantity
-    if isinstance(quantity, EnergyOf):
-        return quantity.part == "kinetic"
-    is_on_beam = isinstance(quantity, AtPoint) and quantity.point.beam is beam
-    if is_on_beam and not isinstance(quantity, Position | Velocity):
+    if not quantity.admits_rigid(beam):
         return False
     given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
     load = UNIFORM_LOAD_FACTOR * given["mass_per_length"] * gravity
     sag = load * beam.length**4 / given["bending_stiffness_z"]
     error = goal.error if goal.relative else goal.error / beam.length
-    return not isinstance(quantity, Position) or sag <= MAX_SAG_RATIO * error * beam.length
+    return not quantity.is_displacement or sag <= MAX_SAG_RATIO * error * beam.length
 
 
 def _bends_at_start(beam: Beam, trials: TrialRuns) -> bool:
@@ -131,8 +127,8 @@ def _bends_at_start(beam: Beam, trials: TrialRuns) -> bool:
     across = float(np.linalg.norm(scene.gravity - (scene.gravity @ along) * along))
     fraction = transverse_deflection(beam, across) / beam.length
     for goal in trials.goals:
-        is_position = isinstance(goal.quantity, Position)
-        is_on_beam = isinstance(goal.quantity, AtPoint) and goal.quantity.point.beam is beam
+        is_position = goal.quantity.is_displacement
+        is_on_beam = goal.quantity.point is not None and goal.quantity.point.beam is beam
         if goal.relative and (is_on_beam or not is_position):
             limit = goal.error * (2.0 if is_position else 1.0)
         elif is_position and not goal.relative:

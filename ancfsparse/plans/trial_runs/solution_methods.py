@@ -29,7 +29,7 @@ from ancfsparse.plans.model_error.quasi_static_error import (
     lowest_frequency,
     max_load_acceleration,
 )
-from ancfsparse.plans.quantities.quantity import EnergyOf, Position, Quantity, Reaction, Velocity
+from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.cost_model import STEP_OVERHEAD
 from ancfsparse.plans.trial_runs.load_resolution import (
@@ -142,7 +142,7 @@ class Statics(SolutionMethod):
         cls, system: System, t_end: float, goals: Sequence[Goal], start: str | None = None
     ) -> SolutionMethod | None:
         """Return it for a scene at rest with slow loads, and goals without velocities."""
-        if any(_depends_on_velocity(each.quantity) for each in goals):
+        if any(each.quantity.depends_on_velocity for each in goals):
             return None
         if system.v0.any():
             return None
@@ -188,11 +188,6 @@ class Statics(SolutionMethod):
     def __repr__(self) -> str:
         """Return its name."""
         return "statics at all times"
-
-
-def _depends_on_velocity(quantity: Quantity) -> bool:
-    kinetic = isinstance(quantity, EnergyOf) and quantity.part in ("kinetic", "total")
-    return kinetic or isinstance(quantity, Velocity)
 
 
 def _is_fast(system: System, t_end: float, rate: float, limit: float) -> bool:
@@ -246,7 +241,7 @@ class ModalSum(SolutionMethod):
         """Return it for small motions of a scene without prescribed motions."""
         if system.prescribed or not system.conservative:
             return None
-        if any(isinstance(each.quantity, Reaction) for each in goals):
+        if any(each.quantity.needs_equations for each in goals):
             return None
         about = _state(system.scene, start)
         equations = factor_equations(system, about)
@@ -372,4 +367,4 @@ def _relative_error(goal: Goal, size: float) -> float:
     """Return the tolerance relative to a motion of a size [m], if that is known."""
     if goal.relative:
         return goal.error
-    return goal.error / size if isinstance(goal.quantity, Position) and size > 0.0 else 1e-3
+    return goal.error / size if goal.quantity.is_displacement and size > 0.0 else 1e-3

@@ -22,7 +22,7 @@ from ancfsparse.plans.models.model import (
     element_counts,
 )
 from ancfsparse.plans.models.prolongation import prolongate
-from ancfsparse.plans.quantities.quantity import AtPoint, Quantity
+from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.choose_solver import select_solver
 from ancfsparse.plans.trial_runs.cost_model import RunCost, cost_of_run
@@ -156,8 +156,8 @@ class TrialRuns:
         """
         out: dict[str, tuple[float, ...]] = {}
         for quantity in (each.quantity for each in self.goals):
-            if isinstance(quantity, AtPoint) and quantity.order(SMOOTH_ORDER) < SMOOTH_ORDER:
-                point = quantity.point
+            point = quantity.point
+            if point is not None and quantity.order(SMOOTH_ORDER) < SMOOTH_ORDER:
                 size = point.beam.size
                 out[point.beam.name] = (*out.get(point.beam.name, ()), point.s / size)
         return out

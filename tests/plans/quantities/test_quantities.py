@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.quantities.functions import check_quantities
-from ancfsparse.plans.quantities.tolerances import check_goals
+from ancfsparse.plans.quantities.tolerances import check_goals, check_quantities
 from ancfsparse.plans.trial_runs.trial_runs import as_trajectory
 from ancfsparse.problems import pendulum
 from tests.beams import build_beam
