@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import product
 
 from ancfsparse.checks import check_choice
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.element_kind import (
-    ElementKind,
-    from_module,
-)
+from ancfsparse.kernels.element_kind import RIGID, ElementKind, from_module
 
 OPTIONS: dict[str, dict[str, tuple[str, ...]]] = {
     "string": {},
@@ -31,6 +29,52 @@ MODULES: dict[str, dict[int, str]] = {
     },
 }
 """Names of the modules of every element by dimension, with options as placeholders."""
+
+ORDERS = {"string": 2, "l2t2": 4, "thin": 4, "thick": 2, RIGID: 8}
+"""Orders of convergence of positions in the length of the elements (docs/accuracy.md).
+
+A rigid rod has no mesh, so its order limits no other.
+"""
+USER_ELEMENT_ORDER = 2  # lower bound for elements built outside this package
+
+
+@dataclass(frozen=True)
+class ElementChoice:
+    """Element with its options.
+
+    Attributes
+    ----------
+    name : str
+        As `Scene.add_beam` takes it.
+    options : mapping of str to str
+        Options that differ from their defaults.
+    neglects : frozenset of str
+        Effects that its energies lack.
+    """
+
+    name: str
+    options: Mapping[str, str] = field(default_factory=dict)
+    neglects: frozenset[str] = field(default=frozenset(), compare=False)
+
+    @property
+    def order(self) -> int:
+        """Order of convergence of positions in the length of the elements."""
+        return ORDERS[self.name]
+
+    def __str__(self) -> str:
+        """Write the element."""
+        return " ".join([f'"{self.name}"', *(f"{k}={v!r}" for k, v in self.options.items())])
+
+
+_SECTION_EFFECTS = frozenset({"shear", "torsion", "rotary inertia"})
+
+HIERARCHY = (
+    ElementChoice("string", {}, _SECTION_EFFECTS | {"bending"}),
+    ElementChoice("thin", {}, _SECTION_EFFECTS),
+    ElementChoice("thick", {"section_strain": "nodal"}, frozenset({"shear"})),
+    ElementChoice("thick", {"curvature": "section", "section_strain": "nodal"}),
+)
+"""Elements that plans choose from, from the cheapest to the richest, which neglects nothing."""
 
 CURVED: dict[str, tuple[int, ...]] = {"thin": (2,), "thick": (2, 3)}
 """Elements that have a form with a curved stress-free shape, and its dimensions.
@@ -63,6 +107,12 @@ def _forms(element: str, dim: int) -> tuple[str, ...]:
     """Return the ends of the names of an element's modules of one dimension."""
     table = {"_curved": CURVED, "_slack": SLACK}
     return "", *(form for form, having in table.items() if dim in having.get(element, ()))
+
+
+def convergence_order(element: object) -> int:
+    """Return the order of convergence of positions in the length of given elements."""
+    name = element if isinstance(element, str) else ""
+    return ORDERS.get(name, USER_ELEMENT_ORDER)
 
 
 def element_kind(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_grading import describe_gradings
 from ancfsparse.plans.execution.plan_data import Prediction
-from ancfsparse.plans.selection.element_hierarchy import SOURCE_NAMES
+from ancfsparse.plans.model_error.effects import SOURCE_NAMES
 from ancfsparse.scene import Scene
 
 

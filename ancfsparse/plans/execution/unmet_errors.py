@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ancfsparse.errors import ErrorNotMetWarning
 from ancfsparse.plans.execution.plan_data import PlanData, Prediction
-from ancfsparse.plans.selection.element_hierarchy import METHOD_EFFECTS, SOURCE_NAMES
+from ancfsparse.plans.model_error.effects import METHOD_EFFECTS, SOURCE_NAMES
 
 LARGER_ERROR = "or request a larger error"
 ADVICE = {

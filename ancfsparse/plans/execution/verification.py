@@ -6,11 +6,11 @@ import math
 from dataclasses import replace
 
 from ancfsparse.integrators import Explicit
+from ancfsparse.kernels.catalog import HIERARCHY
 from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.plans.execution.run_plan import run_once
 from ancfsparse.plans.models.model import (
     RIGID,
-    ElementChoice,
     Model,
     build_model,
     refine_given_meshes,
@@ -52,7 +52,7 @@ def refine_model(model: Model, dim: int) -> Model:
     """Return the model with finer meshes, and elements in place of rigid rods."""
     counts = {name: round(MESH_RATIO * n + 0.5) for name, n in model.counts.items()}
     rigid = [name for name, element in model.elements.items() if element == RIGID]
-    element = ElementChoice("thick" if dim == SPATIAL else "thin")
+    element = HIERARCHY[-1]
     return replace(
         model,
         elements={**model.elements, **dict.fromkeys(rigid, element)},

@@ -42,7 +42,6 @@ MAX_STATES = 64  # in which energies of sections are evaluated
 
 
 def neglected_effects(
-    scene: Scene,
     run: Trajectory,
     quantity: Quantity,
     solve: Solve | None = None,
@@ -53,12 +52,10 @@ def neglected_effects(
 
     Parameters
     ----------
-    scene : Scene
-        The scene of the run.
     run : Trajectory
         A motion, or a path of equilibria by `quasi_static`.
     quantity : Quantity
-        Of this scene.
+        Of its scene.
     solve : callable, optional
         Returns the solution of a changed scene, computed as `run` was.  A solution with slightly
         softer and denser material then shows the response of the quantity; otherwise the relative
@@ -97,6 +94,7 @@ def neglected_effects(
     excess over the ratios above is added as a relative change of the variation of the quantity.
     Frequencies have their own estimates, `frequency_effects`.
     """
+    scene = run.system.scene
     if quantity.mode_number is not None:
         return frequency_effects(scene, run, quantity.mode_number)
     all_states, run = run, _thin_out(run)

@@ -96,7 +96,7 @@ def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Vector:
     that is transported there from the other clamp without twist.
     """
     energy = np.zeros(len(run.t))
-    if not isinstance(body, Beam):
+    if not isinstance(body, Beam) or scene.dim == 2:
         return energy
     twisting = float(np.mean(body.stiffnesses()["torsion_stiffness"])) / body.length
     tangents = directions(run, body)

@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from ancfsparse.errors import InputError
+from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.models.graded_mesh import MeshGrading, part_counts, round_half_up
 from ancfsparse.plans.models.rigid_links import rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
@@ -16,46 +17,12 @@ from ancfsparse.scene.bodies.auto_element import decided
 from ancfsparse.scene.bodies.mesh import MeshSpec
 from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 
-
-@dataclass(frozen=True)
-class ElementChoice:
-    """Element with its options.
-
-    Attributes
-    ----------
-    name : str
-        As `Scene.add_beam` takes it.
-    options : mapping of str to str
-        Options that differ from their defaults.
-    order : int
-        Order of convergence of positions in the length of the elements.
-    """
-
-    name: str
-    options: Mapping[str, str] = field(default_factory=dict)
-    order: int = 4
-
-    def __str__(self) -> str:
-        """Write the element."""
-        return " ".join([f'"{self.name}"', *(f"{k}={v!r}" for k, v in self.options.items())])
-
-
 # Distance over the length of a beam below which two points share a node.  With elements of 1e-6 of
 # the length, rounding is as large as the loads, and equilibria of cables and beams are not found.
 MIN_NODE_DISTANCE = 1e-4
 MIN_LONGEST_COUNT = 4.0  # elements on the longest beam of the coarsest mesh
-RIGID = ElementChoice("rigid", {}, 8)
+RIGID = ElementChoice("rigid", neglects=frozenset({"flexibility"}))
 """A rigid rod in place of a beam, with its mass and inertia; it has no mesh."""
-ORDERS = {"string": 2, "l2t2": 4, "thin": 4, "thick": 2}
-"""Orders of positions in the length of the elements (docs/accuracy.md)."""
-USER_ELEMENT_ORDER = 2  # lower bound for elements built outside this package
-
-
-def convergence_order(element: object) -> int:
-    """Return the order of convergence of positions in the length of the elements."""
-    if isinstance(element, str):
-        return ORDERS.get(element, USER_ELEMENT_ORDER)
-    return USER_ELEMENT_ORDER
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ancfsparse.errors import PlanError, StepError
+from ancfsparse.kernels.catalog import convergence_order
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import (
     COARSEST_COUNT,
@@ -25,7 +26,7 @@ from ancfsparse.plans.discretization_error.refinement import (
 )
 from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, no_time_error
 from ancfsparse.plans.discretization_error.sampling_error import sampling_error
-from ancfsparse.plans.models.model import Model, coarse_count, convergence_order, open_bodies
+from ancfsparse.plans.models.model import Model, coarse_count, open_bodies
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod

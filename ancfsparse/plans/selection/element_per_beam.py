@@ -1,141 +1,89 @@
-"""Elements of single beams: beams that reject an element, and beams that may keep a cheaper one."""
+"""Modelling errors of all beams together and of single beams, for every quantity."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Callable, Sequence
 
-import numpy as np
-
-from ancfsparse.errors import InputError, LoadError
-from ancfsparse.plans.model_error.neglected_energies import bending_effect
+from ancfsparse.plans.model_error.effects import NEGLIGIBLE_FRACTION, Effects
+from ancfsparse.plans.model_error.neglected_energies import bending_effect, neglected_effects
 from ancfsparse.plans.model_error.section_energies import (
     loaded_nodes,
     rotary_energy,
     section_energies,
     torsion_energy,
 )
-from ancfsparse.plans.models.model import (
-    MIN_LONGEST_COUNT,
-    ElementChoice,
-    Model,
-    build_model,
-    coarse_count,
-    element_counts,
-)
-from ancfsparse.plans.selection.element_hierarchy import (
-    effects_neglected,
-    largest_negligible_set,
-    model_of,
-    open_beams,
-)
+from ancfsparse.plans.quantities.tolerances import Goal
+from ancfsparse.plans.selection.element_hierarchy import BENDING
+from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
+from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
+from ancfsparse.results import Trajectory
 from ancfsparse.scene import ElasticBody, Scene
 
-MAX_BEAMS = 64  # that are tried one by one
-SPATIAL = 3
 
+def estimate_effects(
+    trials: TrialRuns, trial: TrialRun, coarse_run: TrialRun | None = None
+) -> Effects:
+    """Estimate the modelling errors of a trial run by effect.
 
-def beams_rejecting(
-    scene: Scene,
-    element: ElementChoice,
-    other: ElementChoice,
-    fixed: Mapping[str, ElementChoice] | None = None,
-    build: Callable[[Model], Scene] | None = None,
-    n_longest: float | None = None,
-) -> list[str]:
-    """Return the automatic beams that reject an element while the others have another one.
-
-    The scene must admit the other element; `fixed`, `build` and `n_longest` as in `candidates`.
+    Where the response of quantities may matter, it is measured by a cheaper, coarse run, repeated
+    with changed compliance and density.
     """
-    fixed, build = dict(fixed or {}), build or partial(build_model, scene)
-    names = [name for name in open_beams(scene) if name not in fixed]
-    counts = element_counts(scene, n_longest or coarse_count(scene, MIN_LONGEST_COUNT))
-    if _is_admitted(build, model_of(scene, element, fixed).with_counts(counts)):
-        return []
-    if not 1 < len(names) <= MAX_BEAMS:
-        return names
-    return [
-        name
-        for name in names
-        if not _is_admitted(
-            build, model_of(scene, other, {**fixed, name: element}).with_counts(counts)
-        )
-    ]
+    scene = trial.run.system.scene
+    solve = None if coarse_run is None else _solver_like(trials, coarse_run)
+
+    def estimate(goal: Goal, tolerance: float) -> dict[str, float]:
+        quantity, coarse = goal.quantity.in_scene(scene), None
+        if coarse_run is not None:
+            run = coarse_run.run
+            coarse = run, goal.quantity.in_scene(run.system.scene)
+        enough = NEGLIGIBLE_FRACTION * tolerance
+        effects = neglected_effects(trial.run, quantity, solve, enough, coarse)
+        if isinstance(trials.integrator, SolutionMethod):
+            effects |= trials.integrator.neglected(trial.run, quantity)
+        return effects
+
+    return Effects(map(estimate, trials.goals, absolute_tolerances(trials.goals, trial)))
 
 
-def _is_admitted(build: Callable[[Model], Scene], model: Model) -> bool:
-    """Return True if a scene admits a model."""
-    try:
-        build(model)
-    except (InputError, LoadError):
-        return False
-    return True
+def _solver_like(trials: TrialRuns, trial: TrialRun) -> Callable[[Scene], Trajectory]:
+    """Return a function that solves changed scenes with the settings of a trial run."""
+    runs = trials.with_integrator(trial.integrator)
+    return lambda scene: runs.solve(scene, trial.steps, coarser=trial.run, solver=trial.solver)
 
 
-def beams_kept_as_cables(
-    trial: TrialRun,
-    names: Sequence[str],
-    effects: Sequence[Mapping[str, float]],
-    element: ElementChoice,
-    tolerances: Sequence[float],
-) -> tuple[list[str], list[dict[str, float]]]:
-    """Return the beams that may remain cables while others need richer elements, and their effects.
-
-    From a run in which they are cables by selection, and the effects of all of them together, for
-    every quantity [its unit].
-    """
-    fractions = _energy_fractions(trial, names)
-    total = [effects_neglected(each, element) for each in effects]
-    of_beams = {
-        name: [{k: fractions[name].get(k, 1.0) * v for k, v in each.items()} for each in total]
-        for name in names
-    }
-    return largest_negligible_set(of_beams, tolerances)
+def estimate_bending(trials: TrialRuns, trial: TrialRun, names: Sequence[str]) -> Effects:
+    """Estimate the modelling error of some beams as strings, from a run with bending."""
+    scene = trial.run.system.scene
+    bodies = [body for body in map(scene.body, names) if isinstance(body, ElasticBody)]
+    loaded = loaded_nodes(scene)
+    return Effects(
+        {BENDING: bending_effect(trial.run, bodies, each.quantity.in_scene(scene), loaded)}
+        for each in trials.goals
+    )
 
 
-def _energy_fractions(trial: TrialRun, names: Sequence[str]) -> dict[str, dict[str, float]]:
-    """Return the fraction of every beam in the energies that cables neglect, by effect."""
-    run = trial.run
-    scene = run.system.scene
+def divide_among_beams(
+    trial: TrialRun, names: Sequence[str], effects: Effects
+) -> dict[str, Effects]:
+    """Divide effects among beams that are cables in a run, in proportion to neglected energies."""
+    run, scene = trial.run, trial.run.system.scene
     energies: dict[str, dict[str, float]] = {}
     for name in names:
         body = scene.body(name)
         assert isinstance(body, ElasticBody)
-        values = {
-            "shear": section_energies(run, body).shear,
-            "rotary inertia": rotary_energy(run, body),
+        energies[name] = {
+            "shear": float(section_energies(run, body).shear.max()),
+            "rotary inertia": float(rotary_energy(run, body).max()),
+            "torsion": float(torsion_energy(scene, run, body).max()),
         }
-        if scene.dim == SPATIAL:
-            values["torsion"] = torsion_energy(scene, run, body)
-        energies[name] = {effect: float(np.max(value)) for effect, value in values.items()}
-    out: dict[str, dict[str, float]] = {name: {} for name in names}
-    for effect in next(iter(energies.values()), {}):
-        total = sum(each[effect] for each in energies.values())
-        for name in names:
-            # At rest without stress, as for frequencies, the beams cannot be distinguished.
-            out[name][effect] = energies[name][effect] / total if total > 0.0 else 1.0
-    return out
 
+    def fraction(name: str, effect: str) -> float:
+        # At rest without stress, as for frequencies, the beams cannot be distinguished.
+        total = sum(each.get(effect, 0.0) for each in energies.values())
+        return energies[name][effect] / total if total > 0.0 else 1.0
 
-def beams_without_bending(
-    trials: TrialRuns,
-    trial: TrialRun,
-    names: Sequence[str],
-    tolerances: Sequence[float],
-    fraction: float,
-) -> list[str]:
-    """Return beams whose bending together changes quantities by less than a fraction of tolerances.
-
-    From a run with cables; tolerances in the units of the quantities.
-    """
-    scene = trial.run.system.scene
-    quantities = [each.quantity.in_scene(scene) for each in trials.goals]
-    effects, loaded = {}, loaded_nodes(scene)
-    for name in names:
-        body = scene.body(name)
-        assert isinstance(body, ElasticBody)
-        effects[name] = [
-            {"bending": bending_effect(trial.run, [body], q, loaded)} for q in quantities
-        ]
-    return largest_negligible_set(effects, tolerances, fraction)[0]
+    return {
+        name: Effects({k: fraction(name, k) * v for k, v in each.items()} for each in effects)
+        for name in names
+    }

@@ -6,29 +6,27 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ancfsparse.errors import InputError, LoadError, PlanError, StepError
+from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
-from ancfsparse.plans.models.model import ElementChoice
+from ancfsparse.plans.model_error.effects import (
+    METHOD_EFFECTS,
+    NEGLIGIBLE_FRACTION,
+    Effects,
+    largest_negligible_set,
+)
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
-    NEGLIGIBLE_FRACTION,
     STRING,
+    beams_rejecting,
     candidates,
-    cheapest_sufficient,
-    effects_neglected,
-    estimate_bending,
-    estimate_effects,
-    floors,
-    is_sufficient,
-    method_effects,
     model_of,
     open_beams,
-    reachable_tolerances,
 )
 from ancfsparse.plans.selection.element_per_beam import (
-    beams_kept_as_cables,
-    beams_rejecting,
-    beams_without_bending,
+    divide_among_beams,
+    estimate_bending,
+    estimate_effects,
 )
 from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns
 from ancfsparse.scene import Scene
@@ -60,52 +58,63 @@ def select_elements(
     InputError
         If the scene admits no element.
     """
-    fixed, richer = dict(fixed or {}), [CABLE]
-    scene, coarse = trials.scene, trials.first[0]
+    fixed, scene = dict(fixed or {}), trials.scene
+    richer = [CABLE]
     rejected: dict[str, str] = {}
-    if beams_rejecting(scene, CABLE, CABLE, fixed, trials.build, coarse):
+    if beams_rejecting(trials, CABLE, CABLE, fixed):
         fixed, richer, rejected = _elements_without_cables(trials, fixed)
     # The modelling error of a thick beam is not estimated, so without cables the richest is used.
     first = CABLE if CABLE in richer else richer[-1]
     error_model = search(trials, model_of(scene, first, fixed), finer, fixed_steps)
     effects = estimate_effects(trials, error_model.reference_run, error_model.coarse_run)
-    tolerances = reachable_tolerances(effects, error_model.tolerances)
-    if richer == [CABLE] and not is_sufficient(CABLE, effects, tolerances):
-        elements, rejected = candidates(scene, fixed, trials.build, coarse)
+    reachable = list(map(max, error_model.tolerances, effects.floors))
+    if richer == [CABLE] and not effects.only(CABLE.neglects).is_negligible(reachable):
+        elements, rejected = candidates(trials, fixed)
         richer = [element for element in elements if element != STRING]
-    element = cheapest_sufficient(richer, first, effects, tolerances)
+    element = cheapest_sufficient(richer[richer.index(first) :], effects, reachable)
     why = _reasons(first, element, effects, error_model.tolerances, trials)
     why += [f"{name} is not possible: {reason}" for name, reason in rejected.items()]
-    names = [name for name in open_beams(scene) if name not in fixed]
-    errors = [effects_neglected(each, element) for each in effects]
+    neglected = effects.only(element.neglects)
     if element != first:
-        kept, kept_errors = beams_kept_as_cables(
-            error_model.reference_run, names, effects, first, tolerances
+        names = open_beams(scene, fixed)
+        of_beams = divide_among_beams(
+            error_model.reference_run, names, effects.only(first.neglects)
         )
+        kept, of_kept = largest_negligible_set(of_beams, reachable)
         fixed |= {name: element for name in names if name not in kept}
-        model = model_of(scene, first, fixed)
-        error_model = search(trials, model, finer, fixed_steps, error_model)
+        error_model = search(trials, model_of(scene, first, fixed), finer, fixed_steps, error_model)
         if kept:
             why.append(f"{' and '.join(kept)} may remain {first}")
-            names, errors = kept, kept_errors
+            neglected = of_kept
+    strings = None
     if first == CABLE:
         strings = _try_strings(trials, error_model, finer, fixed_steps, fixed)
-        if strings is not None and _rank(strings) < _rank(error_model):
-            of = [name for name, each in strings.model.elements.items() if each == STRING]
-            some = "" if len(of) == len(strings.model.elements) else f" for {' and '.join(of)}"
-            sentence = (
-                "neglecting bending changes the result by less than the tolerance, so string "
-                f"elements suffice{some}"
-            )
-            return strings, [sentence, *(why if some else why[1:])]
-        if strings is not None and _rank(strings)[0] <= 1.0:
-            ratio = _rank(strings)[1] / _rank(error_model)[1]
-            why.append(
-                f"strings would suffice too, but take {ratio:.2g} times the work: more elements"
-            )
-    error_model = replace(error_model, floors=floors(effects))
-    pairs = zip(errors, effects, strict=True)
-    return error_model.with_effects([own | method_effects(each) for own, each in pairs]), why
+    if strings is not None and _rank(strings) < _rank(error_model):
+        of = [name for name, each in strings.model.elements.items() if each == STRING]
+        some = "" if len(of) == len(strings.model.elements) else f" for {' and '.join(of)}"
+        sentence = (
+            "neglecting bending changes the result by less than the tolerance, so string "
+            f"elements suffice{some}"
+        )
+        return strings, [sentence, *(why if some else why[1:])]
+    if strings is not None and _rank(strings)[0] <= 1.0:
+        ratio = _rank(strings)[1] / _rank(error_model)[1]
+        why.append(f"strings would suffice too, but take {ratio:.2g} times the work: more elements")
+    return _add_effects(error_model, effects, neglected), why
+
+
+def cheapest_sufficient(
+    elements: Sequence[ElementChoice], effects: Effects, tolerances: Sequence[float]
+) -> ElementChoice:
+    """Return the cheapest of several elements with negligible modelling errors, or the richest."""
+    sufficient = (e for e in elements if effects.only(e.neglects).is_negligible(tolerances))
+    return next(sufficient, elements[-1])
+
+
+def _add_effects(error_model: ErrorModel, effects: Effects, neglected: Effects) -> ErrorModel:
+    """Return an error model with neglected effects, method errors included."""
+    own = replace(error_model, floors=effects.floors)
+    return own.with_effects(neglected + effects.only(METHOD_EFFECTS))
 
 
 def _elements_without_cables(
@@ -115,13 +124,12 @@ def _elements_without_cables(
 
     With the reasons for rejection.
     """
-    scene, coarse = trials.scene, trials.first[0]
-    elements, rejected = candidates(scene, fixed, trials.build, coarse)
+    elements, rejected = candidates(trials, fixed)
     if elements and elements[-1] != STRING:
-        stiff = beams_rejecting(scene, CABLE, elements[-1], fixed, trials.build, coarse)
-        if 0 < len(stiff) < len(open_beams(scene)) - len(fixed):
+        stiff = beams_rejecting(trials, CABLE, elements[-1], fixed)
+        if 0 < len(stiff) < len(open_beams(trials.scene, fixed)):
             fixed = fixed | dict.fromkeys(stiff, elements[-1])
-            elements, _ = candidates(scene, fixed, trials.build, coarse)
+            elements, _ = candidates(trials, fixed)
     if not elements:
         raise InputError(f"no element suits the scene: {next(iter(rejected.values()))}")
     return fixed, [element for element in elements if element != STRING] or elements, rejected
@@ -143,45 +151,26 @@ def _try_strings(
     is_done = cables.selected is not None and cables.excess(*cables.selected) <= 1.0
     if is_done and cables.optimal_work <= BASE_BUDGET:
         return None
-    scene = trials.scene
-    names = [name for name in open_beams(scene) if name not in fixed]
-    stiff = beams_rejecting(scene, STRING, CABLE, fixed, trials.build, trials.first[0])
-    able = [name for name in names if name not in stiff]
-    if not able:
-        return None
     run, tolerances = cables.reference_run, cables.tolerances
     factor = 1.0 if is_done else MAX_COARSE_RATIO
-    is_all = not stiff and _is_bending_negligible(estimate_bending(trials, run), tolerances, factor)
-    if not is_all and len(names) == 1:
-        return None
-    if not is_all:
-        able = beams_without_bending(trials, run, able, tolerances, factor * NEGLIGIBLE_FRACTION)
+    stiff = beams_rejecting(trials, STRING, CABLE, fixed)
+    able = [name for name in open_beams(trials.scene, fixed) if name not in stiff]
+    is_all = able and not stiff
+    if not is_all or not estimate_bending(trials, run, able).is_negligible(tolerances, factor):
+        of_beams = {name: estimate_bending(trials, run, [name]) for name in able}
+        able, _ = largest_negligible_set(of_beams, tolerances, factor)
     if not able:
         return None
-    model = model_of(scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
+    model = model_of(trials.scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})
     try:
-        error_model = search(trials, model, finer, fixed_steps, cables)
+        strings = search(trials, model, finer, fixed_steps, cables)
     except (StepError, PlanError, InputError, LoadError):
         return None  # cables suffice
-    effects = estimate_effects(trials, error_model.reference_run)
-    if not _is_bending_negligible(effects, error_model.tolerances):
+    effects = estimate_effects(trials, strings.reference_run)
+    neglected = effects.only(STRING.neglects)
+    if not neglected.is_negligible(strings.tolerances):
         return None
-    errors = [effects_neglected(each, STRING) | method_effects(each) for each in effects]
-    if len(able) < len(names):
-        pairs = zip(errors, error_model.tolerances, strict=True)
-        if any(sum(e.values()) > NEGLIGIBLE_FRACTION * tolerance for e, tolerance in pairs):
-            return None
-    return replace(error_model, floors=floors(effects)).with_effects(errors)
-
-
-def _is_bending_negligible(
-    effects: Sequence[Mapping[str, float]], tolerances: Sequence[float], factor: float = 1.0
-) -> bool:
-    """Return True if bending is negligible up to a factor."""
-    return all(
-        each.get("bending", 0.0) <= factor * NEGLIGIBLE_FRACTION * tolerance
-        for each, tolerance in zip(effects, tolerances, strict=True)
-    )
+    return _add_effects(strings, effects, neglected)
 
 
 def _rank(error_model: ErrorModel) -> tuple[float, float]:
@@ -192,27 +181,25 @@ def _rank(error_model: ErrorModel) -> tuple[float, float]:
 def _reasons(
     first: ElementChoice,
     element: ElementChoice,
-    effects: Sequence[Mapping[str, float]],
+    effects: Effects,
     tolerances: Sequence[float],
     trials: TrialRuns,
 ) -> list[str]:
     """Return the reasons for the selected element, in sentences."""
+    if first != CABLE:
+        return [f"{first} is the richest element that the scene admits"] * len(trials.goals)
     out = []
-    reachable = reachable_tolerances(effects, tolerances)
-    columns = zip(effects, tolerances, reachable, trials.goals, strict=True)
-    for each, tolerance, reached, goal in columns:
-        name, unit = goal.quantity.name, goal.quantity.unit
-        errors = effects_neglected(each, first)
+    neglected = effects.only(first.neglects)
+    columns = zip(neglected, tolerances, effects.floors, trials.goals, strict=True)
+    for errors, tolerance, floor, goal in columns:
+        name, unit, error = goal.quantity.name, goal.quantity.unit, sum(errors.values())
         parts = ", ".join(f"{effect} {value:.1e}" for effect, value in errors.items())
-        is_enough = sum(errors.values()) <= tolerance
-        enough = "sufficient" if is_enough else "as good as converged elements agree"
-        limit = NEGLIGIBLE_FRACTION * reached
-        if first != CABLE:
-            out.append(f"{first} is the richest element that the scene admits")
-        elif element == first:
+        limit = NEGLIGIBLE_FRACTION * max(tolerance, floor)
+        if element == first:
+            enough = "sufficient" if error <= tolerance else "as good as converged elements agree"
             effect = f"neglects {parts} {unit}" if parts else "neglects nothing"
             out.append(f"{first} is {enough} for the {name}: it {effect}".rstrip())
-        elif sum(errors.values()) > limit:
+        elif error > limit:
             out.append(
                 f"{first} is not sufficient for the {name}: it neglects {parts} {unit}, of which "
                 f"at most {limit:.1e} is acceptable, so {element} is used"

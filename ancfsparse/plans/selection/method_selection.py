@@ -10,18 +10,17 @@ import numpy as np
 from ancfsparse.errors import AncfError, InputError, LoadError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
+from ancfsparse.plans.model_error.effects import METHOD_EFFECTS, SOURCE_NAMES, Effects
 from ancfsparse.plans.model_error.quasi_static_error import lowest_frequency
 from ancfsparse.plans.models.model import Model, coarse_count, open_bodies
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.selection.element_hierarchy import (
     CABLE,
     SHEARED,
-    SOURCE_NAMES,
-    estimate_effects,
-    method_effects,
     model_of,
     open_beams,
 )
+from ancfsparse.plans.selection.element_per_beam import estimate_effects
 from ancfsparse.plans.selection.element_selection import select_elements
 from ancfsparse.plans.selection.explicit_alternative import select_explicit
 from ancfsparse.plans.selection.rigid_link_selection import select_rigid_links
@@ -191,7 +190,7 @@ def select_model(
     if not open_bodies(trials.scene) and not isinstance(trials.integrator, SolutionMethod):
         return error_model, []
     effects = estimate_effects(trials, error_model.reference_run, error_model.coarse_run)
-    errors = [method_effects(each) for each in effects]
+    errors = effects.only(METHOD_EFFECTS)
     return error_model.with_effects(errors), _describe_given_elements(trials, effects)
 
 
@@ -215,8 +214,7 @@ def _select_with_rigid_links(
     except (StepError, PlanError):
         return select_elements(trials, finer, fixed_steps)
     own = error_model.effects or ({},) * len(rods.effects)
-    both = [{**one, **other} for one, other in zip(own, rods.effects, strict=True)]
-    return error_model.with_effects(both), why + more
+    return error_model.with_effects(Effects(own) + rods.effects), why + more
 
 
 def _applicable(
@@ -336,11 +334,11 @@ def _min_work(trials: TrialRuns, error_model: ErrorModel) -> float:
     return per_coordinate * coordinates
 
 
-def _describe_given_elements(trials: TrialRuns, effects: list[dict[str, float]]) -> list[str]:
+def _describe_given_elements(trials: TrialRuns, effects: Effects) -> list[str]:
     """Return sentences on the modelling errors of specified elements, which add to the errors."""
     out = []
     for goal, each in zip(trials.goals, effects, strict=True):
-        of_elements = each.keys() - method_effects(each)
+        of_elements = each.keys() - METHOD_EFFECTS
         parts = ", ".join(
             f"{name} {value:.1e}" for name, value in each.items() if name in of_elements and value
         )

@@ -9,23 +9,23 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ancfsparse.errors import InputError, RedundantConstraintsWarning
+from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
+from ancfsparse.plans.model_error.effects import (
+    NEGLIGIBLE_FRACTION,
+    Effects,
+    largest_negligible_set,
+)
 from ancfsparse.plans.model_error.rigid_link_error import (
     UNIFORM_LOAD_FACTOR,
     deflection,
     deflection_effect,
     transverse_deflection,
 )
-from ancfsparse.plans.models.model import RIGID, ElementChoice, coarse_count, open_bodies
+from ancfsparse.plans.models.model import RIGID, coarse_count, open_bodies
 from ancfsparse.plans.models.rigid_links import rigid_candidates
 from ancfsparse.plans.quantities.tolerances import Goal
-from ancfsparse.plans.selection.element_hierarchy import (
-    CABLE,
-    NEGLIGIBLE_FRACTION,
-    SHEARED,
-    largest_negligible_set,
-    model_of,
-)
+from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED, model_of
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
@@ -33,6 +33,7 @@ from ancfsparse.scene import Beam
 from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.pin import Pin
 
+FLEXIBILITY = "flexibility"
 # A hanging beam does not bend by its weight, so the ratio may be large.
 MAX_SAG_RATIO = 100.0  # deflection under the weight over the tolerance, for a beam to be tried
 
@@ -45,12 +46,12 @@ class RigidLinks:
     ----------
     elements : mapping of str to ElementChoice
         `RIGID` for each, by its name.
-    effects : tuple of mapping of str to float
+    effects : Effects
         Modelling error of the rods, for every quantity [its unit].
     """
 
     elements: Mapping[str, ElementChoice] = field(default_factory=dict)
-    effects: tuple[Mapping[str, float], ...] = ()
+    effects: Effects = field(default_factory=Effects)
 
 
 def select_rigid_links(trials: TrialRuns) -> RigidLinks:
@@ -77,13 +78,13 @@ def select_rigid_links(trials: TrialRuns) -> RigidLinks:
         rod = scene.body(name)
         assert isinstance(rod, RigidBody)
         deflected = deflection(run, rod, beams[name])
-        quantities = (each.quantity.in_scene(scene) for each in trials.goals)
-        effects[name] = [
-            {"flexibility": deflection_effect(deflected, beams[name], each, run)}
+        quantities = (goal.quantity.in_scene(scene) for goal in trials.goals)
+        effects[name] = Effects(
+            {FLEXIBILITY: deflection_effect(deflected, beams[name], each, run)}
             for each in quantities
-        ]
+        )
     rigid, total = largest_negligible_set(effects, absolute_tolerances(trials.goals, trial))
-    return RigidLinks(dict.fromkeys(rigid, RIGID), tuple(total)) if rigid else RigidLinks()
+    return RigidLinks(dict.fromkeys(rigid, RIGID), total)
 
 
 def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:

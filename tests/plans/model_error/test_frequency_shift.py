@@ -31,7 +31,7 @@ def converged(element, dim, length, ends, number, section=None, **options):
 
 def effects_on(scene, number):
     quantity = ancf.frequency(number).in_scene(scene)
-    return neglected_effects(scene, as_trajectory(ancf.solve_static(scene)), quantity)
+    return neglected_effects(as_trajectory(ancf.solve_static(scene)), quantity)
 
 
 @pytest.mark.parametrize("number", [1, 3])

@@ -35,14 +35,14 @@ def test_shear(height):
     run = ancf.quasi_static(scene, 1.0, 0.25)
     rich = bent("thin", 16), bent("thick", 16, curvature="section", section_strain="nodal")
     y = [ancf.solve_static(each, t=1.0).position(point)[1] for each, point in rich]
-    error_model = neglected_effects(scene, run, ancf.position(end))
+    error_model = neglected_effects(run, ancf.position(end))
     close(error_model["shear"], abs(y[1] - y[0]))
     assert error_model["shear"] / 1e-3 == pytest.approx(0.78 * height**2, rel=0.03)
 
     def march(changed):
         return ancf.quasi_static(changed, 1.0, 0.25)
 
-    measured = neglected_effects(scene, run, ancf.position(end), march)
+    measured = neglected_effects(run, ancf.position(end), march)
     assert measured["shear"] == pytest.approx(error_model["shear"], rel=0.02)
 
 
@@ -61,7 +61,7 @@ def test_strains_of_a_bent_axis(load):
     cable, beam = bent("thin", 32), bent("thick", 64, curvature="section", section_strain="nodal")
     strains = [each.strain(body, [body.at(0.25)]).item() for each, body in (cable, beam)]
     run, body = as_trajectory(cable[0]), cable[1]
-    error_model = neglected_effects(run.system.scene, run, ancf.strain(body.at(0.25)))
+    error_model = neglected_effects(run, ancf.strain(body.at(0.25)))
     close(error_model["stretch"], abs(strains[1] - strains[0]))
 
 
@@ -86,11 +86,11 @@ def test_rotary_inertia(height):
         scene, middle = pinned(element, n, 0.0, **options)
         return scene, middle, ancf.simulate(scene, t_end, t_end / 200, start=start)
 
-    scene, middle, run = released("thin", 8)
+    _, middle, run = released("thin", 8)
     _, one, plain = released("thin", 24)
     _, other, rich = released("thick", 24, curvature="section", section_strain="nodal")
     truth = np.abs(rich.position(other) - plain.position(one)).max()
-    error_model = neglected_effects(scene, run, ancf.position(middle))
+    error_model = neglected_effects(run, ancf.position(middle))
     close(error_model["rotary inertia"], truth)
 
 
@@ -113,11 +113,11 @@ def test_waves_after_a_pulse(height, ask):
         run = ancf.simulate(scene, t_end, t_end / 6400, save_every=4)
         return scene, ask(beam.at(0.3)), run
 
-    scene, quantity, run = struck("thin", 32)
+    _, quantity, run = struck("thin", 32)
     _, of_cable, plain = struck("thin", 64)
     _, of_beam, rich = struck("thick", 64, curvature="section", section_strain="nodal")
     truth = np.abs(of_beam.history(rich) - of_cable.history(plain)).max()
-    effects = neglected_effects(scene, run, quantity)
+    effects = neglected_effects(run, quantity)
     assert truth < effects["shear"] + effects["rotary inertia"] < 12.0 * truth
 
 
@@ -138,7 +138,7 @@ def test_bending_of_strings(pull):
     run = ancf.quasi_static(scene, 1.0, 0.5)
     rich, other = line("thin")
     truth = abs(run.position(middle)[-1, 1] - ancf.solve_static(rich, t=1.0).position(other)[1])
-    close(neglected_effects(scene, run, ancf.position(middle))["bending"], truth)
+    close(neglected_effects(run, ancf.position(middle))["bending"], truth)
 
 
 @pytest.mark.parametrize("place", [0.2, 0.34, 0.5])
@@ -165,7 +165,7 @@ def test_bending_of_strings_at_kinks(place, weight):
     truth = abs(run.position(point)[-1, 1] - ancf.solve_static(rich).position(other)[1])
     if weight != 0.0:  # both have the same sag by weight to 1e-7 m
         truth = 0.5 * 0.02 / 800.0 * np.sqrt(5e10 * np.pi * 0.002**4 / 64.0 / 800.0)
-    close(neglected_effects(scene, run, ancf.static_deflection(point))["bending"], truth)
+    close(neglected_effects(run, ancf.static_deflection(point))["bending"], truth)
 
 
 def test_bending_of_strings_in_a_net():
@@ -184,7 +184,7 @@ def test_bending_of_strings_in_a_net():
         run = ancf.quasi_static(scene, 1.0, 0.5, start=begin)
         middle = net.node(24)
         error_model.append(
-            neglected_effects(scene, run, ancf.position(middle))["bending"]
+            neglected_effects(run, ancf.position(middle))["bending"]
             / np.abs(run.position(middle)[-1, 2])
         )
     # EI pi^2 / N L^2 of one line, and 12 in place of pi^2 for an even load.
@@ -208,7 +208,7 @@ def test_stretch(youngs):
     (scene, end), (rich, other) = pendulum(), pendulum(strain="biot")
     run = march(scene)
     truth = np.abs(run.position(end) - march(rich).position(other)).max()
-    error_model = neglected_effects(scene, run, ancf.position(end), march)
+    error_model = neglected_effects(run, ancf.position(end), march)
     close(error_model["stretch"], truth)
     assert error_model["shear"] < error_model["stretch"]
 
@@ -229,13 +229,13 @@ def test_stretch_of_taut_lines(pull, element):
     for strain in ("green", "biot"):
         _, middle, rest = sagging("thin", 32, strain=strain)
         y.append(rest.displacement(middle)[1])
-    scene, middle, rest = sagging(element, 16)
+    _, middle, rest = sagging(element, 16)
 
     def march(changed):
         return as_trajectory(ancf.solve_static(changed))
 
     error_model = neglected_effects(
-        scene, as_trajectory(rest), ancf.static_deflection(middle), march
+        as_trajectory(rest), ancf.static_deflection(middle), march
     )
     assert error_model["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
 
@@ -272,7 +272,7 @@ def test_torsion_of_a_moment_along_the_axis(twist):
     scene, beam = bent("thin", 8)
     run = ancf.quasi_static(scene, 1.0, 0.5)
     size = np.linalg.norm(run.position(beam.end)[-1] - beam.end.position)
-    share = neglected_effects(scene, run, ancf.position(beam.end))["torsion"] / size
+    share = neglected_effects(run, ancf.position(beam.end))["torsion"] / size
     rich, other = bent("thick", 16)
     force = ancf.quasi_static(rich, 1.0, 0.5).section_force(other)
     given = other.stiffnesses()
@@ -308,9 +308,9 @@ def test_what_a_model_has_is_left_out_and_nothing_where_nothing_acts():
     made = ancf.Rectangle(0.01, 0.01), ancf.Material(2e9, 1000.0)
     scene, beam = build_beam("thick", (0, 0), (1, 0), 4, *made, "clamp", gravity=(0.0, 0.0))
     run = ancf.simulate(scene, 0.01, dt=1e-3)
-    assert neglected_effects(scene, run, ancf.position(beam.end)) == {}
+    assert neglected_effects(run, ancf.position(beam.end)) == {}
     still, beam = build_beam("thin", (0, 0), (1, 0), 4, *made, "clamp", gravity=(0.0, 0.0))
     run = ancf.quasi_static(still, 1.0, 0.5)
-    error_model = neglected_effects(still, run, ancf.position(beam.end))
+    error_model = neglected_effects(run, ancf.position(beam.end))
     assert set(error_model) == {"shear", "stretch"}
     assert not any(error_model.values())

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.model_error.rigid_link_error import deflection, deflection_effect
-from ancfsparse.plans.models.model import RIGID, ElementChoice, Model, build_model
+from ancfsparse.plans.models.model import RIGID, Model, build_model
 from ancfsparse.plans.models.rigid_links import rigid_candidates, rigid_rod
 from ancfsparse.plans.selection.element_hierarchy import CABLE
 from ancfsparse.plans.selection.rigid_link_selection import select_rigid_links

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.models.model import (
-    ElementChoice,
     Model,
     build_model,
     element_counts,
@@ -60,7 +60,7 @@ def test_results_take_the_handles_of_the_scene_that_was_planned():
 
 def test_elements_and_options_are_put_into_the_records():
     scene, rod = open_scene("auto", 5, 3)
-    thick = ElementChoice("thick", {"curvature": "section", "section_strain": "nodal"}, 2)
+    thick = ElementChoice("thick", {"curvature": "section", "section_strain": "nodal"})
     beam = build_model(scene, Model(elements={rod.name: thick})).bodies[0]
     assert (beam.element, beam.n_elements) == ("thick", 5)
     assert beam.options["curvature"] == "section"

@@ -4,9 +4,14 @@ import numpy as np
 
 import ancfsparse as ancf
 from ancfsparse.plans.models.model import Model, build_model
-from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED, STRING, candidates
-from ancfsparse.plans.selection.element_per_beam import beams_rejecting
-from tests.plans.comparison import distance_from_shorter_steps
+from ancfsparse.plans.selection.element_hierarchy import (
+    CABLE,
+    SHEARED,
+    STRING,
+    beams_rejecting,
+    candidates,
+)
+from tests.plans.comparison import build_trials, distance_from_shorter_steps
 
 RUBBER, SOFT = ancf.Material(1e7, 1000, 0.3), ancf.Material(1e9, 1000)
 
@@ -78,8 +83,9 @@ def test_only_the_beam_that_rejects_a_cable_is_thick():
     scene.connect(flat.end, cord.start)
     scene.pin(cord.end)
     scene.point_force(flat.end, (0.0, -0.5, 0.3))
-    assert candidates(scene)[0][0] != CABLE
-    assert beams_rejecting(scene, CABLE, SHEARED) == [flat.name]
+    trials = build_trials(scene, None, ancf.static_deflection(flat.end), "3 %")
+    assert candidates(trials)[0][0] != CABLE
+    assert beams_rejecting(trials, CABLE, SHEARED) == [flat.name]
     plan = ancf.plan(scene, quantity=ancf.static_deflection(flat.end), error="3 %")
     assert plan.model.elements == {flat.name: SHEARED, cord.name: CABLE}
     check_against_sheared(plan, scene, flat.end, 40)

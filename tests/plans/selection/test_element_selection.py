@@ -5,21 +5,16 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import ancfsparse as ancf
-from ancfsparse.plans.models.model import ElementChoice
-from ancfsparse.plans.selection.element_hierarchy import (
-    CABLE,
-    SHEARED,
-    STRING,
-    TWISTED,
-    candidates,
-    cheapest_sufficient,
-    effects_neglected,
-)
-from ancfsparse.plans.selection.element_selection import _is_bending_negligible
+from ancfsparse.kernels.catalog import HIERARCHY, ElementChoice
+from ancfsparse.plans.model_error.effects import Effects, largest_negligible_set
+from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED, STRING, candidates
+from ancfsparse.plans.selection.element_selection import cheapest_sufficient
 from tests.beams import build_beam
 from tests.grids import level_grid
+from tests.plans.comparison import build_trials
 
 RUBBER = ancf.Material(1e7, 1000, 0.3)
+TWISTED = HIERARCHY[2]
 
 
 def cantilever(section, length, force, dim=2):
@@ -81,23 +76,42 @@ def test_a_scene_in_a_plane_is_solved_there():
 
 
 def test_effects_decide_between_elements():
-    effects = [{"shear": 1.0, "torsion": 0.1, "stretch": 50.0}]
+    effects = Effects([{"shear": 1.0, "torsion": 0.1, "stretch": 50.0}])
+    twist = Effects([{"shear": 0.0, "torsion": 1.0}])
     elements = [CABLE, TWISTED, SHEARED]
-    assert cheapest_sufficient(elements, CABLE, effects, [10.0]) == CABLE
-    assert cheapest_sufficient(elements, CABLE, effects, [2.0]) == SHEARED
-    assert cheapest_sufficient(elements, CABLE, [{"shear": 0.0, "torsion": 1.0}], [1.0]) == TWISTED
-    assert cheapest_sufficient([CABLE], CABLE, effects, [0.1]) == CABLE
-    assert effects_neglected({"shear": 1.0, "bending": 2.0, "stretch": 3.0}, CABLE) == {
-        "shear": 1.0
-    }
-    assert effects_neglected({"bending": 2.0}, STRING) == {"bending": 2.0}
-    assert _is_bending_negligible([{"bending": 0.1}], [1.0])
-    assert not _is_bending_negligible([{"bending": 1.0}], [1.0])
+    assert cheapest_sufficient(elements, effects, [10.0]) == CABLE
+    assert cheapest_sufficient(elements, effects, [2.0]) == SHEARED
+    assert cheapest_sufficient(elements, twist, [1.0]) == TWISTED
+    assert cheapest_sufficient([CABLE], effects, [0.1]) == CABLE
+
+
+def test_effects_are_summed_and_compared_with_tolerances():
+    effects = Effects([{"shear": 1.0, "bending": 2.0, "stretch": 3.0}, {"shear": 0.5}])
+    assert effects.only(CABLE.neglects) == ({"shear": 1.0}, {"shear": 0.5})
+    assert effects.only(STRING.neglects) == ({"shear": 1.0, "bending": 2.0}, {"shear": 0.5})
+    assert effects.floors == (3.0, 0.0)
+    assert effects.excess([12.0, 2.0]) == 0.5
+    assert effects.is_negligible([13.0, 2.0])
+    assert not effects.is_negligible([12.0, 2.0])
+    assert effects.is_negligible([12.0, 2.0], factor=1.5)
+    both = effects + Effects([{"shear": 1.0}, {"torsion": 1.0}])
+    assert both[0]["shear"] == 2.0
+    assert both[1] == {"shear": 0.5, "torsion": 1.0}
+
+
+def test_the_beams_with_the_smallest_effects_are_negligible_together():
+    effects = {name: Effects([{"bending": x}]) for name, x in (("a", 3.0), ("b", 1.0), ("c", 2.0))}
+    names, total = largest_negligible_set(effects, [7.0])
+    assert names == ["b", "c"]
+    assert total == ({"bending": 3.0},)
+    assert largest_negligible_set(effects, [1.0]) == ([], ({},))
+    assert largest_negligible_set(effects, [1.3], factor=10.0)[0] == ["b", "c", "a"]
 
 
 def test_what_the_scene_rejects_is_no_candidate():
-    scene, _ = cantilever(ancf.Rectangle(0.05, 0.02), 1.0, (0.0, 0.0, 1.0), dim=3)
-    taken, refused = candidates(scene)
+    scene, rod = cantilever(ancf.Rectangle(0.05, 0.02), 1.0, (0.0, 0.0, 1.0), dim=3)
+    trials = build_trials(scene, None, ancf.static_deflection(rod.end), "1 %")
+    taken, refused = candidates(trials)
     assert taken == [TWISTED, SHEARED]
     assert "clamp" in refused[str(STRING)]
     assert "bending stiffness is the same" in refused[str(CABLE)]
@@ -123,7 +137,8 @@ def test_a_net_under_tension_gets_strings_where_bending_does_not_matter(pull, ra
     scene, mesh, middle = net(pull, radius)
     plan = ancf.plan(scene, quantity=ancf.static_deflection(middle), error="3 %")
     assert plan.model.elements == {mesh.name: element}
-    assert "is a mesh, which takes strings or cables" in candidates(scene)[1][str(SHEARED)]
+    trials = build_trials(scene, None, ancf.static_deflection(middle), "3 %")
+    assert "is a mesh, which takes strings or cables" in candidates(trials)[1][str(SHEARED)]
     fine, _, its = net(pull, radius, "thin", 8)
     exact = ancf.solve_static(fine).displacement(its)
     error_model = plan.run().position(middle)[-1] - middle.position
