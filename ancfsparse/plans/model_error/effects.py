@@ -52,13 +52,13 @@ class Effects(tuple[Mapping[str, float], ...]):
         pairs = zip(self, tolerances, strict=True)
         return max(sum(each.values()) / tolerance for each, tolerance in pairs)
 
-    def is_negligible(self, tolerances: Sequence[float], factor: float = 1.0) -> bool:
-        """Return True if sums are negligible, or up to a factor."""
-        return self.excess(tolerances) < factor * NEGLIGIBLE_FRACTION
+    def is_negligible(self, tolerances: Sequence[float]) -> bool:
+        """Return True if all sums are negligible."""
+        return self.excess(tolerances) < NEGLIGIBLE_FRACTION
 
 
 def largest_negligible_set(
-    effects: Mapping[str, Effects], tolerances: Sequence[float], factor: float = 1.0
+    effects: Mapping[str, Effects], tolerances: Sequence[float]
 ) -> tuple[list[str], Effects]:
     """Return the beams whose effects together are negligible, and their sum.
 
@@ -68,7 +68,7 @@ def largest_negligible_set(
     total = Effects({} for _ in tolerances)
     for name in sorted(effects, key=lambda name: effects[name].excess(tolerances)):
         more = total + effects[name]
-        if not more.is_negligible(tolerances, factor):
+        if not more.is_negligible(tolerances):
             break
         names.append(name)
         total = more

@@ -33,12 +33,13 @@ TWIST_MARGIN = 1.2  # lowest frequency of twist over the requested one, so that 
 SIGNS = {"shear": -1.0, "rotary inertia": -1.0, "torsion": 1.0, "bending": 1.0}
 
 
-def frequency_effects(scene: Scene, run: Trajectory, number: int) -> dict[str, float]:
+def frequency_effects(run: Trajectory, number: int) -> dict[str, float]:
     """Estimate the change of a natural frequency of cables and strings at an equilibrium [Hz].
 
     By effect, named as in `neglected_effects`.  The effect of torsion is the whole frequency if
     torsional vibrations, which cables lack, may precede it.
     """
+    scene = run.system.scene
     lowest = _modes(scene, run, number)
     i, frequencies = number - 1, lowest.frequencies
     if frequencies[i] == 0.0:
@@ -88,7 +89,7 @@ def _shifts(scene: Scene, run: Trajectory, lowest: Modes, k: int) -> dict[str, f
             ratios["shear"] += _shear(states, body) / energy
             ratios["rotary inertia"] += float(rotary_energy(states, body)[0]) / (0.5 * mass)
             if scene.dim == 3:
-                twist = torsion_energy(scene, states, body)
+                twist = torsion_energy(states, body)
                 ratios["torsion"] += 0.5 * float(twist[1] + twist[2]) / energy
     return {name: 0.5 * frequency * ratio for name, ratio in ratios.items()}
 

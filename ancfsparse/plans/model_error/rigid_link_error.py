@@ -14,15 +14,13 @@ from ancfsparse.system import System
 SPATIAL = 3
 DYNAMIC_FACTOR = 2.0  # deflection under a load applied suddenly over that applied slowly
 UNIFORM_LOAD_FACTOR = 5.0 / 384.0  # of q L^4 / E I, midpoint of a hinged beam under a uniform load
-# Squared ratio of the frequencies of motion and beam, plus compression over the buckling load.
-MAX_SOFTENING = 0.5
 
 
 def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     """Estimate the deflection of a beam in a motion in which it is a rigid rod.
 
-    Largest over time [m]; infinite if the motion is about as fast as the lowest vibration of the
-    beam, or compression is near its buckling load.
+    Largest over time [m]; infinite if the motion is as fast as the lowest vibration of the beam, or
+    compression exceeds its buckling load.
 
     Notes
     -----
@@ -50,7 +48,7 @@ def deflection(run: Trajectory, rod: RigidBody, beam: Beam) -> float:
     static += transverse_deflection(beam, across) / DYNAMIC_FACTOR
     ratio = rates / (total * _lowest_frequency(beam) ** 2) if total > 0.0 else 0.0
     ratio += max(0.0, -float(axial.min())) * length**2 / (np.pi**2 * bending)
-    return float(DYNAMIC_FACTOR * static / (1.0 - ratio)) if ratio < MAX_SOFTENING else np.inf
+    return float(DYNAMIC_FACTOR * static / (1.0 - ratio)) if ratio < 1.0 else np.inf
 
 
 def transverse_deflection(beam: Beam, across: float) -> float:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
 from ancfsparse.results import Trajectory
-from ancfsparse.results.fields.section_forces import SectionForce
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.loads.loads import PointMoment
@@ -25,38 +24,31 @@ class SectionEnergies(NamedTuple):
 
     Attributes
     ----------
-    bending, shear, axial : ndarray
-        Of the bending moment, the shear force and the tension.
-    bending_spread, axial_spread : ndarray
-        Differences between measures of strain in bending and in tension: to first order, Green's
-        strain gives 1 + 3/2 eps times the tension of the change of length.
+    retained : ndarray
+        Of bending moment and tension.
+    shear : ndarray
+        Of the shear force.
+    spread : ndarray
+        Difference between measures of strain: to first order, Green's strain gives 1 + 3/2 eps
+        times the tension of the change of length, and 1 + 2 eps times the bending energy.
     tension : ndarray, shape (k, n_elements)
         Axial force [N].
     """
 
-    bending: Vector
+    retained: Vector
     shear: Vector
-    axial: Vector
-    bending_spread: Vector
-    axial_spread: Vector
+    spread: Vector
     tension: Vector
 
 
-def section_energies(run: Trajectory, body: ElasticBody) -> SectionEnergies:
-    """Evaluate the energies of a body over time."""
-    return _energies_of(run.section_force(body), np.abs(run.strain(body)), body)
-
-
-def energies_of_changes(
-    before: Trajectory, after: Trajectory, body: ElasticBody
+def section_energies(
+    run: Trajectory, body: ElasticBody, before: Trajectory | None = None
 ) -> SectionEnergies:
-    """Evaluate the energies of the changes of section forces from one run to another."""
-    force, other = after.section_force(body), before.section_force(body)
-    change = replace(force, N=force.N - other.N, Q=force.Q - other.Q, M=force.M - other.M)
-    return _energies_of(change, np.abs(after.strain(body)), body)
-
-
-def _energies_of(force: SectionForce, strain: Vector, body: ElasticBody) -> SectionEnergies:
+    """Evaluate the energies of a body over time, or of its changes from an earlier run."""
+    force, strain = run.section_force(body), np.abs(run.strain(body))
+    if before is not None:
+        other = before.section_force(body)
+        force = replace(force, N=force.N - other.N, Q=force.Q - other.Q, M=force.M - other.M)
     given, half = body.stiffnesses(), 0.5 * body.lengths
 
     def square(values: Vector) -> Vector:
@@ -65,15 +57,9 @@ def _energies_of(force: SectionForce, strain: Vector, body: ElasticBody) -> Sect
     bending = half * square(force.M) / given["bending_stiffness_z"]
     shear = half * square(force.Q) / given["shear_stiffness_y"]
     axial = half * np.square(force.N) / given["axial_stiffness"]
-    bending_spread, axial_spread = 2.0 * bending * strain, 1.5 * axial * strain
-    return SectionEnergies(
-        bending.sum(axis=1),
-        shear.sum(axis=1),
-        axial.sum(axis=1),
-        bending_spread.sum(axis=1),
-        axial_spread.sum(axis=1),
-        force.N,
-    )
+    spread = (2.0 * bending + 1.5 * axial) * strain
+    sums = ((bending + axial).sum(axis=1), shear.sum(axis=1), spread.sum(axis=1))
+    return SectionEnergies(*sums, force.N)
 
 
 def strain_spread(run: Trajectory, body: ElasticBody, point: Point) -> float:
@@ -88,14 +74,14 @@ def strain_spread(run: Trajectory, body: ElasticBody, point: Point) -> float:
     return MAX_STRAIN_SPREAD * float(square / stiffness)
 
 
-def torsion_energy(scene: Scene, run: Trajectory, body: ElasticBody) -> Vector:
+def torsion_energy(run: Trajectory, body: ElasticBody) -> Vector:
     """Return the torsional energy of a cable by moments and clamps, (k,) [J].
 
     Without distributed moments an isotropic rod has constant torsion.  It is that of moments along
     the axis at its ends, or of the angle between the section clamped at one end and the section
     that is transported there from the other clamp without twist.
     """
-    energy = np.zeros(len(run.t))
+    energy, scene = np.zeros(len(run.t)), run.system.scene
     if not isinstance(body, Beam) or scene.dim == 2:
         return energy
     twisting = float(np.mean(body.stiffnesses()["torsion_stiffness"])) / body.length

@@ -75,7 +75,7 @@ def divide_among_beams(
         energies[name] = {
             "shear": float(section_energies(run, body).shear.max()),
             "rotary inertia": float(rotary_energy(run, body).max()),
-            "torsion": float(torsion_energy(scene, run, body).max()),
+            "torsion": float(torsion_energy(run, body).max()),
         }
 
     def fraction(name: str, effect: str) -> float:

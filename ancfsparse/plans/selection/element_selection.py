@@ -31,8 +31,6 @@ from ancfsparse.plans.selection.element_per_beam import (
 from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRuns
 from ancfsparse.scene import Scene
 
-MAX_COARSE_RATIO = 10.0  # of the bending of coarse cables to that of fine strings
-
 
 def select_elements(
     trials: TrialRuns,
@@ -146,19 +144,17 @@ def _try_strings(
 
     If not all beams can be strings, some of them may be.
     """
-    # If a run of cables already meets the tolerances, strings are tried only if they certainly do,
-    # and not at all if it was short.
+    # Strings are not tried if a short run of cables already meets the tolerances.
     is_done = cables.selected is not None and cables.excess(*cables.selected) <= 1.0
     if is_done and cables.optimal_work <= BASE_BUDGET:
         return None
     run, tolerances = cables.reference_run, cables.tolerances
-    factor = 1.0 if is_done else MAX_COARSE_RATIO
     stiff = beams_rejecting(trials, STRING, CABLE, fixed)
     able = [name for name in open_beams(trials.scene, fixed) if name not in stiff]
     is_all = able and not stiff
-    if not is_all or not estimate_bending(trials, run, able).is_negligible(tolerances, factor):
+    if not is_all or not estimate_bending(trials, run, able).is_negligible(tolerances):
         of_beams = {name: estimate_bending(trials, run, [name]) for name in able}
-        able, _ = largest_negligible_set(of_beams, tolerances, factor)
+        able, _ = largest_negligible_set(of_beams, tolerances)
     if not able:
         return None
     model = model_of(trials.scene, CABLE, {**fixed, **dict.fromkeys(able, STRING)})

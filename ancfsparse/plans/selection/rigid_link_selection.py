@@ -17,7 +17,6 @@ from ancfsparse.plans.model_error.effects import (
     largest_negligible_set,
 )
 from ancfsparse.plans.model_error.rigid_link_error import (
-    UNIFORM_LOAD_FACTOR,
     deflection,
     deflection_effect,
     transverse_deflection,
@@ -34,8 +33,6 @@ from ancfsparse.scene.bodies.rigid_body import RigidBody
 from ancfsparse.scene.joints.pin import Pin
 
 FLEXIBILITY = "flexibility"
-# A hanging beam does not bend by its weight, so the ratio may be large.
-MAX_SAG_RATIO = 100.0  # deflection under the weight over the tolerance, for a beam to be tried
 
 
 @dataclass(frozen=True)
@@ -55,18 +52,17 @@ class RigidLinks:
 
 
 def select_rigid_links(trials: TrialRuns) -> RigidLinks:
-    """Select rigid beams, by a trial run in which all stiff beams are rigid.
+    """Select rigid beams, by a trial run in which all candidates are rigid.
 
     There are none in an equilibrium.
     """
     if trials.t_end is None or isinstance(trials.integrator, SolutionMethod):
         return RigidLinks()
-    gravity = float(np.linalg.norm(trials.scene.gravity))
     beams = {b.name: b for b in open_bodies(trials.scene) if isinstance(b, Beam)}
     names = [
         name
         for name in rigid_candidates(trials.scene)
-        if all(_is_stiff(beams[name], goal, gravity) for goal in trials.goals)
+        if all(goal.quantity.admits_rigid(beams[name]) for goal in trials.goals)
         and not _bends_at_start(beams[name], trials)
     ]
     trial = _run_with_rods(trials, names) if names else None
@@ -84,7 +80,7 @@ def select_rigid_links(trials: TrialRuns) -> RigidLinks:
             for each in quantities
         )
     rigid, total = largest_negligible_set(effects, absolute_tolerances(trials.goals, trial))
-    return RigidLinks(dict.fromkeys(rigid, RIGID), total)
+    return RigidLinks(dict.fromkeys(rigid, RIGID), total) if rigid else RigidLinks()
 
 
 def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
@@ -102,24 +98,10 @@ def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
     return None
 
 
-def _is_stiff(beam: Beam, goal: Goal, gravity: float) -> bool:
-    """Return True if a beam may be rigid for a goal, which is not of its deformation."""
-    quantity = goal.quantity
-    if not quantity.admits_rigid(beam):
-        return False
-    given = {name: float(np.mean(value)) for name, value in beam.stiffnesses().items()}
-    load = UNIFORM_LOAD_FACTOR * given["mass_per_length"] * gravity
-    sag = load * beam.length**4 / given["bending_stiffness_z"]
-    error = goal.error if goal.relative else goal.error / beam.length
-    return not quantity.is_displacement or sag <= MAX_SAG_RATIO * error * beam.length
-
-
 def _bends_at_start(beam: Beam, trials: TrialRuns) -> bool:
     """Return True if the weight of a pinned beam bends it too far at the start.
 
-    The pinned end has no acceleration, so `deflection` finds no less; and `deflection_effect` finds
-    no less than that fraction of a quantity, or of a position.  A position on the beam moves by at
-    most two of its lengths.
+    The pinned end has no acceleration, so `deflection` finds no less.
     """
     scene, pins = trials.scene, (each for each in trials.scene.joints if isinstance(each, Pin))
     if trials.start is not None or not any(each.node.beam is beam for each in pins):
@@ -127,15 +109,19 @@ def _bends_at_start(beam: Beam, trials: TrialRuns) -> bool:
     along = (beam.positions[-1] - beam.positions[0]) / beam.length
     across = float(np.linalg.norm(scene.gravity - (scene.gravity @ along) * along))
     fraction = transverse_deflection(beam, across) / beam.length
-    for goal in trials.goals:
-        is_position = goal.quantity.is_displacement
-        is_on_beam = goal.quantity.point is not None and goal.quantity.point.beam is beam
-        if goal.relative and (is_on_beam or not is_position):
-            limit = goal.error * (2.0 if is_position else 1.0)
-        elif is_position and not goal.relative:
-            limit = goal.error / beam.length
-        else:
-            continue
-        if fraction > NEGLIGIBLE_FRACTION * limit:
-            return True
-    return False
+    largest = min(_largest_fraction(goal, beam) for goal in trials.goals)
+    return fraction > NEGLIGIBLE_FRACTION * largest
+
+
+def _largest_fraction(goal: Goal, beam: Beam) -> float:
+    """Return a bound of the deflection over the length of a beam within the tolerance of a goal.
+
+    `deflection_effect` finds no less than this fraction of a quantity, or the deflection of a
+    position.  A position on the beam moves by at most two of its lengths.
+    """
+    quantity = goal.quantity
+    if quantity.is_displacement:
+        is_on_beam = quantity.point is not None and quantity.point.beam is beam
+        size = 2.0 if is_on_beam else np.inf
+        return goal.error * size if goal.relative else goal.error / beam.length
+    return goal.error if goal.relative else np.inf

@@ -234,9 +234,7 @@ def test_stretch_of_taut_lines(pull, element):
     def march(changed):
         return as_trajectory(ancf.solve_static(changed))
 
-    error_model = neglected_effects(
-        as_trajectory(rest), ancf.static_deflection(middle), march
-    )
+    error_model = neglected_effects(as_trajectory(rest), ancf.static_deflection(middle), march)
     assert error_model["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
 
 
