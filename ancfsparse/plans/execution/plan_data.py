@@ -13,11 +13,12 @@ from ancfsparse.plans.models.model import Model, build_model, mesh_counts
 from ancfsparse.plans.models.planar_reduction import PlanarScene
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
+from ancfsparse.plans.trial_runs.trial_runs import MAX_INTERVALS
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Mesh, Scene
 
 MEGABYTE = 1e6  # bytes
-MIN_INTERVALS = 1000  # between saved states, unless save_every is given
+MIN_INTERVALS = MAX_INTERVALS // 2  # between saved states, unless save_every is given
 
 
 @dataclass(frozen=True)

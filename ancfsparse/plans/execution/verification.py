@@ -10,6 +10,7 @@ from ancfsparse.kernels.catalog import HIERARCHY
 from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.plans.execution.run_plan import run_once
 from ancfsparse.plans.models.model import (
+    MIN_LONGEST_COUNT,
     RIGID,
     Model,
     build_model,
@@ -22,16 +23,14 @@ from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR
 
-SPATIAL = 3
 STEP_RATIO = 2  # steps of the verification run over those of the plan
 MESH_RATIO = 1.5  # elements of the verification run over those of the plan
-ROD_ELEMENTS = 4  # elements in place of a rigid rod in the verification run
 
 
 def measure_errors(plan: PlanData, run: Trajectory) -> tuple[float, ...]:
     """Return the change of every quantity of a run one refinement level finer [its unit]."""
     scene = refine_given_meshes(plan.source) or plan.source
-    finer = build_model(scene, refine_model(plan.model, plan.source.dim))
+    finer = build_model(scene, refine_model(plan.model))
     return differences(plan, run, _verification_run(plan, finer, run))
 
 
@@ -48,15 +47,14 @@ def differences(plan: PlanData, one: Trajectory, other: Trajectory) -> tuple[flo
     )
 
 
-def refine_model(model: Model, dim: int) -> Model:
+def refine_model(model: Model) -> Model:
     """Return the model with finer meshes, and elements in place of rigid rods."""
     counts = {name: round(MESH_RATIO * n + 0.5) for name, n in model.counts.items()}
     rigid = [name for name, element in model.elements.items() if element == RIGID]
-    element = HIERARCHY[-1]
     return replace(
         model,
-        elements={**model.elements, **dict.fromkeys(rigid, element)},
-        counts={**counts, **dict.fromkeys(rigid, ROD_ELEMENTS)},
+        elements={**model.elements, **dict.fromkeys(rigid, HIERARCHY[-1])},
+        counts={**counts, **dict.fromkeys(rigid, int(MIN_LONGEST_COUNT))},
     )
 
 

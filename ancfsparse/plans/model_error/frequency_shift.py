@@ -15,6 +15,7 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, LoadError
+from ancfsparse.plans.model_error.modal_truncation_error import LINEAR_FRACTION
 from ancfsparse.plans.model_error.section_energies import (
     folds,
     loaded_nodes,
@@ -26,9 +27,6 @@ from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import ElasticBody, Scene
 from ancfsparse.solve.vibration.modes import modes
 
-AMPLITUDE = 1e-4  # of the modes in their evaluation, over the size of the scene
-EXTRA_MODES = 3  # beyond the requested one, which may exchange numbers with it
-TWIST_MARGIN = 1.2  # lowest frequency of twist over the requested one, so that it does not precede
 # Sign of the change of a frequency by an effect.
 SIGNS = {"shear": -1.0, "rotary inertia": -1.0, "torsion": 1.0, "bending": 1.0}
 
@@ -51,7 +49,7 @@ def frequency_effects(run: Trajectory, number: int) -> dict[str, float]:
     change = abs(float(frequencies[i] - richer[k]))
     effects = {name: x * change / total for name, x in shifts[k].items()} if total else {}
     if scene.dim == 3 and any(
-        body.kind.is_cable and _lowest_twist(body) < TWIST_MARGIN * frequencies[i]
+        body.kind.is_cable and _lowest_twist(body) < frequencies[i]
         for body in _elastic_bodies(scene)
     ):
         effects["torsion"] = float(frequencies[i])
@@ -63,9 +61,9 @@ def _elastic_bodies(scene: Scene) -> list[ElasticBody]:
 
 
 def _modes(scene: Scene, run: Trajectory, number: int) -> Modes:
-    """Return the requested modes and some more, if there are."""
+    """Return the requested modes and one more, which may exchange numbers with the last."""
     try:
-        return modes(scene, number + EXTRA_MODES, at=run.last)
+        return modes(scene, number + 1, at=run.last)
     except (InputError, LoadError):
         return modes(scene, number, at=run.last)
 
@@ -76,7 +74,7 @@ def _shifts(scene: Scene, run: Trajectory, lowest: Modes, k: int) -> dict[str, f
     if frequency == 0.0:
         return {}
     size = max(float(np.ptp(body.positions, axis=0).max()) for body in scene.beams)
-    one, other = (lowest.state(k, sign * AMPLITUDE * size).q for sign in (1.0, -1.0))
+    one, other = (lowest.state(k, sign * LINEAR_FRACTION * size).q for sign in (1.0, -1.0))
     mass = float(np.square(one - other).sum() / np.square(2.0 * shape).sum())  # modal mass
     energy = 0.5 * mass * (2.0 * np.pi * frequency) ** 2
     states = _states(run, (run.q[-1], one, other), 0.5 * (one - other))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.plans.model_error.quasi_static_error import N_SAMPLES
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.results.solutions.modes import Modes
@@ -14,9 +15,7 @@ from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import State, System
 
-N_SAMPLES = 5  # states of the motion at which forces are evaluated, in addition to the farthest
-MAX_CORRECTIONS = 4  # of a displacement by the even part of nonlinear forces
-LINEAR_FRACTION = 1e-3  # of a displacement, in which forces are linear
+LINEAR_FRACTION = 1e-3  # of a displacement or of the size of a scene, in which forces are linear
 
 
 def factor_equations(system: System, about: State) -> EquilibriumEquations | None:
@@ -173,13 +172,13 @@ def _nonlinear_displacements(
         return np.append(dx, np.zeros(system.n_all - len(dx)))
 
     even, before = np.zeros_like(x), np.inf
-    for _ in range(MAX_CORRECTIONS):
+    while True:
         there, back = (equations.state(about + sign * x + even, lam, 1.0) for sign in (1.0, -1.0))
         correction = solve(
             0.5 * (there.r + back.r) - rest.r, 0.5 * (there.phi + back.phi) - rest.phi
         )
         size = max_node_displacement(system, correction)
-        if size > before:  # the stiffness of the start is no longer a good approximation
+        if not size < 0.5 * before:  # converged, or too far for the stiffness of the start
             break
         even, before = even + correction, size
     there, back = (equations.state(about + sign * x + even, lam, 1.0) for sign in (1.0, -1.0))

@@ -18,7 +18,7 @@ from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations,
 from ancfsparse.solve.vibration.modes import modes
 from ancfsparse.system import State, System
 
-N_SAMPLES = 9  # states of the path at which forces of inertia and damping are evaluated
+N_SAMPLES = 9  # states of a motion at which forces are evaluated
 
 
 def inertia_error(run: Trajectory, quantity: Quantity) -> float:

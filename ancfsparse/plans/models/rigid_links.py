@@ -17,7 +17,7 @@ from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 
 # Arguments of beams that are not straight and stress-free.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
-ROUNDING = 1e-9  # rate of bending or stretching over the largest velocity
+ROUNDING = 1e-9  # of strains, rotations [rad], and rates of strain over the largest velocity
 
 
 def rigid_rod(beam: Beam) -> Record:
