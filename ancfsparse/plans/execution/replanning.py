@@ -182,7 +182,7 @@ def _refine(plan: P, run: Trajectory, options: Mapping[str, Any]) -> tuple[P, Tr
     for _ in range(MAX_CHANGES):
         finer = replace(
             plan,
-            model=refine_model(plan.model),
+            model=refine_model(plan.model, plan.source.dim),
             steps=STEP_RATIO * plan.steps,
             result=None,
         )

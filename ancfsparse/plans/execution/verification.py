@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 
 from ancfsparse.integrators import Explicit
-from ancfsparse.kernels.catalog import HIERARCHY
 from ancfsparse.plans.execution.plan_data import PlanData
 from ancfsparse.plans.execution.run_plan import run_once
 from ancfsparse.plans.models.model import (
@@ -16,6 +15,7 @@ from ancfsparse.plans.models.model import (
     build_model,
     refine_given_meshes,
 )
+from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED
 from ancfsparse.plans.trial_runs.run_differences import goal_difference
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import Trajectory
@@ -23,6 +23,7 @@ from ancfsparse.scene import Scene
 from ancfsparse.solve import simulate
 from ancfsparse.solve.motion.arguments import DEFAULT_INTEGRATOR
 
+SPATIAL = 3
 STEP_RATIO = 2  # steps of the verification run over those of the plan
 MESH_RATIO = 1.5  # elements of the verification run over those of the plan
 
@@ -30,7 +31,7 @@ MESH_RATIO = 1.5  # elements of the verification run over those of the plan
 def measure_errors(plan: PlanData, run: Trajectory) -> tuple[float, ...]:
     """Return the change of every quantity of a run one refinement level finer [its unit]."""
     scene = refine_given_meshes(plan.source) or plan.source
-    finer = build_model(scene, refine_model(plan.model))
+    finer = build_model(scene, refine_model(plan.model, plan.source.dim))
     return differences(plan, run, _verification_run(plan, finer, run))
 
 
@@ -47,13 +48,14 @@ def differences(plan: PlanData, one: Trajectory, other: Trajectory) -> tuple[flo
     )
 
 
-def refine_model(model: Model) -> Model:
+def refine_model(model: Model, dim: int) -> Model:
     """Return the model with finer meshes, and elements in place of rigid rods."""
     counts = {name: round(MESH_RATIO * n + 0.5) for name, n in model.counts.items()}
     rigid = [name for name, element in model.elements.items() if element == RIGID]
+    element = SHEARED if dim == SPATIAL else CABLE
     return replace(
         model,
-        elements={**model.elements, **dict.fromkeys(rigid, HIERARCHY[-1])},
+        elements={**model.elements, **dict.fromkeys(rigid, element)},
         counts={**counts, **dict.fromkeys(rigid, int(MIN_LONGEST_COUNT))},
     )
 

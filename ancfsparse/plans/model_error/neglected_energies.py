@@ -75,12 +75,12 @@ def neglected_effects(
     Notes
     -----
     Ratios of neglected to retained energies, integrated over the beams, each the largest over time:
-    shear ``Q^2/kGA``, torsion ``T^2/GJ`` and stretch ``2 eps M^2/EI + 3/2 eps N^2/EA`` to ``M^2/EI
-    + N^2/EA``; rotary inertia ``rho I w^2 : rho A v^2`` with the angular velocity w of the axis;
-    bending of strings ``EI kappa^2 : N phi^2`` with the curvature of the polygon and its angle phi
-    to the chord; at nodes with forces a kink that is rounded by sqrt(EI / N), which displaces them
-    also by itself. Compared with richer models they are right within a factor of 2 where the effect
-    is below 10 % (tests/plans/model_error/test_neglected_energies.py).
+    shear ``Q^2/kGA : M^2/EI``; torsion ``T^2/GJ : M^2/EI``; stretch ``2 eps M^2/EI + 3/2 eps N^2/EA
+    : M^2/EI + N^2/EA``; rotary inertia ``rho I w^2 : rho A v^2`` with the angular velocity w of the
+    axis; bending of strings ``EI kappa^2 : N phi^2`` with the curvature of the polygon and its
+    angle phi to the chord; at nodes with forces a kink that is rounded by sqrt(EI / N), which
+    displaces them also by itself. Compared with richer models they are right within a factor of 2
+    where the effect is below 10 % (tests/plans/model_error/test_neglected_energies.py).
     Quantities with `is_like_rates` contain more of the high frequencies.  Ratios of shear and
     rotary inertia are therefore also formed from the changes between successive states; their
     excess over the ratios above is added as a relative change of the variation of the quantity.
@@ -95,14 +95,15 @@ def neglected_effects(
     if not cables and not strings:
         return {}
     energies = {b.name: section_energies(states, b) for b in beams}
-    retained = sum(each.retained for each in energies.values())
-    stretch = _ratio(sum(each.spread for each in energies.values()), retained)
+    bending = sum(each.bending for each in energies.values())
+    axial = sum(each.axial for each in energies.values())
+    stretch = _ratio(sum(each.spread for each in energies.values()), bending + axial)
     soft: dict[str, float] = {}
     dense: dict[str, float] = {}
     if cables:
-        soft["shear"] = _ratio(sum(energies[b.name].shear for b in cables), retained)
+        soft["shear"] = _ratio(sum(energies[b.name].shear for b in cables), bending)
         if run.system.scene.dim == 3:
-            soft["torsion"] = _ratio(sum(torsion_energy(states, b) for b in cables), retained)
+            soft["torsion"] = _ratio(sum(torsion_energy(states, b) for b in cables), bending)
         if "integrator" in run.settings or np.asarray(run.v).any():
             dense["rotary inertia"] = _rotary_ratio(states, cables, np.asarray(states.v))
     size = response = quantity.response_size(history)
@@ -174,10 +175,10 @@ def _ratios_of_rates(
     every = max(1, -(-(len(run.t) - 1) // MAX_STATES))
     before, after = (select_states(run, slice(k, len(run.t) - 1 + k, every)) for k in (0, 1))
     energies = {b.name: section_energies(after, b, before) for b in beams}
-    retained = sum(each.retained for each in energies.values())
+    bending = sum(each.bending for each in energies.values())
     rates = np.asarray(after.v) - np.asarray(before.v)
     return {
-        "shear": _ratio(sum(energies[b.name].shear for b in cables), retained),
+        "shear": _ratio(sum(energies[b.name].shear for b in cables), bending),
         "rotary inertia": _rotary_ratio(after, cables, rates),
     }
 

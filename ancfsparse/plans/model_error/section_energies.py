@@ -24,10 +24,8 @@ class SectionEnergies(NamedTuple):
 
     Attributes
     ----------
-    retained : ndarray
-        Of bending moment and tension.
-    shear : ndarray
-        Of the shear force.
+    bending, axial, shear : ndarray
+        Of the bending moment, the tension and the shear force.
     spread : ndarray
         Difference between measures of strain: to first order, Green's strain gives 1 + 3/2 eps
         times the tension of the change of length, and 1 + 2 eps times the bending energy.
@@ -35,7 +33,8 @@ class SectionEnergies(NamedTuple):
         Axial force [N].
     """
 
-    retained: Vector
+    bending: Vector
+    axial: Vector
     shear: Vector
     spread: Vector
     tension: Vector
@@ -58,8 +57,8 @@ def section_energies(
     shear = half * square(force.Q) / given["shear_stiffness_y"]
     axial = half * np.square(force.N) / given["axial_stiffness"]
     spread = (2.0 * bending + 1.5 * axial) * strain
-    sums = ((bending + axial).sum(axis=1), shear.sum(axis=1), spread.sum(axis=1))
-    return SectionEnergies(*sums, force.N)
+    bending, axial, shear, spread = (x.sum(axis=1) for x in (bending, axial, shear, spread))
+    return SectionEnergies(bending, axial, shear, spread, force.N)
 
 
 def strain_spread(run: Trajectory, body: ElasticBody, point: Point) -> float:
