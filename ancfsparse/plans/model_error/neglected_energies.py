@@ -119,9 +119,8 @@ def neglected_effects(
         spreads = (strain_spread(states, b, quantity.point) for b in of_point)
         effects["stretch"] = max([effects["stretch"], *spreads])
     if strings:  # the resistance is that of tension, which material does not change
-        tensions = {b.name: energies[b.name].tension for b in strings}
         loaded = loaded_nodes(run.system.scene)
-        effects["bending"] = _bending_effect(states, strings, quantity, size, loaded, tensions)
+        effects["bending"] = bending_effect(run, strings, quantity, loaded)
     if dense and quantity.is_like_rates:
         change = largest_norm(quantity.difference(history, history[:1]))
         for name, ratio in _ratios_of_rates(run, beams, cables).items():
@@ -139,21 +138,10 @@ def bending_effect(
     both largest over time, or what rounded kinks at the `loaded_nodes` are displaced by [unit of
     the quantity].
     """
-    size = quantity.response_size(quantity.history(run))
-    return _bending_effect(_thin_out(run), bodies, quantity, size, loaded, {})
-
-
-def _bending_effect(
-    run: Trajectory,
-    bodies: list[ElasticBody],
-    quantity: Quantity,
-    size: float,
-    loaded: Mapping[str, set[int]],
-    tensions: Mapping[str, Vector],
-) -> float:
-    """Return the effect of bending on a quantity of a size, with tensions that are known."""
-    energies = [string_energies(run, b, loaded[b.name], tensions.get(b.name)) for b in bodies]
+    states = _thin_out(run)
+    energies = [string_energies(states, body, loaded[body.name]) for body in bodies]
     bending, stretching, cuts = zip(*energies, strict=True)
+    size = quantity.response_size(quantity.history(run))
     by_energy = size * _ratio(sum(bending), sum(stretching))
     return max(by_energy, float(np.max(cuts))) if quantity.is_displacement else by_energy
 

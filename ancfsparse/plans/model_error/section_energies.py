@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
+from ancfsparse.plans.models.rigid_links import references
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.joints.clamp import Clamp
 from ancfsparse.scene.loads.loads import PointMoment
-from ancfsparse.scene.records.record import BodyRef, PointRef
+from ancfsparse.scene.records.record import PointRef
 
 MAX_STRAIN_SPREAD = 1.7  # between measures of strain, over M^2/(EI EA), see `strain_spread`
 
@@ -29,15 +30,12 @@ class SectionEnergies(NamedTuple):
     spread : ndarray
         Difference between measures of strain: to first order, Green's strain gives 1 + 3/2 eps
         times the tension of the change of length, and 1 + 2 eps times the bending energy.
-    tension : ndarray, shape (k, n_elements)
-        Axial force [N].
     """
 
     bending: Vector
     axial: Vector
     shear: Vector
     spread: Vector
-    tension: Vector
 
 
 def section_energies(
@@ -57,8 +55,7 @@ def section_energies(
     shear = half * square(force.Q) / given["shear_stiffness_y"]
     axial = half * np.square(force.N) / given["axial_stiffness"]
     spread = (2.0 * bending + 1.5 * axial) * strain
-    bending, axial, shear, spread = (x.sum(axis=1) for x in (bending, axial, shear, spread))
-    return SectionEnergies(bending, axial, shear, spread, force.N)
+    return SectionEnergies(*(each.sum(axis=1) for each in (bending, axial, shear, spread)))
 
 
 def strain_spread(run: Trajectory, body: ElasticBody, point: Point) -> float:
@@ -125,14 +122,9 @@ def rotary_energy(run: Trajectory, body: ElasticBody, v: Vector | None = None) -
 def loaded_nodes(scene: Scene) -> dict[str, set[int]]:
     """Return the nodes of every body at which forces, joints and force elements act."""
     nodes: dict[str, set[int]] = {body.name: set() for body in scene.bodies}
-
-    def note(reference: BodyRef) -> BodyRef:
+    for reference in references(scene.records):
         if isinstance(reference, PointRef) and reference.xi == 0.0:
             nodes[reference.body].add(reference.index)
-        return reference
-
-    for record in scene.records:
-        record.moved(note)
     return nodes
 
 
@@ -160,10 +152,7 @@ class Folds(NamedTuple):
 
 
 def folds(run: Trajectory, body: ElasticBody, loaded: set[int], tension: Vector) -> Folds:
-    """Return the changes of direction of a string, with forces at some nodes.
-
-    The `tension` is as in `SectionEnergies`.
-    """
+    """Return the changes of direction of a string with a tension [N], and forces at some nodes."""
     after = {int(row): e for e, row in enumerate(body.ends[:, 0])}
     pairs = [(e, after[int(row)]) for e, row in enumerate(body.ends[:, 1]) if int(row) in after]
     one, other = np.array(pairs, dtype=int).reshape(-1, 2).T
@@ -196,14 +185,13 @@ def _end_differences(run: Trajectory, body: ElasticBody, x: Vector) -> Vector:
 
 
 def string_energies(
-    run: Trajectory, body: ElasticBody, loaded: set[int], tension: Vector | None = None
+    run: Trajectory, body: ElasticBody, loaded: set[int]
 ) -> tuple[Vector, Vector, Vector]:
     """Return the energies of bending and tension of the polygons of a string, each (k,) [J].
 
-    And the largest displacement, (k,) [m], by the rounding of its kinks at the `loaded` nodes.  The
-    `tension` is that of `SectionEnergies`, if available.
+    And the largest displacement, (k,) [m], by the rounding of its kinks at the `loaded` nodes.
     """
-    force = run.section_force(body).N if tension is None else tension
+    force = run.section_force(body).N
     corners = folds(run, body, loaded, force)
     angles = 2.0 * np.arcsin(np.minimum(1.0, 0.5 * np.linalg.norm(corners.changes, axis=2)))
     bending = (0.5 * corners.stiffness / corners.lengths * angles**2).sum(axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.models.graded_mesh import MeshGrading, part_counts, round_half_up
-from ancfsparse.plans.models.rigid_links import rigid_rod
+from ancfsparse.plans.models.rigid_links import references, rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided
 from ancfsparse.scene.bodies.mesh import MeshSpec
@@ -205,14 +205,10 @@ def inner_node_positions(
     """
     referred: dict[str, set[float]] = {name: set((nodes or {}).get(name, ())) for name in beams}
 
-    def note(reference: BodyRef) -> BodyRef:
+    for reference in references(scene.records):
         beam = beams.get(reference.body)
         if isinstance(reference, PointRef) and isinstance(beam, Beam):
             referred[beam.name].add(beam.point(reference).s / beam.size)
-        return reference
-
-    for record in scene.records:
-        record.moved(note)
     return {name: _select_distant(sorted(positions)) for name, positions in referred.items()}
 
 
@@ -254,14 +250,11 @@ def _changes(beam: Beam, model: Model, inner: list[float]) -> dict[str, Any]:
         changes |= {"element": element.name, **element.options}
     if "n_elements" in beam.automatic:
         count, grading = model.counts[beam.name], model.gradings.get(beam.name)
-        changes |= _graded(count, inner, grading) if grading else _mesh(count, inner)
+        if grading is None:
+            return changes | _mesh(count, inner)
+        nodes = grading.node_positions(count, inner)
+        changes |= {"n_elements": len(nodes) - 1, "nodes": tuple(nodes.tolist())}
     return changes
-
-
-def _graded(count: int, inner: list[float], grading: MeshGrading) -> dict[str, Any]:
-    """Return a graded mesh of about `count` elements with nodes at inner positions."""
-    nodes = grading.node_positions(count, inner)
-    return {"n_elements": len(nodes) - 1, "nodes": tuple(nodes.tolist())}
 
 
 def _mesh(count: int, inner: list[float]) -> dict[str, Any]:

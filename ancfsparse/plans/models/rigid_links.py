@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ancfsparse.array_types import Vector
@@ -18,6 +20,19 @@ from ancfsparse.scene.records.record import BodyRef, PointRef, Record
 # Arguments of beams that are not straight and stress-free.
 CURVED = "curve", "length", "tension", "slack", "twist", "eigenstrain", "eigencurvature", "nodes"
 ROUNDING = 1e-9  # of strains, rotations [rad], and rates of strain over the largest velocity
+
+
+def references(records: Iterable[Record]) -> list[BodyRef]:
+    """Return all references of records to bodies and their points."""
+    out: list[BodyRef] = []
+
+    def note(reference: BodyRef) -> BodyRef:
+        out.append(reference)
+        return reference
+
+    for record in records:
+        record.moved(note)
+    return out
 
 
 def rigid_rod(beam: Beam) -> Record:
@@ -79,28 +94,20 @@ def rigid_candidates(scene: Scene) -> list[str]:
         if isinstance(beam, Beam) and {"element", "n_elements"} <= set(beam.automatic)
     }
     excluded: set[str] = set()
-
-    def note(reference: BodyRef) -> BodyRef:
-        if reference.body in beams and not (
-            isinstance(reference, PointRef) and _is_end(beams[reference.body], reference)
-        ):
-            excluded.add(reference.body)
-        return reference
-
+    others = []
     for record in scene.records:
-        if isinstance(record, BeamSpec) and record.name in beams:
-            if any(record.given[name] is not None for name in CURVED):
-                excluded.add(record.name)
-        else:
-            record.moved(note)
+        if not (isinstance(record, BeamSpec) and record.name in beams):
+            others.append(record)
+        elif any(record.given[name] is not None for name in CURVED):
+            excluded.add(record.name)
+    for each in references(others):
+        if beam := beams.get(each.body):
+            ends = 0, beam.n_elements
+            if not (isinstance(each, PointRef) and each.xi == 0.0 and each.index in ends):
+                excluded.add(each.body)
     bending = (joint.nodes for joint in scene.joints if joint.constrains_directions)
     excluded |= {node.beam.name for nodes in bending for node in nodes}
     excluded |= {load.node.beam.name for load in scene.loads if isinstance(load, PointMoment)}
     masses = (each for each in scene.attachments if isinstance(each, PointMass))
     excluded |= {mass.node.beam.name for mass in masses if np.any(mass.inertia)}
     return [name for name in beams if name not in excluded]
-
-
-def _is_end(beam: Beam, point: PointRef) -> bool:
-    """Return True for an end of a beam."""
-    return point.xi == 0.0 and point.index in (0, beam.n_elements)

@@ -86,23 +86,15 @@ class Frequency(Quantity):
 def energy(part: str = "total", *, at: str = "saved") -> EnergyOf:
     """Return an energy of the scene as a quantity of interest [J].
 
+    Relative errors refer to its largest change, which the total energy has where loads, prescribed
+    motions or damping do work.
+
     Parameters
     ----------
     part : {"total", "kinetic", "elastic", "potential"}, optional
         See `Trajectory.energy`.
     at : {"saved", "end", "largest"}, optional
         As in `position`.
-
-    Returns
-    -------
-    Quantity
-        For `plan` and `simulate`; relative errors refer to its largest change, which the total
-        energy has where loads, prescribed motions or damping do work.
-
-    Raises
-    ------
-    InputError
-        If the part is unknown.
     """
     return EnergyOf(part, at=at)
 
@@ -114,15 +106,5 @@ def frequency(number: int = 1) -> Frequency:
     ----------
     number : int, optional
         Its number, from 1 in ascending order, see `modes`.
-
-    Returns
-    -------
-    Quantity
-        For ``plan(scene, quantity=..., error=...)``.
-
-    Raises
-    ------
-    InputError
-        If `number` is not a positive integer.
     """
     return Frequency(number, at="end")

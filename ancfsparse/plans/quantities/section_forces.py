@@ -148,15 +148,5 @@ def section_force(point: Point, part: str = "M", *, at: str = "saved") -> Sectio
         `Trajectory.section_force`.
     at : {"saved", "end", "largest"}, optional
         As in `position`.
-
-    Returns
-    -------
-    Quantity
-        For `plan` and `simulate`.
-
-    Raises
-    ------
-    InputError
-        If `point` is not a point of a beam, or the part is unknown.
     """
     return SectionForceAt(check_beam_point("a section force", point), part, at=at)
