@@ -15,13 +15,10 @@ from ancfsparse.plans.discretization_error.richardson import Estimate
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
     elements_of,
-    max_unobserved_ratio,
     mesh_estimates,
     mesh_orders,
-    solver_noise,
 )
 from ancfsparse.plans.models.model import Model
-from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances, goal_differences
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.scene import Scene
@@ -31,10 +28,9 @@ COARSEST_COUNT = 8.0  # elements on the longest beam of the coarsest mesh
 GROWTH = 1.5  # ratio of the numbers of elements of successive meshes
 MAX_MESHES = 12
 MAX_GROWTH = 3.0  # ratio for equilibria, whose next mesh may be the last
-# Largest ratio of error to tolerance from which the number of elements is extrapolated; the
-# confirmation run checks it.
-MAX_ASYMPTOTIC_RATIO = 12.0  # in the asymptotic range
-MAX_OBSERVED_RATIO = 1.0  # with another observed order
+# Of error to tolerance, from which the number of elements is extrapolated in the asymptotic range;
+# the confirmation run checks it.
+MAX_ASYMPTOTIC_RATIO = 12.0
 
 
 def mesh_error(
@@ -130,8 +126,7 @@ def corrected_estimates(
     if len(known) < len(runs):
         return None
     counts = [elements_of(run) for run in runs]
-    orders, noises = mesh_orders(trials, order), solver_noise(trials, runs[-1])
-    columns = zip(zip(*known, strict=True), orders, noises, strict=True)
+    columns = zip(zip(*known, strict=True), mesh_orders(trials, order), strict=True)
     return tuple(estimate_from_corrections(counts, *each) for each in columns)
 
 
@@ -167,14 +162,8 @@ def error_of_given_meshes(
 
 def _is_enough(trials: TrialRuns, runs: Sequence[TrialRun], estimates: Sequence[Estimate]) -> bool:
     """Return True if errors can be extrapolated."""
-    tolerances = absolute_tolerances(trials.goals, runs[-1])
+    pairs = zip(estimates, absolute_tolerances(trials.goals, runs[-1]), strict=True)
     return all(
-        each.conservative <= _max_ratio(each, goal) * tolerance
-        for each, goal, tolerance in zip(estimates, trials.goals, tolerances, strict=True)
+        each.conservative <= (MAX_ASYMPTOTIC_RATIO if each.is_asymptotic else 1.0) * tolerance
+        for each, tolerance in pairs
     )
-
-
-def _max_ratio(known: Estimate, goal: Goal) -> float:
-    if known.is_asymptotic:
-        return MAX_ASYMPTOTIC_RATIO
-    return MAX_OBSERVED_RATIO if known.is_observed else max_unobserved_ratio(goal)

@@ -46,7 +46,7 @@ from ancfsparse.plans.trial_runs.run_differences import (
     goal_differences,
     history_differences,
 )
-from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.scene import Beam
 
 STEP_GROWTH = 2  # ratio of the numbers of steps; of elements too, if they are of low order
@@ -66,7 +66,6 @@ TOLERANCE_FRACTION = 0.75  # that the estimated error may reach
 MAX_NEAR_EXCESS = 2.0  # over that, below which refining both again takes no more than dividing
 MAX_UNOBSERVED_RATIO = 1.5  # steps extrapolated without an observed order, over those run
 MAX_STEP_RATIO = 16.0  # steps extrapolated with the order of the method, over those run
-ORDER_BUDGET = 0.5  # of the base budget, to observe the order of the steps
 MAX_REFINEMENTS = 12
 MAX_HALVINGS = 5  # of the steps alone
 MAX_REDUCTION = 0.5  # ratio of successive differences that decrease regularly
@@ -74,7 +73,6 @@ MAX_REDUCTION = 0.5  # ratio of successive differences that decrease regularly
 # that were met, damping changed the quantity by .03 of the tolerance or less (.1 in one); in three
 # that were exceeded 1.7 to 4 times, by .2 to .5.
 MAX_DAMPING_FRACTION = 0.05  # of the tolerance
-MAX_DAMPING_RATIO = 0.1  # of the estimated error, where that is larger
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
             continue
         series = _Series(trials, runs[-N_BOUND:], order)
         if series.is_known and series.excess <= 1.0:
-            if agrees_with_undamped(trials, runs, series.errors):
+            if agrees_with_undamped(trials, runs):
                 return series.combine()
         elif series.may_be_divided:
             divided = _divide(trials, runs, order)
@@ -296,9 +294,7 @@ def bound(differences: Sequence[float]) -> tuple[float, float]:
     return order, largest / (ratio - 1.0)
 
 
-def agrees_with_undamped(
-    trials: TrialRuns, runs: Sequence[TrialRun], errors: Sequence[float]
-) -> bool:
+def agrees_with_undamped(trials: TrialRuns, runs: Sequence[TrialRun]) -> bool:
     """Return True if the damping of long steps has removed no relevant vibration.
 
     The first run shows it if it has no damping; otherwise the last one is repeated without.
@@ -309,12 +305,9 @@ def agrees_with_undamped(
     run = undamped.run(last.model, last.steps)
     if run is None:  # its steps are too long; the quantity is still unknown
         return True
-    tolerances = absolute_tolerances(trials.goals, last)
     differences = goal_differences(trials.goals, last, run)
-    return all(
-        difference <= max(MAX_DAMPING_RATIO * error, MAX_DAMPING_FRACTION * tolerance)
-        for difference, error, tolerance in zip(differences, errors, tolerances, strict=True)
-    )
+    pairs = zip(differences, absolute_tolerances(trials.goals, last), strict=True)
+    return all(difference <= MAX_DAMPING_FRACTION * tolerance for difference, tolerance in pairs)
 
 
 def _divide(trials: TrialRuns, runs: Sequence[TrialRun], order: int) -> Refinement | None:
@@ -355,20 +348,13 @@ def refine_steps(trials: TrialRuns, first: Sequence[TrialRun]) -> RunEstimates |
 
 
 def _may_extrapolate(trials: TrialRuns, time: RunEstimates) -> bool:
-    """Return True if the steps for half of the tolerances follow from known errors.
-
-    Also if the order is observed, and another run would take a large part of the planned work.
-    """
-    last, estimates = time.runs[-1], time.estimates
-    pairs = zip(estimates, absolute_tolerances(trials.goals, last), strict=True)
-    ratios = [each.resolution_for(0.5 * tolerance) / last.steps for each, tolerance in pairs]
-    if all(x <= _max_ratio(each) for x, each in zip(ratios, estimates, strict=True)):
-        return True
-    is_expensive = (
-        trials.total_work > ORDER_BUDGET * BASE_BUDGET
-        and last.cost.work > TRIAL_FRACTION * last.cost.work * max(ratios)
+    """Return True if the steps for half of the tolerances follow from known errors."""
+    last = time.runs[-1]
+    pairs = zip(time.estimates, absolute_tolerances(trials.goals, last), strict=True)
+    return all(
+        each.resolution_for(0.5 * tolerance) <= _max_ratio(each) * last.steps
+        for each, tolerance in pairs
     )
-    return is_expensive and all(each.is_observed for each in estimates)
 
 
 def _max_ratio(known: Estimate) -> float:

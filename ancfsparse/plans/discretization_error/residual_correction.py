@@ -116,19 +116,18 @@ def _correct(run: Trajectory, scene: Scene) -> list[Trajectory] | None:
 
 
 def estimate_from_corrections(
-    counts: Sequence[int], changes: Sequence[float], order: float, noise: float
+    counts: Sequence[int], changes: Sequence[float], order: float
 ) -> Estimate:
     """Estimate the error of a quantity from its changes on meshes twice as fine.
 
     The changes [unit] on one mesh or two are proportional to the errors, so that two of them show
-    the order.  Changes up to `noise` are rounding errors.  The error is that at twice the elements
-    of the last mesh.
+    the order.  The error is that at twice the elements of the last mesh.
     """
     n, last = REFINEMENT * counts[-1], changes[-1]
-    is_noise = last <= noise
-    if is_noise or len(changes) < 2 or changes[0] <= noise:
+    is_exact = last == 0.0
+    if is_exact or len(changes) < 2 or changes[0] == 0.0:
         error = last / (REFINEMENT**order - 1.0)
-        return Estimate(n, error, order, is_noise, REFINEMENT, is_noise)
+        return Estimate(n, error, order, is_exact, REFINEMENT, is_exact)
     growth = counts[-1] / counts[0]
     observed = math.log(changes[0] / last) / math.log(growth)
     return from_observed_order(n, last, changes[0] / growth**order, order, observed, REFINEMENT)

@@ -114,8 +114,6 @@ def estimate(
     resolutions: Sequence[float],
     differences: Sequence[float],
     order: float,
-    noise: float = 0.0,
-    previous: float | None = None,
 ) -> Estimate:
     """Estimate the error at the last of several resolutions.
 
@@ -127,10 +125,6 @@ def estimate(
         Differences between solutions at successive resolutions, one fewer [unit].
     order : float
         Order of the method.
-    noise : float, optional
-        Differences up to this size are rounding errors and show no order [unit].
-    previous : float, optional
-        Part of the last difference but one that is comparable with the last [unit].
 
     Returns
     -------
@@ -142,11 +136,11 @@ def estimate(
     error = last / (ratio**order - 1.0)
     bounds = np.cumsum(differences[::-1])[::-1]
     lower = tuple(zip(resolutions[:-1], map(float, bounds), strict=True))
-    if last <= noise:
+    if last == 0.0:
         return Estimate(resolutions[-1], error, order, True, ratio, lower=lower)
-    if len(differences) < 2 or differences[-2] <= noise:
+    if len(differences) < 2 or differences[-2] == 0.0:
         return Estimate(resolutions[-1], error, order, False, ratio, False, lower=lower)
-    previous, last_three = previous or differences[-2], resolutions[-3:]
+    previous, last_three = differences[-2], resolutions[-3:]
     observed = observed_order(last_three, previous, last)
     reduced = previous / _reduction(last_three, order)
     result = from_observed_order(resolutions[-1], last, reduced, order, observed, ratio)

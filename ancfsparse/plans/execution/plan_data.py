@@ -174,7 +174,9 @@ class PlanData:
 
     @property
     def save_every(self) -> int:
-        """Steps between saved states by default."""
+        """Steps between saved states by default; 1 where states are chosen for interpolation."""
+        if isinstance(self.integrator, SolutionMethod):
+            return 1
         return max(1, self.steps // MIN_INTERVALS)
 
     @property

@@ -13,8 +13,7 @@ from dataclasses import replace
 
 from ancfsparse.errors import InputError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import (
-    ASYMPTOTIC_FRACTION,
-    OBSERVED_FRACTION,
+    SAFETY_FRACTION,
     ErrorModel,
     scaled,
 )
@@ -55,12 +54,6 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
     if known is not None:
         return replace(error_model, selected=known)
     reference_run = error_model.reference_run
-    confirmed = replace(error_model, safety_factor=ASYMPTOTIC_FRACTION)
-    # A run from which errors were estimated does not confirm the estimates.
-    is_known = confirmed.optimum() == (longest_count(reference_run), reference_run.steps)
-    error_model = replace(
-        confirmed, safety_factor=error_model.error_fraction if is_known else ASYMPTOTIC_FRACTION
-    )
     for _ in range(MAX_SELECTIONS):
         graded = _grade(trials, error_model, reference_run)
         if graded is not None:
@@ -86,7 +79,7 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         reference_run, error_model = run, _extended(error_model, run)
         if tried == error_model.optimum():  # no better resolution can be reached
             break
-    return replace(error_model, safety_factor=OBSERVED_FRACTION)
+    return error_model
 
 
 def _extended(error_model: ErrorModel, run: TrialRun) -> ErrorModel:
@@ -166,16 +159,12 @@ def _find_sufficient(trials: TrialRuns, error_model: ErrorModel) -> tuple[float,
     meshes = {id(run.model): run for run in (*time[:1], *mesh)}.values()
     steps = {run.steps for run in time if error_model.fixed_steps in (None, run.steps)}
 
-    def fraction(run: TrialRun) -> float:
-        is_reference = run is error_model.reference_run
-        return error_model.error_fraction if is_reference else OBSERVED_FRACTION
-
     sufficient = [
         (error_model.work(longest_count(each), n), (longest_count(each), n))
         for each in meshes
         for n in steps
         if (run := trials.find(each.model, n)) is not None
-        and error_model.excess(longest_count(each), n) <= fraction(run)
+        and error_model.excess(longest_count(each), n) <= SAFETY_FRACTION
         and _differs_little(trials, error_model, run)
     ]
     return min(sufficient)[1] if sufficient else None
@@ -216,11 +205,13 @@ def _correct_by_difference(
         if between is not None:
             by_steps = goal_differences(goals, reference_run, between)
             by_mesh = goal_differences(goals, between, run)
-    error_model = replace(error_model, time=_correct(error_model, time, steps, by_steps))
-    if mesh is None:
+    new_time, new_mesh = _correct(error_model, time, steps, by_steps), mesh
+    if mesh is not None:
+        elements = counts[0] * error_model.density, counts[1] * error_model.density
+        new_mesh = _correct(error_model, mesh, elements, by_mesh)
+    if new_time is time and new_mesh is mesh:
         return error_model
-    elements = counts[0] * error_model.density, counts[1] * error_model.density
-    return replace(error_model, mesh=_correct(error_model, mesh, elements, by_mesh))
+    return replace(error_model, time=new_time, mesh=new_mesh)
 
 
 def _correct(
@@ -250,7 +241,7 @@ def _correct(
             out[i] = replace(new, error=max(1.0, difference / expected) * new.error)
         else:  # no difference at all was expected
             out[i] = replace(new, error=new.error + difference)
-    return replace(known, estimates=tuple(out))
+    return known if out == list(known.estimates) else replace(known, estimates=tuple(out))
 
 
 def _agrees(difference: float, expected: float, tolerance: float) -> bool:

@@ -101,14 +101,16 @@ class ImplicitRun(FixedStepRun):
 
     def _recover(self, outcome: Outcome) -> Outcome:
         steps, pause = self.stats.steps, 0
-        if outcome == Outcome.CONVERGED and self._complete:
+        if outcome != Outcome.CONVERGED:
+            if self._request.is_endless:
+                self._begin = self.save()
+            outcome = self._attempt(outcome)
+        elif self._complete:
             self._complete.compare()
-        elif outcome != Outcome.CONVERGED and self._request.is_endless:
-            self._begin = self.save()
-        outcome = self._attempt(outcome)
         if self._complete:
             self._chunk = self._complete.interval
-        if outcome == Outcome.CONVERGED and self.stats.steps == steps:
+        pauses = self._compliant or self._ahead
+        if pauses and outcome == Outcome.CONVERGED and self.stats.steps == steps:
             pause = self._prepare_next_steps()
         is_last = self.stats.steps == self._n_steps
         if outcome == Outcome.CONVERGED and is_last and self._loop.gained_energy():
@@ -118,8 +120,9 @@ class ImplicitRun(FixedStepRun):
         self._repeated.keep()
         if self._compliant and is_last:
             self._compliant.warn()
-        wait = max(0, self._projection_step - self.stats.steps)
-        self._steps_to_pause = min(wait or pause, pause or wait)
+        if pauses:
+            wait = max(0, self._projection_step - self.stats.steps)
+            self._steps_to_pause = min(wait or pause, pause or wait)
         return outcome
 
     def _attempt(self, outcome: Outcome) -> Outcome:

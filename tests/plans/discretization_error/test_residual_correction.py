@@ -27,7 +27,7 @@ def changes(make, counts):
 def test_one_trial_run_shows_its_error(count):
     ((change,),) = changes(adjoints.clamped, [count])
     true, by_adjoint, *_ = adjoints.compare_equilibrium(adjoints.clamped, count)
-    error = estimate_from_corrections([count], [change], 4, 0.0).at(count)
+    error = estimate_from_corrections([count], [change], 4).at(count)
     assert 0.9 < error / true < 1.1
     # A residual weighted by the adjoint solution, which is not a part of the package.
     assert error == pytest.approx(by_adjoint, rel=0.1)
@@ -36,16 +36,15 @@ def test_one_trial_run_shows_its_error(count):
 def test_two_trial_runs_show_the_order():
     counts = [16, 24]
     (one,), (other,) = changes(adjoints.clamped, counts)
-    error_model = estimate_from_corrections(counts, [one, other], 4, 0.0)
+    error_model = estimate_from_corrections(counts, [one, other], 4)
     assert error_model.is_asymptotic
     assert error_model.order == pytest.approx(4.0, abs=0.2)
     # An error of order 2 where 4 is known: 3 C / 4 n^2 is the change.
-    slow = estimate_from_corrections([8, 16], [0.75 / 64.0, 0.75 / 256.0], 4, 0.0)
+    slow = estimate_from_corrections([8, 16], [0.75 / 64.0, 0.75 / 256.0], 4)
     assert not slow.is_asymptotic
     assert slow.at(32) == pytest.approx(1.0 / 1024.0)
-    assert estimate_from_corrections([8, 16], [1e-3, 1e-9], 4, 1e-8).is_asymptotic
     # An order that no element has shows that the error changes its sign.
-    hidden = estimate_from_corrections([8, 16], [1.0, 1e-6], 2, 0.0)
+    hidden = estimate_from_corrections([8, 16], [1.0, 1e-6], 2)
     assert not hidden.is_asymptotic
     assert hidden.error > 0.02
 

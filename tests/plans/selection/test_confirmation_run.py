@@ -76,7 +76,7 @@ def test_an_estimate_that_is_too_good_is_corrected():
         error_model,
         mesh=replace(error_model.mesh, estimates=(replace(mesh, error=mesh.error / 50, lower=()),)),
     )
-    n_longest, steps = replace(blind, safety_factor=0.85).optimum()
+    n_longest, steps = blind.optimum()
     wrong = trials.run(Model(counts={"beam 0": int(n_longest)}), steps)
     assert goal_differences(trials.goals, wrong, exact)[0] > 2e-4
     seen = confirm_selection(trials, blind)
