@@ -26,6 +26,8 @@ SOURCE_NAMES = {
 """Names of the sources of errors in sentences."""
 # Shorter steps and finer meshes for the rest take less work than richer elements.
 NEGLIGIBLE_FRACTION = 0.5  # of the tolerance, up to which modelling errors are accepted
+# With 1e-3, the response of a whipped string was beyond its tolerance: small changes grow in it.
+LINEAR_FRACTION = 0.01  # of a displacement, a size or a property: changes with linear effects
 
 
 class Effects(tuple[Mapping[str, float], ...]):

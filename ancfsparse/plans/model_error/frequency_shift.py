@@ -15,7 +15,7 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, LoadError
-from ancfsparse.plans.model_error.modal_truncation_error import LINEAR_FRACTION
+from ancfsparse.plans.model_error.effects import LINEAR_FRACTION
 from ancfsparse.plans.model_error.section_energies import (
     folds,
     loaded_nodes,

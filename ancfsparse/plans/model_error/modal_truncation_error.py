@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.plans.model_error.effects import LINEAR_FRACTION
 from ancfsparse.plans.model_error.quasi_static_error import N_SAMPLES
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.results import RunStats, Trajectory
@@ -14,8 +15,6 @@ from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.system import State, System
-
-LINEAR_FRACTION = 1e-3  # of a displacement or of the size of a scene, in which forces are linear
 
 
 def factor_equations(system: System, about: State) -> EquilibriumEquations | None:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
 
 from ancfsparse.array_types import Vector
+from ancfsparse.plans.model_error.effects import LINEAR_FRACTION
 from ancfsparse.plans.model_error.frequency_shift import frequency_effects
 from ancfsparse.plans.model_error.section_energies import (
     loaded_nodes,
@@ -26,10 +28,13 @@ from ancfsparse.plans.quantities.quantity import Quantity, largest_norm
 from ancfsparse.results import Trajectory
 from ancfsparse.results.solutions.selected_states import select_states
 from ancfsparse.scene import ElasticBody, Scene
+from ancfsparse.scene.sections.cross_section import principal_axes
+from ancfsparse.scene.sections.standard_sections import Section
+from ancfsparse.scene.sections.taper import Taper
 
 Solve = Callable[[Scene], Trajectory]
+Change = Callable[[ElasticBody], dict[str, Any]]
 
-PROBE = 0.01  # relative change of stiffness or density, to measure the response of a quantity
 MAX_RESPONSE = 10.0  # of a quantity to such a change, over its size
 MAX_STATES = 64  # in which energies of sections are evaluated
 
@@ -106,14 +111,18 @@ def neglected_effects(
             soft["torsion"] = _ratio(sum(torsion_energy(states, b) for b in cables), bending)
         if "integrator" in run.settings or np.asarray(run.v).any():
             dense["rotary inertia"] = _rotary_ratio(states, cables, np.asarray(states.v))
-    size = response = quantity.response_size(history)
-    weights = sum(soft.values()), sum(dense.values())
-    bound = _response_bound(quantity, history, run.t, size) * sum(weights)
-    if solve is not None and max(bound, size * stretch) > enough:
-        response = _response(*(coarse or (run, quantity)), solve, *weights)
-    effects = {
-        name: response * each for name, each in {**soft, "stretch": stretch, **dense}.items()
-    }
+    size = response = of_stretch = quantity.response_size(history)
+    both = sum(soft.values()), sum(dense.values())
+    base = coarse or (run, quantity)
+    if solve is not None:
+        if _response_bound(quantity, history, run.t, size) * sum(both) > enough:
+            weights = [each / max(both) for each in both]
+            slow = partial(_soften_and_load, soft=weights[0], dense=weights[1])
+            response = _response(*base, solve, slow) / sum(weights)
+        if size * stretch > enough:
+            of_stretch = _response(*base, solve, _soften)
+    effects = {name: response * each for name, each in {**soft, **dense}.items()}
+    effects["stretch"] = of_stretch * stretch
     if quantity.is_axial_strain and quantity.point is not None:
         of_point = [b for b in cables if b is quantity.point.beam]
         spreads = (strain_spread(states, b, quantity.point) for b in of_point)
@@ -197,25 +206,38 @@ def _response_bound(quantity: Quantity, history: Vector, t: Vector, size: float)
     return float(min(MAX_RESPONSE * size, max(size, delay)))
 
 
-def _response(
-    run: Trajectory, quantity: Quantity, solve: Solve, soft: float, dense: float
-) -> float:
-    """Return the change of a quantity over the relative change of properties of all beams.
-
-    Stiffness is reduced and density increased, both of which make beams slower, by parts of `PROBE`
-    in the ratio of `soft` to `dense`, or stiffness alone if both are zero.
-    """
-    soft = soft if soft + dense > 0.0 else 1.0
-    scene, largest = run.system.scene, max(soft, dense)
-    changed = scene
+def _response(run: Trajectory, quantity: Quantity, solve: Solve, change: Change) -> float:
+    """Return the change of a quantity over the relative change of a property of all beams."""
+    scene = changed = run.system.scene
     for body in scene.beams:
         handle = cast(ElasticBody, changed.counterpart(body))
-        material = replace(
-            handle.material,
-            youngs_modulus=(1.0 - PROBE * soft / largest) * handle.material.youngs_modulus,
-            density=(1.0 + PROBE * dense / largest) * handle.material.density,
-        )
-        changed = changed.replaced(handle, material=material)
+        changed = changed.replaced(handle, **change(handle))
     other = quantity.in_scene(changed)
-    change = other.largest_difference(other.value(solve(changed)), quantity.value(run))
-    return change / PROBE * largest / (soft + dense)
+    difference = other.largest_difference(other.value(solve(changed)), quantity.value(run))
+    return difference / LINEAR_FRACTION
+
+
+def _soften(body: ElasticBody, soft: float = 1.0, dense: float = 0.0) -> dict[str, Any]:
+    """Return the changes that reduce stiffness and increase density, both of which slow a body."""
+    material = replace(
+        body.material,
+        youngs_modulus=(1.0 - soft * LINEAR_FRACTION) * body.material.youngs_modulus,
+        density=(1.0 + dense * LINEAR_FRACTION) * body.material.density,
+    )
+    return {"material": material}
+
+
+def _soften_and_load(body: ElasticBody, soft: float, dense: float) -> dict[str, Any]:
+    """Return the same changes, of bending stiffness alone where the section allows it."""
+    section, factor = body.section, 1.0 - soft * LINEAR_FRACTION
+    if isinstance(section, Taper):
+        return _soften(body, soft, dense)
+    _, about_y, about_z = principal_axes(section)
+    softer = Section(
+        area=section.area,
+        inertia_y=factor * about_y,
+        inertia_z=factor * about_z,
+        torsion_constant=section.torsion_constant,
+        shear_factor=section.shear_correction(body.material.poisson_ratio),
+    )
+    return {"section": softer, **_soften(body, 0.0, dense)}
