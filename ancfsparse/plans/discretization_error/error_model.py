@@ -15,7 +15,7 @@ from ancfsparse.plans.trial_runs.trial_runs import TrialRun, round_steps
 
 # Of the tolerance, that predicted errors may use; estimates miss a comparable amount.  With 1, of
 # 277 random plans one more exceeded the tolerance, 1.7 times, at .99 of the work.
-SAFETY_FRACTION = 0.5
+SAFETY_FRACTION = 0.75
 MESH_FRACTIONS = np.linspace(0.05, 0.95, 37)  # of the adjustable error, tried for the mesh
 # If the fixed part of the error exceeds the tolerance, the adjustable part may add this fraction.
 ADDED_FRACTION = 0.1  # of the fixed part

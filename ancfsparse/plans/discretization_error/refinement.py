@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from ancfsparse.errors import PlanError
+from ancfsparse.plans.discretization_error.error_model import SAFETY_FRACTION
 from ancfsparse.plans.discretization_error.mesh_error import GROWTH
 from ancfsparse.plans.discretization_error.richardson import (
     ASYMPTOTIC_RANGE,
@@ -62,7 +63,6 @@ RUN_GROWTH = GROWTH * STEP_GROWTH  # of the work of successive runs
 MAX_LOG = 600.0  # of a ratio of work, below overflow
 MAX_BOUND_ORDER = 1.0  # in the steps, that a bound relies on
 N_BOUND = 4  # runs of which a bound is made
-TOLERANCE_FRACTION = 0.75  # that the estimated error may reach
 MAX_NEAR_EXCESS = 2.0  # over that, below which refining both again takes no more than dividing
 MAX_UNOBSERVED_RATIO = 1.5  # steps extrapolated without an observed order, over those run
 MAX_STEP_RATIO = 16.0  # steps extrapolated with the order of the method, over those run
@@ -172,7 +172,7 @@ class _Series:
         self.is_regular = self._is_regular()
         columns = zip(zip(*differences, strict=True), self.orders, strict=True)
         self.errors = [self._error(*each) for each in columns]
-        limits = [TOLERANCE_FRACTION * each for each in self.tolerances]
+        limits = [SAFETY_FRACTION * each for each in self.tolerances]
         self.excess = max(x / limit for x, limit in zip(self.errors, limits, strict=True))
 
     def _is_regular(self) -> bool:
@@ -390,7 +390,7 @@ def refine_other_elements(
     of_mesh = mesh_estimates(trials, (one, other), order)
     errors = [m.conservative + t.at(steps) for m, t in zip(of_mesh, time.estimates, strict=True)]
     pairs = zip(errors, tolerances, strict=True)
-    is_enough = all(error <= TOLERANCE_FRACTION * tolerance for error, tolerance in pairs)
+    is_enough = all(error <= SAFETY_FRACTION * tolerance for error, tolerance in pairs)
     mesh = RunEstimates(of_mesh, (one, other))
     return Refinement(time, mesh, tuple(errors) if is_enough else None)
 

@@ -68,7 +68,9 @@ def _estimate_reasons(error_model: ErrorModel) -> list[str]:
     out = []
     for name, part in (("mesh size", error_model.mesh), ("step size", error_model.time)):
         if part is not None and not part.is_asymptotic:
-            reserve = "" if error_model.selected else "; half of the tolerance is kept in reserve"
+            reserve = (
+                "" if error_model.selected else "; a quarter of the tolerance is kept in reserve"
+            )
             out.append(
                 f"the trial runs do not show the theoretical convergence order in the {name}; the "
                 f"smaller of observed and theoretical order is used{reserve}"

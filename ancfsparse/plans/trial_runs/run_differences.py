@@ -11,10 +11,6 @@ from ancfsparse.array_types import Vector
 from ancfsparse.plans.quantities.tolerances import Goal
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun
 
-# Two histories may cross at the end: velocities agreed there to .4 of the tolerance, .2 s before to
-# 5 times, and the error was 2.3 times.
-END_FRACTION = 0.1  # of a run: differences there count for a quantity at the end
-
 
 def absolute_tolerances(goals: Sequence[Goal], trial: TrialRun) -> list[float]:
     """Return the absolute tolerance of every quantity, by its size in a run [its unit].
@@ -43,19 +39,9 @@ def differences_over_time(goal: Goal, one: Vector, other: Vector) -> Vector:
 
 
 def goal_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> list[float]:
-    """Return the largest difference of every quantity at the requested times [its unit].
-
-    Of a quantity at the end, the largest in the last part of the run.
-    """
-    out = []
-    for goal, *pair in zip(goals, one.histories, other.histories, strict=True):
-        if goal.quantity.at == "end":
-            common = _at_common_times(*pair)
-            first = int((1.0 - END_FRACTION) * (len(common[0]) - 1))
-            out.append(goal.quantity.largest_difference(*(each[first:] for each in common)))
-        else:
-            out.append(goal_difference(goal, *pair))
-    return out
+    """Return the largest difference of every quantity at the requested times [its unit]."""
+    histories = zip(goals, one.histories, other.histories, strict=True)
+    return [goal_difference(*each) for each in histories]
 
 
 def history_differences(goals: Sequence[Goal], one: TrialRun, other: TrialRun) -> list[float]:
