@@ -22,14 +22,18 @@ if TYPE_CHECKING:
 
 EPSILON = float(np.finfo(float).eps)
 MAX_DENSE_UNKNOWNS = 4000
+# Weights of operations, from measured times and right within a factor of two.
+LANE_COST = 0.1  # of an operation of a kernel, as kernels run in SIMD lanes
+SWEEP_COST = 0.5  # of an operation of a solution or a rotation
+FACTOR_COST = 0.12  # of an operation of a factorization, which dominates in dense blocks
 # Iterations and factorizations, at the ratio of their measured times (2.5 for cables to 15 for
 # nets), were added up over 100 random scenes of the soak and 21 pendulums, chains and nets, for
 # modified Newton and pairs of Davidon, DFP and BFGS.  Relative to the best weight of each scene the
 # mean is 1.01 to 1.05 for all weights from 4 to 13, 1.02 to 1.06 for 20, 1.06 to 1.09 for 40.
 ENTRY_COST = 9.0  # of an entry of a new factor
-# In the same sums modified Newton takes 1.01 to 1.04 of the best for all values from 0 to 0.5, and
-# 1.05 to 1.08 for 1.  Quasi-Newton takes 1.02 to 1.03 for 0.25 and 1.06 to 1.11 for 1, the only
-# value for which the paper's pendulum renews its seed in at most 4 % of the steps.
+# In the sums of `ENTRY_COST` modified Newton takes 1.01 to 1.04 of the best for all values from 0
+# to 0.5, and 1.05 to 1.08 for 1.  Quasi-Newton takes 1.02 to 1.03 for 0.25 and 1.06 to 1.11 for 1,
+# the only value for which the paper's pendulum renews its seed in at most 4 % of the steps.
 RENEWAL_EXCESS = 0.15  # iterations of a step above the mean since the last seed, before renewal
 RENEWAL_EXCESS_WITH_PAIRS = 1.0  # the same for quasi-Newton
 # On 200 random scenes 10 saves 2 to 13 % of the iterations with multipliers and full memory, 1 to
@@ -98,30 +102,43 @@ def make_tolerance(
 
 @dataclass(frozen=True)
 class Costs:
-    """Modelled cost of an iteration, of a new seed, and of rotating the seed in an iteration.
+    """Modelled costs of the parts of a step, all in one arbitrary unit.
 
-    All are in the same arbitrary unit, from counts instead of clocks, so that runs repeat bit for
-    bit.
+    They are from counts instead of clocks, so that runs repeat bit for bit.
+
+    Attributes
+    ----------
+    residual, solve, factor : float
+        Cost of a residual, of a solution, and of a new factor with its matrix.
+    rotation : float
+        Cost of the rotation of the seed in an iteration.
     """
 
-    iteration: float
-    seed: float
+    residual: float
+    solve: float
+    factor: float
     rotation: float = 0.0
 
     @classmethod
     def from_counts(
         cls, residual: int, tangent: int, seed: Seed | Fill, frame: Frame | None = None
     ) -> Costs:
-        """Return costs from operation counts, with measured weights right within a factor of two.
-
-        Kernels run in SIMD lanes.  The cost of a factorization is that of its entries, if columns
-        have few, plus that of its operations, which dominates in dense blocks.
-        """
+        """Return the costs of the operations of two kernels and of a seed."""
         return cls(
-            0.1 * residual + 0.5 * seed.solve_flops,
-            0.1 * tangent + ENTRY_COST * seed.nnz + 0.12 * seed.factor_flops,
-            0.0 if frame is None else 0.5 * frame.operations,
+            LANE_COST * residual,
+            SWEEP_COST * seed.solve_flops,
+            LANE_COST * tangent + ENTRY_COST * seed.nnz + FACTOR_COST * seed.factor_flops,
+            0.0 if frame is None else SWEEP_COST * frame.operations,
         )
+
+    @property
+    def iteration(self) -> float:
+        """Cost of an iteration, without rotation."""
+        return self.residual + self.solve
+
+    def total(self, residuals: float, solves: float, factors: float) -> float:
+        """Return the cost of a number of each."""
+        return self.residual * residuals + self.solve * solves + self.factor * factors
 
 
 def make_inverse(
@@ -222,7 +239,7 @@ def make_iteration(
         noise=tolerance.noise,
         cost_iteration=costs.iteration,
         cost_rotation=costs.rotation,
-        cost_seed=costs.seed,
+        cost_seed=costs.factor,
         patience=RENEWAL_EXCESS_WITH_PAIRS if learns and not sparing else RENEWAL_EXCESS,
         sure=tolerance.sure,
         share=tolerance.share,

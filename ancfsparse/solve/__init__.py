@@ -7,7 +7,7 @@ Stages of a motion (`simulate`), in order; an equilibrium or modes need the firs
 3. linearization       system, state -> matrices M, C, K, constraint gradients; rigid-body modes
 4. stepping            system, integrator, solver -> compiled time loop, recorder
 5. recovery            failed step -> another attempt; steps across singular configurations
-6. error_models        system, spectrum -> predicted errors and costs of a step
+6. error_models        system, differences of runs -> spectrum, predicted errors, numbers of steps
 7. error_control       accuracy -> candidates, their runs, Richardson estimate, the best solution
 8. motion              arguments -> run with a fixed step or to an accuracy -> `Trajectory`
 

@@ -89,7 +89,7 @@ def work_of(scene: Scene, stats: RunStats, key: Key) -> float:
     return (
         (prices.iteration - sweep) * stats.residual_evaluations
         + sweep * (stats.sweeps + stats.products)
-        + prices.seed * stats.factorizations
+        + prices.factor * stats.factorizations
         + TERM_COST * seed.n * terms * stats.iterations
     ) / steps
 

@@ -137,7 +137,7 @@ def model_cost(
         if not method.carry:
             mean = min(mean, 0.5 * max(iterations / steps - 1.0, 0.0))
         products = terms_of(method.update) * mean * iterations
-    work = iterations * costs.iteration + factorizations * costs.seed + TERM_COST * n * products
+    work = iterations * costs.iteration + factorizations * costs.factor + TERM_COST * n * products
     return work / steps
 
 

@@ -203,7 +203,7 @@ class Point:
         solver = solver or Newton()
         loop = make_iteration(
             march, seed, make_inverse(solver, seed, None, np.ones(seed.n), 0.0), solver,
-            tolerance, Costs(1.0, 1.0),
+            tolerance, Costs(1.0, 0.0, 1.0),
         )  # fmt: skip
         self.loop, self.marched = loop, march
         out = [np.zeros((n_steps + 1, 2)) for _ in range(3)]

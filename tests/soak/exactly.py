@@ -56,7 +56,7 @@ class Steps:
         march.weigh(self.criterion.mass, self.criterion.total)
         inverse = make_inverse(NEWTON, self.seed, None, self.criterion.norm, 0.0)
         tolerance = self.criterion.at(self.dt)
-        loop = make_iteration(march, self.seed, inverse, NEWTON, tolerance, Costs(1.0, 1.0))
+        loop = make_iteration(march, self.seed, inverse, NEWTON, tolerance, Costs(1.0, 0.0, 1.0))
         n, m = system.n_all, system.n_multipliers
         room = [np.empty((2, width)) for width in (n, n, n, m)]
         taken, _ = march.advance(loop, 1, self.loads[k + 1 : k + 2], 1, 0, *room)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -27,9 +27,16 @@ if TYPE_CHECKING:
 
 
 class Explicit(Integrator, ABC):
-    """Explicit integrator, which only solves for accelerations."""
+    """Explicit integrator, which only solves for accelerations.
+
+    Attributes
+    ----------
+    takes_velocities : bool
+        Whether forces may depend on velocities, as by damping; the tableau has weights for them.
+    """
 
     loop = "explicit"
+    takes_velocities: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -46,10 +53,9 @@ class Explicit(Integrator, ABC):
         """Times of load evaluation after the start of a step, in steps."""
         return self.tableau.c[1:]
 
-    @property
-    def takes_velocities(self) -> bool:
-        """True if forces may depend on velocities, as by damping."""
-        return self.tableau.B is not None
+    def phase_error(self, z: Vector) -> Vector:
+        """Return the relative error of phase or amplitude of vibrations of z radians per step."""
+        return self.tableau.phase_error(z)
 
     @property
     def holds(self) -> bool:
@@ -111,6 +117,8 @@ class DormandPrince(Explicit):
     The step must be below ``5.96 / omega``, with the highest frequency or decay rate omega of the
     mesh, or the run is refused.
     """
+
+    takes_velocities = True
 
     @property
     def tableau(self) -> Tableau:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,12 +12,12 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InstabilityError, LoadError
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.nonlinear.iteration import EPSILON
+from ancfsparse.nonlinear.iteration import EPSILON, Costs
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
+from ancfsparse.solve.error_control.motion_task import MotionTask
 from ancfsparse.solve.error_control.rank_deficiency import RankDeficiency
-from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.initial_conditions.consistent_accelerations import load_amplitudes_at_start
 from ancfsparse.solve.initial_conditions.consistent_state import check_energy
 from ancfsparse.solve.linearization.matrices import (
@@ -35,7 +34,7 @@ from ancfsparse.solve.stepping.explicit_setup import (
     count_forces,
     instability_error,
 )
-from ancfsparse.solve.stepping.sampled_states import SampledStates
+from ancfsparse.solve.stepping.sampled_states import SampledStates, steps_at_once
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -43,21 +42,16 @@ if TYPE_CHECKING:
 
 
 STABILITY_RATIO = 0.95  # step over the stable one at the start: stretched beams vibrate faster
-MIN_STEPS = 12  # steps of a run: refinement and interpolation need several
-# The same between discontinuities, at the ratio 1.  With one step, 6 of 12 cantilevers at rest
-# seemed to gain energy from a short signal and stopped, with 6 steps one did, with 8 none.
-MIN_SPAN_STEPS = 12
-MIN_GROWTH = 1.1  # growth of the highest frequency that is assumed after an unstable run
+# Steps of a run, and between discontinuities at the ratio 1: with one step, 6 of 12 cantilevers at
+# rest seemed to gain energy from a short signal and stopped, with 6 steps one did, with 8 none.
+MIN_STEPS = 12
 MAX_UNSTABLE_RUNS = 5  # unstable runs
-# The same where that frequency is not the reason: with bodies, whose steps only constraints limit,
-# and where steps resolve loads or waves too little for a balance of energy.  With 1.1, 12 of 30
-# runs of cantilevers under a sine of 999 Hz or a force of 60 us stopped, with 1.5 one, with 2 none.
-MIN_UNRESOLVED_GROWTH = 2.0
-MAX_ROTATION = 1.0  # rotation of a body in the first steps [rad]
-# An unstable run may end at coordinates far from all of the motion, with any frequency.
-MAX_GROWTH = 2.0  # largest such growth, to the power of the number of unstable runs
-MAX_CHUNK = 2000  # steps taken together
-MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them
+# Growth of the highest frequency after an unstable run if it was not too high: with bodies, whose
+# steps only constraints limit, and where steps resolve loads or waves too little for a balance of
+# energy.  With 1.1, 12 of 30 runs of cantilevers under a sine of 999 Hz or a force of 60 us
+# stopped, with 1.5 one, with 2 none.  Also the largest growth, to the power of the number of
+# unstable runs, which may end at coordinates far from all of the motion.
+UNSTABLE_GROWTH = 2.0
 
 
 class ExplicitIntegration:
@@ -65,12 +59,8 @@ class ExplicitIntegration:
 
     Parameters
     ----------
-    system, t, max_energy_gain
-        As in `solve_accurately`.
-    discontinuities : LoadDiscontinuities
-        Discontinuities of the loads.
-    watch : callable
-        Called with the states of a run whenever more are known.
+    task : MotionTask
+        The motion.
     integrator : Explicit
         One of the integrators of the runs.
 
@@ -86,19 +76,9 @@ class ExplicitIntegration:
         Singular configurations in the runs.
     """
 
-    def __init__(
-        self,
-        system: System,
-        t: Vector,
-        max_energy_gain: float,
-        discontinuities: LoadDiscontinuities,
-        watch: Callable[[SampledStates], None],
-        integrator: Explicit,
-    ) -> None:
-        self._system, self._t, self._max_energy_gain = system, t, max_energy_gain
-        self._watch = watch
-        self._discontinuities, self._spans = discontinuities, discontinuities.analytic_spans
-        self._length = float(t[-1] - t[0])
+    def __init__(self, task: MotionTask, integrator: Explicit) -> None:
+        self._task, self._system = task, task.system
+        self._spans, system = task.discontinuities.analytic_spans, task.system
         mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
         self._saddle = (
@@ -107,10 +87,7 @@ class ExplicitIntegration:
         self._sizes = None if self._saddle is None else constraint_magnitudes(system)
         self._mass: SparseSeed | BlockInverse | None = None
         self.omega = _frequency_bound(system)
-        forces = "residual" if system.damped else "force"
-        self.force_cost = 0.1 * system.operations(forces) + _solution_cost(
-            system, self._seed, self._saddle
-        )
+        self.force_cost = _force_cost(system, self._seed, self._saddle)
         self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
         self._interval = STABILITY_RATIO * integrator.tableau.interval
         self._unstable = 0
@@ -140,28 +117,28 @@ class ExplicitIntegration:
         self.omega = highest_frequency(self._system, self._seed, self._system.q0, load, lam)
         if lam is not None:
             self.omega = max(self.omega, self._interval * self._turning(lam, load))
-        self.omega = max(self.omega, 1.0 / self._length)  # also without stiffness
+        self.omega = max(self.omega, 1.0 / self._task.length)  # also without stiffness
 
     def _turning(self, lam: Vector, load: Vector) -> float:
-        """Return the frequency by rotation of bodies, at least the inverse of a step [rad/s]."""
+        """Return the frequency of rotation of bodies, at most a radian per step [rad/s]."""
         system = self._system
         zero = np.zeros(system.n_multipliers)
         stressed, free = (system.assembly.matrix(0.0, 1.0, system.q0, x, load) for x in (lam, zero))
         return max(
-            highest_frequency_of(system, self._seed, stressed - free) / MAX_ROTATION,
-            MIN_STEPS / self._length,
+            highest_frequency_of(system, self._seed, stressed - free),
+            MIN_STEPS / self._task.length,
         )
 
     def step(self, integrator: Explicit, ratio: float) -> float:
         """Return a step that is shorter than the longest one by a ratio [s]."""
         stable = STABILITY_RATIO * integrator.tableau.interval / self.omega
-        return min(stable, self._length / MIN_STEPS, self._discontinuities.longest_step) / ratio
+        longest = self._task.discontinuities.longest_step
+        return min(stable, self._task.length / MIN_STEPS, longest) / ratio
 
     def cost(self, integrator: Explicit, ratio: float) -> float:
         """Return the modelled cost of a run with such steps."""
-        h, min_steps = self.step(integrator, ratio), MIN_SPAN_STEPS * ratio
-        short = sum(max(0.0, min_steps - (end - begin) / h) for begin, end in self._spans)
-        steps = self._length / h + len(self._spans) + short
+        h = self.step(integrator, ratio)
+        steps = sum(max((end - begin) / h + 1.0, MIN_STEPS * ratio) for begin, end in self._spans)
         return steps * integrator.tableau.forces * self.force_cost
 
     def run(self, integrator: Explicit, ratio: float, stats: RunStats) -> SampledStates | None:
@@ -172,16 +149,16 @@ class ExplicitIntegration:
         assert self._mass is not None
         system = self._system
         h = self.step(integrator, ratio)
-        states = SampledStates.empty(self._t, system.n_all, system.n_multipliers)
+        states = SampledStates.empty(self._task.t, system.n_all, system.n_multipliers)
         self.rank_deficiency.begin()
         system.reset_memory()
         q, v, now = system.q0, system.v0, system.t0
-        ends = [*(begin for begin, _ in self._spans[1:]), float(self._t[-1])]
+        ends = [*(begin for begin, _ in self._spans[1:]), float(self._task.t[-1])]
         for (begin, end), last in zip(self._spans, ends, strict=True):
             load = system.loads.amplitudes(np.array([begin]))[0]
-            n = math.ceil(max((last - now) / h, MIN_SPAN_STEPS * ratio))
+            n = math.ceil(max((last - now) / h, MIN_STEPS * ratio))
             dt = (last - now) / n
-            gain, noise = self._max_energy_gain, self._noise
+            gain, noise = self._task.max_energy_gain, self._noise
             inputs = self._inputs(np.array([now]), begin, end)[0]
             state = (q, v, inputs, self._mass, gain, noise)
             time_loop = make_explicit(system, dt, integrator, *state, self._sizes)
@@ -202,9 +179,8 @@ class ExplicitIntegration:
                 if outcome != Outcome.NOT_FINITE and failed is None:
                     omega = highest_frequency(system, self._seed, q, load, lam)
                 is_too_fast = self._saddle is None and STABILITY_RATIO * omega > self.omega
-                growth = MIN_GROWTH if is_too_fast else MIN_UNRESOLVED_GROWTH
-                limit = MAX_GROWTH**self._unstable
-                self.omega *= min(max(omega / self.omega, growth), limit)
+                growth = omega / self.omega if is_too_fast else UNSTABLE_GROWTH
+                self.omega *= min(growth, UNSTABLE_GROWTH**self._unstable)
                 return None
             now = last
         count_forces(stats, integrator)
@@ -248,7 +224,7 @@ class ExplicitIntegration:
         """
         start, stop, steps = span
         n, nodes = self._system.n_all, integrator.stages
-        chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // n, steps))
+        chunk = min(steps_at_once(n), steps)
         widths = (n, n, n, self._system.n_multipliers)
         buffer = [np.zeros((chunk + 1, width)) for width in widths]
         for first in range(0, steps, chunk):
@@ -273,20 +249,21 @@ class ExplicitIntegration:
                         states.q[new], states.v[new], inputs, states.a[new], states.lam[new]
                     )
                 self.rank_deficiency.examine(times[rows], q, v, lam)
-                self._watch(states)
+                self._task.watch(states)
             if code:
                 return Outcome(code)
             self._system.assembly.check()
         return Outcome.CONVERGED
 
 
-def _solution_cost(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> float:
-    """Return the modelled cost of solving for the accelerations of a stage."""
+def _force_cost(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> float:
+    """Return the modelled cost of the forces and accelerations of a stage."""
+    forces = system.operations("residual" if system.damped else "force")
+    costs = Costs.from_counts(forces, 0, mass if saddle is None else saddle)
+    is_linear = system.constraints.linear
     if saddle is None:
-        solves = 1 if system.constraints.linear else 1 + system.n_multipliers
-        return 0.5 * solves * mass.solve_flops
-    factors = 0 if system.constraints.linear else saddle.factor_flops
-    return 0.5 * (factors + saddle.solve_flops)
+        return costs.total(1, 1 if is_linear else 1 + system.n_multipliers, 0)
+    return costs.total(1, 1, 0 if is_linear else 1)
 
 
 def _frequency_bound(system: System) -> float:

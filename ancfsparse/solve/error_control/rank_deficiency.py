@@ -18,10 +18,14 @@ from ancfsparse.solve.initial_conditions.redundant_constraints import count_near
 from ancfsparse.system import System
 
 N_INTERVALS = 32  # intervals between two steps at whose ends the rank is determined
-MAX_DISTANCE_RATIO = 4.0  # independence of constraints at the farther end of a step over the nearer
+# Independence of constraints at the farther end of a step over the nearer: without this bound,
+# Andrews' mechanism seems to become singular.
+MAX_DISTANCE_RATIO = 4.0
 FRACTIONS = np.linspace(0.0, 1.0, N_INTERVALS + 1)[:, None]
 MAX_EXAMINED = 16  # steps of a motion that are examined
-MAX_EARLIER_STEPS = 1024  # steps before an examined one in which an earlier configuration is sought
+# Steps before an examined one in which an earlier configuration is sought: without, the time in the
+# warning about one linkage in 10 s is that of a later passage.
+MAX_EARLIER_STEPS = 1024
 MIN_OUTLIER_RATIO = 10.0  # second difference of a multiplier over its neighbours
 NEIGHBOUR_DISTANCES = (3, 4)  # steps to these neighbours
 MIN_ENERGY_RATIO = 1e-6  # such a difference over the largest of all multipliers, in energy

@@ -18,11 +18,10 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Event, RunStats
-from ancfsparse.solve.error_models.cost_model import CostModel
 from ancfsparse.solve.error_models.cost_per_step import StepCostMonitor
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
-from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
+from ancfsparse.solve.stepping.implicit_setup import iteration_costs, prepare_implicit
 from ancfsparse.solve.stepping.outcome_reporting import (
     CAUSE_NAMES,
     FailedStep,
@@ -31,7 +30,7 @@ from ancfsparse.solve.stepping.outcome_reporting import (
     step_error,
 )
 from ancfsparse.solve.stepping.remedies import hint_for_accuracy
-from ancfsparse.solve.stepping.sampled_states import SampledStates
+from ancfsparse.solve.stepping.sampled_states import SampledStates, steps_at_once
 from ancfsparse.solve.stepping.step_size_change import StepSizeChange
 from ancfsparse.system import System
 
@@ -44,13 +43,8 @@ Pattern = list[list[tuple[float, int]]]
 # Steps change by powers of this ratio, seldom, so that a factor serves for several.
 STEP_RATIO = math.sqrt(2.0)
 N_EASY_STEPS = 8  # easy steps in a row before they grow
-MAX_CHUNK = 500  # steps taken together
-MAX_CHUNK_COORDINATES = 4_000_000  # coordinates of all of them
 N_LAST_STEPS = 8  # steps before the end of an interval, adjusted to hit the end exactly
 SAFETY_FACTOR = 0.7  # error of a larger step over the allowed one, below which steps grow
-N_FIRST_STEPS = 64  # first steps, which may grow faster
-MAX_FIRST_LEVELS = 2  # powers of the ratio by which they grow at once
-MIN_PARTS = 8  # parts of a given pattern, so that intermediate states are passed on
 N_STEPS_PER_CHECK = 16  # steps between checks of their cost
 ITERATION_RATIO = 0.03  # remaining error of the iteration over the error of a step
 MIN_STEP = 1e-10  # step over the duration of the run
@@ -87,18 +81,17 @@ class StepSizeController:
         Called with the states whenever more are known.
     pattern : list, optional
         Steps to take, regardless of their error.
-    iteration_error : float, optional
-        Remaining error of the iteration in a step [m]; by default a fraction of the local error.
     iteration_error_rate : float, optional
-        The same over the square of the step [m/s^2], if it must decrease with it.
+        Remaining error of the iteration in a step over the square of the step [m/s^2].  Where steps
+        are not given, a fraction of their allowed error is another limit.
     budget : float, optional
-        Cost by `CostModel` at which the run ends with `BudgetExceeded`.
+        Cost in the unit of `Costs` at which the run ends with `BudgetExceeded`.
 
     Attributes
     ----------
     pattern : list
         The steps taken.
-    cost_model : CostModel
+    costs : Costs
         Costs of a residual, a solution and a factor.
     """
 
@@ -116,7 +109,6 @@ class StepSizeController:
         discontinuities: LoadDiscontinuities | None = None,
         watch: Callable[[SampledStates], None] | None = None,
         pattern: Pattern | None = None,
-        iteration_error: float | None = None,
         iteration_error_rate: float = math.inf,
         budget: float = math.inf,
     ) -> None:
@@ -131,10 +123,8 @@ class StepSizeController:
         self.time_loop, self.iteration, self.seed, self.criterion, why, a, _ = prepare_implicit(
             system, self.dt, integrator, solver, "default", max_energy_gain, threads
         )
-        self.cost_model = CostModel.of(system, integrator, self.seed)
-        self.iteration_error = (
-            ITERATION_RATIO * local_error if iteration_error is None else iteration_error
-        )
+        self.costs = iteration_costs(system, integrator, self.seed, None)
+        self.iteration_error = ITERATION_RATIO * local_error if pattern is None else math.inf
         self._iteration_error_rate = iteration_error_rate
         self._set_iteration_error(self.dt)
         error = abs(integrator.velocity_constant)  # the position's is the same, 1/12 + shift^2 / 4
@@ -147,10 +137,9 @@ class StepSizeController:
         self.states = SampledStates.empty(t, n, m, h)
         self.states.begin(q, system.v0, a, lam, system.assembly.history)
         self._step_change = StepSizeChange(system, integrator, self.time_loop, self.seed)
-        self._cost_monitor = StepCostMonitor(self.cost_model, STEP_RATIO)
+        self._cost_monitor = StepCostMonitor(self.costs, STEP_RATIO)
         self.stats = RunStats(solver=why, seconds={"set-up": time.perf_counter() - begin})
-        chunk = max(1, min(MAX_CHUNK, MAX_CHUNK_COORDINATES // system.n_all))
-        self._buffer = [np.empty((chunk + 1, width)) for width in (n, n, n, m, h)]
+        self._buffer = [np.empty((steps_at_once(n) + 1, width)) for width in (n, n, n, m, h)]
         if h:
             self.time_loop.save_history(self._buffer[-1])
 
@@ -224,8 +213,8 @@ class StepSizeController:
                 raise self._stopped(outcome, now)
             if outcome == Outcome.MAY_GROW and t_next - now < N_LAST_STEPS * self.dt * STEP_RATIO:
                 continue
-            dt = self._longer_step() if outcome == Outcome.MAY_GROW else self._shorter_step(outcome)
-            if dt == self.dt:
+            dt = self._next_step(outcome)
+            if dt == self.dt or dt > self._longest:
                 continue
             if outcome not in (Outcome.MAY_GROW, Outcome.TOO_INACCURATE):
                 name, step = f"step of {dt:.3g} s", self.stats.steps + 1
@@ -244,7 +233,7 @@ class StepSizeController:
             if dt != self.dt:
                 self._change(dt, now)
             last = now + steps * dt if k + 1 < len(rows) else t_next
-            part = max(N_STEPS_PER_CHECK, steps // MIN_PARTS)
+            part = max(N_STEPS_PER_CHECK, steps // N_LAST_STEPS)
             while steps:
                 taken = self.stats.steps
                 now, outcome = self._advance(now, min(steps, part), steps, last, begin, end)
@@ -295,8 +284,14 @@ class StepSizeController:
     def _count_budget(self) -> None:
         if self._budget < math.inf:
             self._count()
-            if self.cost_model.of_run(self.stats) > self._budget:
+            if self.cost() > self._budget:
                 raise BudgetExceeded
+
+    def cost(self) -> float:
+        """Return the cost of all steps, each with a solution for its error."""
+        stats = self.stats
+        solves = stats.solves + stats.steps + stats.rejected_steps
+        return self.costs.total(stats.residual_evaluations, solves, stats.factorizations)
 
     def note(self, events: list[Event]) -> None:
         """Add events to the list, up to `MAX_EVENTS`."""
@@ -314,20 +309,10 @@ class StepSizeController:
             hint_for_accuracy(self.system.scene, self.integrator),
         )
 
-    def _longer_step(self) -> float:
-        """Return the step after easy ones: longer, unless such steps had a high cost."""
-        if not self._cost_monitor.may_grow(self.stats.steps):
-            return self.dt
-        levels = 1
-        if self.stats.rejected_steps == 0 and self.stats.steps < N_FIRST_STEPS:
-            levels = max(1, min(MAX_FIRST_LEVELS, self._levels()))
-        longer = self.dt * STEP_RATIO**levels
-        return longer if longer <= self._longest else self.dt
-
     def _is_hard(self) -> bool:
-        """Return whether the last steps cost so much that shorter ones may cost less."""
+        """Return whether shorter steps may cost less than the last ones."""
         self._count()
-        return self._cost_monitor.too_large(self.stats)
+        return self._cost_monitor.too_large(self.stats.steps, self.cost())
 
     def _levels(self) -> int:
         """Return the powers of the ratio by which the step may change, by the last error."""
@@ -335,8 +320,11 @@ class StepSizeController:
         ratio = (SAFETY_FACTOR * self.local_error / error) ** (1.0 / 3.0)
         return math.floor(math.log(ratio, STEP_RATIO))
 
-    def _shorter_step(self, outcome: Outcome) -> float:
-        """Return the step for another attempt."""
+    def _next_step(self, outcome: Outcome) -> float:
+        """Return the step after easy ones, or for another attempt."""
+        if outcome == Outcome.MAY_GROW:
+            may_grow = self._cost_monitor.may_grow(self.stats.steps)
+            return self.dt * STEP_RATIO if may_grow else self.dt
         if outcome == Outcome.TOO_INACCURATE:
             self.stats.rejected_steps += 1
             return self.dt * STEP_RATIO ** max(-6, min(-1, self._levels()))
@@ -356,11 +344,6 @@ class StepSizeController:
         """Set the remaining error of the iteration for a step."""
         error = min(self.iteration_error, self._iteration_error_rate * dt**2)
         self.iteration.set_tolerance(self.criterion.at(dt, error))
-
-
-def divide_steps(pattern: Pattern, by: int) -> Pattern:
-    """Return a pattern with each step divided."""
-    return [[(dt / by, n * by) for dt, n in rows] for rows in pattern]
 
 
 def _mass_weights(system: System) -> Vector:

@@ -20,9 +20,6 @@ N_NEIGHBOURS = 8  # intervals on each side with which one is compared
 MIN_OUTLIER_RATIO = 10.0  # second difference over the median of its neighbours
 MAX_DISCONTINUITIES = 64  # beyond it a load is irregular everywhere, as noise is
 N_REFINED = 17  # points of a refined sampling; each is narrower than the last by a quarter of these
-# A second difference decreases with the width to the power 0 at a jump, 1 at a kink, 2 otherwise.
-MAX_JUMP_POWER = 0.5  # largest power of a jump
-MAX_KINK_POWER = 1.5  # largest power of a kink
 
 
 class LoadDiscontinuities:
@@ -162,9 +159,10 @@ def _locate(
         if bends[largest] <= rounding or narrow:
             break
         low, high = times[max(largest - 1, 0)], times[min(largest + 3, N_REFINED - 1)]
-    if power > MAX_KINK_POWER:
+    # It decreases with the width to the power 0 at a jump, 1 at a kink, 2 otherwise.
+    if round(power) >= 2:
         return None
-    if power > MAX_JUMP_POWER:
+    if round(power) == 1:
         return (0.5 * (low + high),) * 2
     steps = np.abs(np.diff(values))
     jump = int(np.argmax(steps))

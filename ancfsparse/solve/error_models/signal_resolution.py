@@ -16,7 +16,6 @@ from ancfsparse.system.used_signals import UsedSignal, signals_of
 # Relative error of the impulse, and of the velocity of a free mass.  At 0.1 a sine has six steps in
 # a period, and a pulse that does not begin with a step ten.
 MAX_IMPULSE_ERROR = 0.1
-N_GAUSS = 3  # points between two times, exact for the rate of a smooth ramp
 N_FIRST_STEPS = 64  # of a table, in the search for steps that resolve it
 
 
@@ -42,7 +41,7 @@ def impulse_error(used: UsedSignal, clock: TimeGrid, n_steps: int) -> float:
     times = np.asarray(clock.at(np.arange(first, last + 1.0)))
     inner = corners[(times[0] < corners) & (corners < times[-1])]
     nodes = np.union1d(times, inner)
-    x, weights = np.polynomial.legendre.leggauss(N_GAUSS)
+    x, weights = np.polynomial.legendre.leggauss(3)  # exact for the rate of a smooth ramp
     half = 0.5 * np.diff(nodes)
     points = (0.5 * (nodes[1:] + nodes[:-1])[:, None] + half[:, None] * x).ravel()
     before = inner - 2.0 * TIME_ROUNDING * np.abs(inner)
@@ -56,7 +55,7 @@ def impulse_error(used: UsedSignal, clock: TimeGrid, n_steps: int) -> float:
     # A run may end while a signal has just begun.
     size = max(float(np.max(quadrature @ np.abs(values) + around)), used.impulse_of_one_change)
     lines = np.stack([np.interp(points, times, column) for column in at_steps.T], axis=1)
-    errors = (quadrature[:, None] * (values - lines)).reshape(len(half), N_GAUSS, -1).sum(axis=1)
+    errors = (quadrature[:, None] * (values - lines)).reshape(len(half), len(x), -1).sum(axis=1)
     of_jumps = dt * np.minimum(jumps, np.max(np.abs(at_steps))).sum(axis=0)
     largest = np.maximum(np.abs(errors.sum(axis=0)), np.abs(errors).sum(axis=0) - of_jumps)
     return float(np.max(largest)) / size if size > 0.0 else 0.0

@@ -34,17 +34,11 @@ class StagnationCheck:
         self._smallest = self._last = math.inf
 
     def add(self, error: float, is_stagnant: bool = False) -> AccuracyError | None:
-        """Add the error of a run; return an error after too many runs without progress.
+        """Add the error of a run [m]; return an error after too many runs without progress.
 
-        Parameters
-        ----------
-        error : float
-            Estimated error [m].
-        is_stagnant : bool, optional
-            Whether the run shows otherwise that there is no progress.
+        A run may also show otherwise that it is stagnant.
         """
-        is_stagnant = is_stagnant or error > MIN_DECREASE ** (1 + self.stagnant_runs) * self._last
-        if is_stagnant:
+        if is_stagnant or error > MIN_DECREASE ** (1 + self.stagnant_runs) * self._last:
             self.stagnant_runs += 1
         else:
             self.stagnant_runs, self._last = 0, error

@@ -1,150 +1,129 @@
-"""Select the number of equal steps of implicit runs from the vibrations of a motion."""
+"""Select the number of steps of implicit runs from the vibrations of a motion."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ancfsparse.array_types import Vector
+from ancfsparse.integrators.interface.integrator import Integrator
 from ancfsparse.integrators.interface.time_grid import MAX_STEPS
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
-from ancfsparse.solve.error_models.modal_error_model import ModalSpectrum
+from ancfsparse.solve.error_models.modal_spectrum import ModalSpectrum, Scheme
+from ancfsparse.solve.error_models.run_differences import remaining_error
 
-MIN_STEPS = 40  # steps of a run
-STEP_RESOLUTION = 1.05  # relative resolution of numbers of steps
+MIN_STEPS = 40.0  # steps of a run
+RESOLUTION = 1.05  # relative resolution of numbers of steps
 N_FIRST_RUNS = 20  # first runs that are compared
 EXTRA_STEPS = 75.0  # cost of a run in addition to its steps: the first ones and the factors
 MIN_STEP_RATIO = 1.5  # steps of a run over those of the last
 MAX_STEP_RATIO = 3.5  # the same
-SECOND_STEP_RATIO = 2.0  # the same, for the second of three runs
 SAFETY_FACTOR = 0.55  # of the accuracy, for which runs are planned
 MAX_LOAD_CHANGE = 0.3  # of a load in a step, relative
 ASSUMED_ORDER = 1.25  # of the error without its part of second order
-MIN_REMAINING = 1.0 / 12.0  # remaining error over the difference of two runs
-MAX_REGULAR_PHASE = 1.0  # [rad]: up to it errors of two runs are assumed to cancel
 
 
 @dataclass(frozen=True)
 class StepPlan:
-    """Errors of runs of the trapezoidal rule and similar methods, by their number of steps.
+    """Choice of the runs of an implicit integrator of second order with equal or divided steps.
 
     Attributes
     ----------
     spectrum : ModalSpectrum
         The vibrations.
+    integrator : Integrator
+        The integrator.
     length : float
         Duration of the motion [s].
-    min_steps : float
+    min_steps : float, optional
         Steps of a run that resolve the loads and can be solved.
     """
 
     spectrum: ModalSpectrum
+    integrator: Integrator
     length: float
-    min_steps: float
+    min_steps: float = MIN_STEPS
 
-    @classmethod
-    def of(
-        cls, spectrum: ModalSpectrum | None, discontinuities: LoadDiscontinuities, length: float
-    ) -> StepPlan | None:
-        """Return a plan; None without known vibrations, or if the loads require short steps."""
-        if spectrum is None:
-            return None
-        steps = max(float(MIN_STEPS), length / discontinuities.longest_step)
-        times, values = discontinuities.times, discontinuities.amplitudes
-        size = np.max(np.abs(values), axis=0, initial=0.0)
-        change = np.abs(np.diff(values, axis=0))
-        for low, high in zip(discontinuities.before, discontinuities.after, strict=True):
-            change[(times[:-1] <= high) & (times[1:] >= low)] = 0.0
-        if size.size and size.max() > 0.0:
-            rate = change.max(axis=0)[size > 0.0] / size[size > 0.0]
-            steps = max(steps, math.ceil(len(change) * float(rate.max()) / MAX_LOAD_CHANGE))
-        return cls(spectrum, length, steps) if 2 * steps < len(times) else None
-
-    def error(self, steps: float) -> float:
-        """Return the error of a run [m]."""
-        return float(self.spectrum.amplitude @ np.minimum(1.0, self._phase(steps)))
-
-    def difference(self, coarse: float, fine: float) -> float:
-        """Return the difference of two runs [m]."""
-        errors = [np.minimum(1.0, self._phase(steps)) for steps in (coarse, fine)]
-        return float(self.spectrum.amplitude @ (errors[0] - errors[1]))
-
-    def common_error(self, coarse: float, fine: float) -> float:
-        """Return the error that two runs have in common [m]."""
-        errors = [np.minimum(1.0, self._phase(steps)) for steps in (coarse, fine)]
-        return float(self.spectrum.amplitude @ (errors[0] * errors[1]))
-
-    def extrapolated_error(self, coarse: float, fine: float) -> float:
-        """Return the error of two runs after Richardson extrapolation of second order [m]."""
-        weight = 1.0 / ((fine / coarse) ** 2 - 1.0)
-        one, other = self._phase(coarse), self._phase(fine)
-        error = np.abs(
-            (1.0 + weight) * (np.exp(1j * other) - 1.0) - weight * (np.exp(1j * one) - 1.0)
-        )
-        bound = (1.0 + weight) * np.minimum(other, 2.0) + weight * np.minimum(one, 2.0)
-        return float(self.spectrum.amplitude @ np.where(one < MAX_REGULAR_PHASE, error, bound))
+    def run(self, steps: float) -> Scheme:
+        """Return the integrator with its mean step in a number of steps."""
+        return self.integrator, self.length / steps
 
     def first(self, accuracy: float) -> tuple[int, float]:
         """Return the steps of the first run for an accuracy, and the cost of all runs in steps."""
-        limit = self._min_steps(lambda n: self.error(n) <= SAFETY_FACTOR * accuracy, self.min_steps)
+        limit = find_smallest(lambda n: self._suffices(n, accuracy), self.min_steps)
         plans = []
         for steps in np.geomspace(self.min_steps, limit, N_FIRST_RUNS).tolist():
             plans.append((steps + EXTRA_STEPS + self.next([steps], accuracy)[1], steps))
         total, steps = min(plans)
         return math.ceil(steps), total
 
-    def next(self, runs: list[float], accuracy: float, excess: float = 1.0) -> tuple[int, float]:
+    def next(
+        self, runs: Sequence[float], accuracy: float, excess: float = 1.0
+    ) -> tuple[int, float]:
         """Return the steps of the next run, and the cost of all that follow in steps.
 
         Parameters
         ----------
         runs : list of float
-            Steps of the previous runs, ascending.
+            Steps of the last two runs, ascending, or of the only one.
         accuracy : float
             Requested accuracy, over the ratio of errors to predicted ones [m].
         excess : float, optional
             Additional error of two runs together over that ratio [-].
         """
-        aim, last = SAFETY_FACTOR * accuracy, runs[-1]
-        options = [self._following(last, lambda n: self.error(n) <= aim)]
-        before = runs[-2] if len(runs) > 1 else last
-        near = last if len(runs) > 1 else SECOND_STEP_RATIO * last
-        known = self.extrapolated_error(before, near)
+        before, last = runs[0], runs[-1]
+        plain = self._following(last, lambda n: self._suffices(n, accuracy))
+        near = last if len(runs) > 1 else MIN_STEP_RATIO * last
+        known = self.spectrum.extrapolated_error(self.run(before), self.run(near))
 
-        def regular(n: float) -> bool:
-            ratio = max(1.0 / ((n / runs[0]) ** ASSUMED_ORDER - 1.0), MIN_REMAINING)
-            return bool(excess * max(self.extrapolated_error(near, n), known * ratio) <= aim)
+        def suffices_extrapolated(n: float) -> bool:
+            remaining = known * remaining_error(n / before, ASSUMED_ORDER)
+            error = self.spectrum.extrapolated_error(self.run(near), self.run(n))
+            return excess * max(error, remaining) <= SAFETY_FACTOR * accuracy
 
-        steps, total = self._following(near, regular)
-        options.append((steps, total) if len(runs) > 1 else (near, near + EXTRA_STEPS + total))
-        steps, total = min(options, key=lambda option: option[1])
+        steps, total = self._following(near, suffices_extrapolated)
+        if len(runs) == 1:
+            steps, total = near, near + EXTRA_STEPS + total
+        steps, total = min(plain, (steps, total), key=lambda plan: plan[1])
         return math.ceil(steps), total
+
+    def _suffices(self, steps: float, accuracy: float) -> bool:
+        return self.spectrum.error(self.run(steps)) <= SAFETY_FACTOR * accuracy
 
     def _following(self, last: float, is_enough: Callable[[float], bool]) -> tuple[float, float]:
         """Return the next of the runs up to the first that is enough, and their cost in steps."""
-        n = self._min_steps(is_enough, max(MIN_STEP_RATIO * last, self.min_steps))
+        n = find_smallest(is_enough, max(MIN_STEP_RATIO * last, self.min_steps))
         total = n + EXTRA_STEPS
-        while n > MAX_STEP_RATIO * max(last, self.min_steps):
+        while n > MIN_STEP_RATIO * MAX_STEP_RATIO * max(last, self.min_steps):
             n /= MAX_STEP_RATIO
             total += n + EXTRA_STEPS
         return n, total
 
-    def _min_steps(self, is_enough: Callable[[float], bool], minimum: float) -> float:
-        """Return the smallest number of steps that is enough, to a few percent."""
-        low = high = minimum
-        while not is_enough(high) and high < MAX_STEPS:
-            low, high = high, 2.0 * high
-        while high > STEP_RESOLUTION * low:
-            middle = math.sqrt(low * high)
-            low, high = (low, middle) if is_enough(middle) else (middle, high)
-        return high
 
-    def _phase(self, steps: float) -> Vector:
-        """Return the phase error of each vibration [rad]."""
-        z = self.spectrum.omega * (self.length / steps)
-        return np.asarray(
-            (1.0 - 2.0 * np.arctan(0.5 * z) / z) * self.spectrum.omega * self.spectrum.time
-        )
+def find_smallest(
+    is_enough: Callable[[float], bool], minimum: float, maximum: float = MAX_STEPS
+) -> float:
+    """Return the smallest number that is enough, to a few percent."""
+    low = high = minimum
+    while not is_enough(high) and high < maximum:
+        low, high = high, 2.0 * high
+    while high > RESOLUTION * low:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if is_enough(middle) else (middle, high)
+    return high
+
+
+def min_steps(discontinuities: LoadDiscontinuities, length: float) -> float:
+    """Return the fewest equal steps that resolve the loads; infinite if too many are required."""
+    steps = max(MIN_STEPS, length / discontinuities.longest_step)
+    times, values = discontinuities.times, discontinuities.amplitudes
+    size = np.max(np.abs(values), axis=0, initial=0.0)
+    change = np.abs(np.diff(values, axis=0))
+    for low, high in zip(discontinuities.before, discontinuities.after, strict=True):
+        change[(times[:-1] <= high) & (times[1:] >= low)] = 0.0
+    rates = change.max(axis=0, initial=0.0)[size > 0.0] / size[size > 0.0]
+    largest = float(np.max(rates, initial=0.0))
+    steps = max(steps, math.ceil(len(change) * largest / MAX_LOAD_CHANGE))
+    return steps if 2.0 * steps < len(times) else math.inf

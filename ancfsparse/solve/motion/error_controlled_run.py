@@ -10,7 +10,8 @@ from ancfsparse.integrators import Explicit
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Trajectory
 from ancfsparse.solve.error_control.best_solution import BestSolution
-from ancfsparse.solve.error_control.select_solution import check_accuracy, solve_accurately
+from ancfsparse.solve.error_control.check_accuracy import check_accuracy
+from ancfsparse.solve.error_control.select_solution import solve_accurately
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.preparation.threads import usable_threads
 from ancfsparse.solve.stepping.state_recorder import StateRecorder

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from ancfsparse.nonlinear.iteration import Costs
+from ancfsparse.nonlinear.iteration import SWEEP_COST, Costs
 from ancfsparse.seeds import Groups
 from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
 from ancfsparse.system_memory import available_memory
@@ -51,9 +51,7 @@ class SwitchToDirect:
         self._groups, self._switch = groups, switch
         fill = groups.exact_fill(MAX_COUNTED_FILL)
         self._complete = None if fill is None else costs_of(fill)
-        self._solve = 0.0 if fill is None else 0.5 * fill.solve_flops
-        self._costs, self._sweep = costs_of(incomplete), 0.5 * incomplete.sweep_flops
-        self._residual = self._costs.iteration - 0.5 * incomplete.solve_flops
+        self._costs, self._sweep = costs_of(incomplete), SWEEP_COST * incomplete.sweep_flops
         self._counted = dict.fromkeys(("residual_evaluations", "solves", "factorizations"), 0)
         self._swept = 0
 
@@ -71,18 +69,12 @@ class SwitchToDirect:
         self.continue_comparison((dict.fromkeys(since, 0), 0), counts, inner)
         if self._complete is None:
             return False
-        residual = self._residual * since["residual_evaluations"]
-        cost = residual + self._sweep * swept
-        cost += self._costs.seed * since["factorizations"]
-        complete = residual + self._solve * since["solves"]
-        renewals = min(
-            1.0,
-            max(
-                MIN_RENEWAL_RATIO,
-                RENEWAL_FACTOR * since["factorizations"] / max(since["solves"], 1),
-            ),
+        residuals, solves, factors = (
+            since[name] for name in ("residual_evaluations", "solves", "factorizations")
         )
-        complete += renewals * self._complete.seed * since["factorizations"]
+        cost = self._costs.total(residuals, 0, factors) + self._sweep * swept
+        renewals = min(1.0, max(MIN_RENEWAL_RATIO, RENEWAL_FACTOR * factors / max(solves, 1)))
+        complete = self._complete.total(residuals, solves, renewals * factors)
         return complete < MAX_COST_RATIO * cost
 
     def since_comparison(

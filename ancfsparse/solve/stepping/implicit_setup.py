@@ -114,7 +114,7 @@ def prepare_implicit(
 
     def update_costs(other: SparseSeed) -> None:
         cost = iteration_costs(system, integrator, other, frame)
-        iteration.set_costs(cost.iteration, cost.seed)
+        iteration.set_costs(cost.iteration, cost.factor)
 
     if isinstance(seed, SparseSeed):
         seed.on_renewal = update_costs
@@ -138,7 +138,7 @@ def prepare_implicit(
         inverse.set_threads(threads)
         cost = iteration_costs(system, integrator, complete, frame)
         rotated = rotate_with_frame(inverse, used, frame)
-        iteration.take_seed(complete, rotated, True, cost.iteration, cost.seed)
+        iteration.take_seed(complete, rotated, True, cost.iteration, cost.factor)
         return complete
 
     assert not isinstance(seed, SparseSeed)

@@ -103,8 +103,15 @@ class SampledStates:
         return SampledStates(self.t, q, v, a, lam, history, self.rows)
 
 
+MAX_STEPS_AT_ONCE = 1000  # steps between two interpolations
+MAX_COORDINATES_AT_ONCE = 4_000_000  # coordinates of all of them
 MAX_ROUNDING_UNITS = 100.0  # of a motion, over that of a step and the root of the number of steps
 MIN_MOTION_RATIO = 0.01  # of the largest displacement, from which a motion has begun
+
+
+def steps_at_once(n: int) -> int:
+    """Return a number of steps with n coordinates that are taken before their interpolation."""
+    return max(1, min(MAX_STEPS_AT_ONCE, MAX_COORDINATES_AT_ONCE // n))
 
 
 def largest_coordinate(system: System) -> float:

@@ -7,7 +7,7 @@ from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.nonlinear.methods import UPDATES
 from benchmarks.scaling.secant_pairs import LENGTHS, PairRun, SecantPairs, chart, model_cost
 
-COSTS = Costs(iteration=100.0, seed=1000.0)
+COSTS = Costs(residual=60.0, solve=40.0, factor=1000.0)
 
 
 def test_model_counts_iterations_seeds_and_terms():

@@ -30,7 +30,7 @@ def multipliers(integrator, dt, delta, seed_of_noise=0):
     scale = integrator.scale * dt**2
     loop = make_iteration(
         march, seed, make_inverse(Newton(), seed, None, np.ones(seed.n), 0.0), Newton(),
-        Tolerance(False, scale * 1e-9, 1e-14, 0.0, 1e-16), Costs(1.0, 1.0),
+        Tolerance(False, scale * 1e-9, 1e-14, 0.0, 1e-16), Costs(1.0, 0.0, 1.0),
     )  # fmt: skip
     rng = np.random.default_rng(100 + seed_of_noise)
     out = [np.zeros((2, n)) for n in (2, 2, 2, 1)]

@@ -12,7 +12,7 @@ from ancfsparse.solve.error_control.implicit_candidate import (
     ITERATIONS_RATIO,
     ImplicitCandidate,
 )
-from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
+from ancfsparse.solve.error_control.motion_task import MotionTask
 from ancfsparse.solve.stepping.sampled_states import distance
 from ancfsparse.system import System
 
@@ -58,13 +58,11 @@ def test_iterations_cause_a_small_fraction_of_the_accuracy_in_steps_of_any_lengt
         elastic_ratio = factor * ELASTIC_ITERATIONS_RATIO
         monkeypatch.setattr(implicit_candidate, "ELASTIC_ITERATIONS_RATIO", elastic_ratio)
         system, t = System(make(hold)), np.linspace(0.0, T_END, 21)
-        candidate = ImplicitCandidate(
-            *(system, t, ACCURACY, ancf.HHT(0.05), "auto", math.inf, 1),
-            *(LoadDiscontinuities(system, 0.0, T_END), lambda states: None),
-        )
+        task = MotionTask(system, t, ACCURACY, math.inf, lambda states: None)
+        candidate = ImplicitCandidate(task, ancf.HHT(0.05), "auto", 1)
         lengths = T_END / STEPS_OF_A_LENGTH * GROWTH / GROWTH.sum()
         pattern = [[(dt, STEPS_OF_A_LENGTH) for dt in lengths.tolist()]]
-        return system, candidate._controller(pattern=pattern, iteration_error=math.inf).run()
+        return system, candidate._controller(pattern).run()
 
     system, found = states(1.0)
     _, exact = states(1e-3)

@@ -7,7 +7,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.problems.named import MECHANISMS
 from ancfsparse.seeds import SparseSeed
-from ancfsparse.solve.error_models.cost_model import CostModel
+from ancfsparse.solve.stepping.implicit_setup import iteration_costs
 
 NAMES = (
     "planar_rod", "spatial_pendulum", "heavy_top", "dzhanibekov", "four_bar", "slider_crank",
@@ -33,7 +33,7 @@ def work(run, integrator):
     """Return what a run has cost, in the unit of `Costs`."""
     system, stats = run.system, run.stats
     seed = SparseSeed(system.pattern.indptr, system.pattern.indices, system.n_free)
-    price = CostModel.of(system, integrator, seed)
+    price = iteration_costs(system, integrator, seed, None)
     total = (price.residual + CALL) * stats.residual_evaluations
     total += price.factor * stats.factorizations
     if "full memory" not in stats.solver:

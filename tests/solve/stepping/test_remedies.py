@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import pendulum
-from ancfsparse.solve.error_control.select_solution import check_accuracy
+from ancfsparse.solve.error_control.check_accuracy import check_accuracy
 from ancfsparse.solve.stepping.remedies import hint_for_accuracy, hint_for_fixed_steps
 from ancfsparse.system import System
 

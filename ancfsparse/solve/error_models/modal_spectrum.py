@@ -11,15 +11,13 @@ and never as the estimate.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ancfsparse.array_types import Vector
-from ancfsparse.integrators.explicit.nystrom_tableaus import Tableau
+from ancfsparse.integrators.interface.integrator import Integrator
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
-from ancfsparse.solve.error_models.phase_error import phase_error
 from ancfsparse.solve.linearization.matrices import (
     free_submatrix,
     mass_matrix,
@@ -28,19 +26,21 @@ from ancfsparse.solve.linearization.matrices import (
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 
-MAX_COORDINATES = 300  # free coordinates up to which dense matrices give all modes
-MAX_COORDINATES_DURING = 150  # the same during a run
+# Free coordinates up to which dense matrices give all modes: 300 take 0.1 s.
+MAX_COORDINATES = 300
 SAMPLE_FRACTIONS = (0.25, 0.75)  # of the time of a run
+ROUNDING = 1e-12  # of amplitudes, over the size of the scene
 REST_RATIO = 1e-7  # frequency of a rigid motion over the highest one: rounding
-ROUNDING_RATIO = 1e-12  # of amplitudes, over the size of the scene
 MAX_LATER_RATIO = 10.0  # changes of the loads over the start and jumps, if neglected
-N_POINTS = 300  # in a table of the phase error
-FIRST_POINT = 0.05  # of the table, over the order; below it the phase error is a power
+MIN_SCALE = 0.3  # error of a run, or difference from a finer one, over the predicted error
+
+Scheme = tuple[Integrator, float]
+"""An integrator and its step [s]."""
 
 
 @dataclass(frozen=True)
 class ModalSpectrum:
-    """Vibrations excited by the start and by jumps of the loads.
+    """Vibrations of a motion, or the one that represents the difference of two runs.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class ModalSpectrum:
             times.append(np.minimum(t_end - begin, duration[vibrates]))
         omega = omega[vibrates]
         amplitude, time = np.concatenate(amplitudes), np.concatenate(times)
-        if amplitude.sum() <= ROUNDING_RATIO * np.max(np.abs(system.q0)):
+        if amplitude.sum() <= ROUNDING * np.max(np.abs(system.q0)):
             return None
         return cls(amplitude, np.tile(omega, len(causes)), time)
 
@@ -119,7 +119,7 @@ class ModalSpectrum:
             None if there are too many vibrations, or none.
         """
         n, length = system.n_free, float(states.t[-1] - states.t[0])
-        if not 0 < n <= MAX_COORDINATES_DURING or any(system.constraints.mass):
+        if not 0 < n <= MAX_COORDINATES or any(system.constraints.mass):
             return None
         parts: list[tuple[Vector, Vector, Vector]] = []
         for fraction in SAMPLE_FRACTIONS:
@@ -134,51 +134,54 @@ class ModalSpectrum:
         amplitude, omega, time = map(np.concatenate, zip(*parts, strict=True))
         return cls(amplitude, omega, time) if amplitude.any() else None
 
-    def phase_error(self, tableau: Tableau, h: float) -> Vector:
-        """Return the relative error of each, 0 to 1, of an explicit method with steps h."""
-        rate = _phase_table(tableau).at(self.omega * h)
-        return np.asarray(np.minimum(1.0, rate * self.omega * self.time))
+    @classmethod
+    def of_difference(
+        cls, difference: float, omega: float, time: float, coarse: Scheme, fine: Scheme
+    ) -> ModalSpectrum:
+        """Return the vibration of a frequency that makes two runs differ [m]."""
+        unit = cls(np.ones(1), np.array([omega]), np.array([time]))
+        ratio = max(unit.difference(coarse, fine), 0.5 * unit.error(coarse))
+        amplitude = difference / ratio if ratio > 0.0 else np.inf
+        return cls(np.array([amplitude]), unit.omega, unit.time)
 
-    def error(self, tableau: Tableau, h: float) -> float:
-        """Return the error of a motion with steps h [m]."""
-        return float(self.amplitude @ self.phase_error(tableau, h))
+    def phase_errors(self, run: Scheme) -> Vector:
+        """Return the phase error of each at its end [rad]."""
+        integrator, h = run
+        return integrator.phase_error(self.omega * h) * self.omega * self.time
 
-    def difference(self, tableaus: tuple[Tableau, Tableau], steps: tuple[float, float]) -> float:
+    def error(self, run: Scheme) -> float:
+        """Return the error of a run [m]."""
+        return float(self.amplitude @ np.minimum(1.0, self.phase_errors(run)))
+
+    def difference(self, coarse: Scheme, fine: Scheme) -> float:
         """Return the difference of two runs [m]."""
-        one, other = (self.phase_error(*run) for run in zip(tableaus, steps, strict=True))
+        one, other = (np.minimum(1.0, self.phase_errors(run)) for run in (coarse, fine))
         return float(self.amplitude @ np.abs(one - other))
 
-    def common_error(self, tableaus: tuple[Tableau, Tableau], steps: tuple[float, float]) -> float:
+    def common_error(self, coarse: Scheme, fine: Scheme) -> float:
         """Return the error that two runs have in common, which their difference does not show [m].
 
         Explicit methods of high order dissipate the fastest vibrations: both runs may have lost
         them.
         """
-        one, other = (self.phase_error(*run) for run in zip(tableaus, steps, strict=True))
+        one, other = (np.minimum(1.0, self.phase_errors(run)) for run in (coarse, fine))
         return float(self.amplitude @ (one * other))
 
+    def extrapolated_error(self, coarse: Scheme, fine: Scheme) -> float:
+        """Return the error of two runs after Richardson extrapolation of second order [m]."""
+        weight = 1.0 / ((coarse[1] / fine[1]) ** 2 - 1.0)
+        one, other = (self.phase_errors(run) for run in (coarse, fine))
+        error = np.abs(
+            (1.0 + weight) * (np.exp(1j * other) - 1.0) - weight * (np.exp(1j * one) - 1.0)
+        )
+        # Beyond a radian the errors of two runs need not cancel.
+        bound = (1.0 + weight) * np.minimum(other, 2.0) + weight * np.minimum(one, 2.0)
+        return float(self.amplitude @ np.where(one < 1.0, error, bound))
 
-@dataclass(frozen=True)
-class _PhaseTable:
-    """Phase error over the logarithm of z, and its power below the table."""
-
-    log_z: Vector
-    log_lost: Vector
-    order: int
-    interval: float
-
-    def at(self, z: Vector) -> Vector:
-        log_z = np.log(z)
-        table = np.exp(np.interp(log_z, self.log_z, self.log_lost))
-        below = np.exp(self.order * np.minimum(log_z - self.log_z[0], 0.0))
-        return np.asarray(np.where(z < self.interval, table * below, 1.0))
-
-
-@cache
-def _phase_table(tableau: Tableau) -> _PhaseTable:
-    z = np.geomspace(FIRST_POINT * tableau.order, 0.999 * tableau.interval, N_POINTS)
-    errors = np.array([phase_error(tableau, float(x)) for x in z])
-    return _PhaseTable(np.log(z), np.log(errors), tableau.order, tableau.interval)
+    def scale(self, difference: float, coarse: Scheme, fine: Scheme) -> float:
+        """Return the difference of two runs over the predicted one."""
+        predicted = max(self.difference(coarse, fine), MIN_SCALE * self.error(coarse))
+        return difference / max(predicted, np.finfo(float).tiny)
 
 
 def _decay_times(omega: Vector, decay: Vector) -> tuple[NDArray[np.bool_], Vector]:

@@ -7,8 +7,14 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.solve.error_models.load_discontinuities import LoadDiscontinuities
-from ancfsparse.solve.error_models.modal_error_model import MAX_COORDINATES, ModalSpectrum
-from ancfsparse.solve.error_models.step_count_selection import EXTRA_STEPS, SAFETY_FACTOR, StepPlan
+from ancfsparse.solve.error_models.modal_spectrum import MAX_COORDINATES, ModalSpectrum
+from ancfsparse.solve.error_models.step_count_selection import (
+    EXTRA_STEPS,
+    MIN_STEPS,
+    SAFETY_FACTOR,
+    StepPlan,
+    min_steps,
+)
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.system import System
 from benchmarks.random_scenes.scenes import SAVED, distance, make, positions, reference
@@ -79,18 +85,20 @@ def test_the_error_of_explicit_runs_is_predicted_not_much_too_small(make):
         for finer in (1.1, 2.0):
             steps = 20 * int(np.ceil(T_END / limit * finer / 20))
             error = np.linalg.norm(tips(make(), steps, method) - exact, axis=1).max()
-            predicted = spectrum.error(method.tableau, T_END / steps)
+            predicted = spectrum.error((method, T_END / steps))
             assert predicted / 50.0 < error < 5.0 * predicted or error < 1e-11
 
 
 @pytest.mark.parametrize("make", [clamped, swinging, hanging])
 def test_the_error_of_implicit_runs_is_predicted_within_a_factor_of_five(make):
     spectrum, discontinuities = waves_of(make())
-    plan = StepPlan.of(spectrum, discontinuities, T_END)
+    integrator = ancf.GeneralizedAlpha(0.9)
     exact = tips(make(), 8000, ancf.DormandPrince())
+    assert min_steps(discontinuities, T_END) == MIN_STEPS
     for steps in (100, 400, 1600):
-        error = np.linalg.norm(tips(make(), steps, ancf.GeneralizedAlpha(0.9)) - exact, axis=1)
-        assert plan.error(steps) / 5.0 < error.max() < 5.0 * plan.error(steps)
+        error = np.linalg.norm(tips(make(), steps, integrator) - exact, axis=1)
+        predicted = spectrum.error((integrator, T_END / steps))
+        assert predicted / 5.0 < error.max() < 5.0 * predicted
 
 
 def test_a_jump_sets_off_waves_for_the_time_after_it():
@@ -131,46 +139,59 @@ def test_runs_that_dissipate_the_same_waves_do_not_see_them():
     spectrum, _ = waves_of(clamped())
     method = ancf.RungeKuttaNystrom(4)
     limit = ancf.stable_step(clamped(), method)
-    pair, far = (method.tableau, method.tableau), (0.95 * limit, 0.8 * limit)
-    assert spectrum.common_error(pair, far) > 0.3 * spectrum.error(method.tableau, far[1])
-    near = (0.1 * limit, 0.08 * limit)
-    assert spectrum.common_error(pair, near) < 0.05 * spectrum.error(method.tableau, near[1])
+    far = (method, 0.95 * limit), (method, 0.8 * limit)
+    assert spectrum.common_error(*far) > 0.3 * spectrum.error(far[1])
+    near = (method, 0.1 * limit), (method, 0.08 * limit)
+    assert spectrum.common_error(*near) < 0.05 * spectrum.error(near[1])
 
 
-def one_wave():
-    return StepPlan(ModalSpectrum(*np.array([[1e-2], [50.0], [1.0]])), 1.0, 10.0)
+WAVE = ModalSpectrum(*np.array([[1e-2], [50.0], [1.0]]))
+
+
+def in_steps(steps):
+    return ancf.Newmark(0.0), 1.0 / steps
 
 
 def test_the_errors_of_one_vibration():
-    plan = one_wave()
-    steps = 4000
-    z = 50.0 / steps
-    assert plan.error(steps) == pytest.approx(1e-2 * 50.0 * z**2 / 12.0, rel=1e-3)
-    assert plan.error(10) == 1e-2  # its phase is lost
-    assert plan.difference(2000, 4000) == pytest.approx(3.0 * plan.error(4000), rel=1e-3)
+    coarse, middle, fine = map(in_steps, (2000, 4000, 8000))
+    z = 50.0 / 4000
+    assert WAVE.error(middle) == pytest.approx(1e-2 * 50.0 * z**2 / 12.0, rel=1e-3)
+    assert WAVE.error(in_steps(10)) == 1e-2  # its phase is lost
+    assert WAVE.difference(coarse, middle) == pytest.approx(3.0 * WAVE.error(middle), rel=1e-3)
     # What is left without the second power falls with the fourth.
-    assert plan.extrapolated_error(2000, 4000) / plan.extrapolated_error(
-        4000, 8000
-    ) == pytest.approx(16.0, rel=0.1)
-    assert plan.extrapolated_error(4000, 8000) < 0.01 * plan.error(8000)
+    errors = [WAVE.extrapolated_error(*pair) for pair in ((coarse, middle), (middle, fine))]
+    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.1)
+    assert errors[1] < 0.01 * WAVE.error(fine)
+
+
+def test_the_vibration_that_makes_two_runs_differ():
+    coarse, fine = in_steps(2000), in_steps(4000)
+    found = ModalSpectrum.of_difference(WAVE.difference(coarse, fine), 50.0, 1.0, coarse, fine)
+    np.testing.assert_allclose(found.amplitude, WAVE.amplitude, rtol=1e-12)
+    assert found.scale(2e-5, coarse, fine) == pytest.approx(2e-5 / found.difference(coarse, fine))
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-7])
 def test_plans_end_with_the_accuracy(accuracy):
-    plan = one_wave()
+    plan = StepPlan(WAVE, ancf.Newmark(0.0), 1.0, 10.0)
+
+    def error(runs):
+        schemes = [in_steps(steps) for steps in runs[-2:]]
+        return WAVE.error(*schemes) if len(runs) == 1 else WAVE.extrapolated_error(*schemes)
+
     first, total = plan.first(accuracy)
     runs, spent = [first], first + EXTRA_STEPS
     while True:
-        enough = plan.error(runs[-1]) <= SAFETY_FACTOR * accuracy
+        enough = error(runs[-1:]) <= SAFETY_FACTOR * accuracy
         if len(runs) > 2:
-            enough |= plan.extrapolated_error(*runs[-2:]) <= SAFETY_FACTOR * accuracy
+            enough |= error(runs) <= SAFETY_FACTOR * accuracy
         if enough and len(runs) > 1:
             break
-        runs.append(plan.next(runs, accuracy)[0])
+        runs.append(plan.next(runs[-2:], accuracy)[0])
         spent += runs[-1] + EXTRA_STEPS
         assert len(runs) < 8
     assert spent == pytest.approx(total, rel=0.1)
-    assert plan.error(runs[-1] / 1.2) > SAFETY_FACTOR * accuracy or len(runs) > 2
+    assert error([runs[-1] / 1.2]) > SAFETY_FACTOR * accuracy or len(runs) > 2
 
 
 def test_vibrations_that_others_set_off_are_found_in_a_run():
@@ -190,5 +211,5 @@ def test_vibrations_that_others_set_off_are_found_in_a_run():
     states = SampledStates(first.t, first.q, first.v, first.a, first.lam, first.internal)
     during = ModalSpectrum.during(system, states)
     for _, dt, error in runs:
-        assert start.error(method.tableau, dt) < 0.3 * error
-        assert 0.5 * error < during.error(method.tableau, dt) < 4.0 * error
+        assert start.error((method, dt)) < 0.3 * error
+        assert 0.5 * error < during.error((method, dt)) < 4.0 * error
