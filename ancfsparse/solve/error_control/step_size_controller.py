@@ -45,7 +45,6 @@ STEP_RATIO = math.sqrt(2.0)
 N_EASY_STEPS = 8  # easy steps in a row before they grow
 N_LAST_STEPS = 8  # steps before the end of an interval, adjusted to hit the end exactly
 SAFETY_FACTOR = 0.7  # error of a larger step over the allowed one, below which steps grow
-N_STEPS_PER_CHECK = 16  # steps between checks of their cost
 ITERATION_RATIO = 0.03  # remaining error of the iteration over the error of a step
 MIN_STEP = 1e-10  # step over the duration of the run
 MAX_EVENTS = 1000  # listed events
@@ -200,7 +199,7 @@ class StepSizeController:
                 n_next = n
             else:
                 n_next, regular = n - N_LAST_STEPS, self.dt
-            now, outcome = self._advance(now, min(n_next, N_STEPS_PER_CHECK), n, t_next, begin, end)
+            now, outcome = self._advance(now, min(n_next, 2 * N_EASY_STEPS), n, t_next, begin, end)
             is_taken = outcome in (Outcome.CONVERGED, Outcome.MAY_GROW)
             if is_taken and n > N_LAST_STEPS and self._is_hard():
                 self._change(self.dt / STEP_RATIO, now)
@@ -233,7 +232,7 @@ class StepSizeController:
             if dt != self.dt:
                 self._change(dt, now)
             last = now + steps * dt if k + 1 < len(rows) else t_next
-            part = max(N_STEPS_PER_CHECK, steps // N_LAST_STEPS)
+            part = max(2 * N_EASY_STEPS, steps // N_LAST_STEPS)
             while steps:
                 taken = self.stats.steps
                 now, outcome = self._advance(now, min(steps, part), steps, last, begin, end)

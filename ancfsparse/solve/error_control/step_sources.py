@@ -27,9 +27,7 @@ RESTART_RATIO = 2.0  # steps of a restart over the steps of the failed run
 # under a force of 20 us failed six times in a row.
 RESTART_ERROR_RATIO = 27.0
 # A coarse first run is cheap, and shows the cost of finer ones with its divided steps.
-FIRST_ERROR_RATIO = 2e-3  # intended error of the first run over the size of the scene
-# Steps with an error A in total have A / N each, and their number N grows with the root of 1 / A.
-FIRST_LOCAL_RATIO = 0.5  # local error over the error of the run and the root of its relative error
+FIRST_ERROR_RATIO = 1.3e-3  # intended error of the first run over the size of the scene
 MIN_FORCES = 900.0  # evaluations of forces that the first steps of any run cost
 
 
@@ -121,7 +119,8 @@ class DividedSteps:
         self._task, self._integrator = task, integrator
         size = float(np.max(np.abs(task.system.q0)))
         self.first_error = max(task.accuracy, FIRST_ERROR_RATIO * size)
-        self.local_error = FIRST_LOCAL_RATIO * self.first_error * math.sqrt(self.first_error / size)
+        # Steps with an error A in total have A / N each, and N grows with the root of 1 / A.
+        self.local_error = self.first_error * math.sqrt(self.first_error / size)
         self.first_cost = MIN_FORCES * force_cost
         self._pattern: Pattern = []
 
