@@ -145,7 +145,7 @@ class DividedSteps:
 
 
 def divide_steps(pattern: Pattern, steps: int, last: int) -> Pattern:
-    """Return a pattern with each step divided into about a number of steps, more than the last."""
+    """Return a pattern of about a number of steps, at least twice the last, by division of each."""
     base = sum(n for rows in pattern for _, n in rows)
-    by = max(math.ceil(steps / base), last // base + 1)
+    by = max(math.ceil(steps / base), 2 * (last // base))
     return [[(dt / by, n * by) for dt, n in rows] for rows in pattern]
