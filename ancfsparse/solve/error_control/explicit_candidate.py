@@ -129,6 +129,10 @@ class ExplicitCandidate:
         states = self._integration.run(integrator, ratio, self.last_stats)
         if states is None:
             self.failure = self._integration.failure
+            if self.failure is not None and self._integration.rank_deficiency.time is not None:
+                # Estimates of implicit runs are not reliable there either.
+                runs = len(self._completed)
+                self.failure = AccuracyError(self._task.accuracy, self.error, runs)
             # Step ratios refer to the stable step, which is shorter now.
             shorter = self._integration.step(integrator, 1.0) / before
             self._completed = [(other, shorter * ratio) for other, ratio in self._completed]
