@@ -145,7 +145,9 @@ class DividedSteps:
 
 
 def divide_steps(pattern: Pattern, steps: int, last: int) -> Pattern:
-    """Return a pattern of about a number of steps, at least twice the last, by division of each."""
+    """Return a pattern of about a number of steps, more than the last, by division of each."""
     base = sum(n for rows in pattern for _, n in rows)
-    by = max(math.ceil(steps / base), 2 * (last // base))
+    # With at least twice the last, runs of short pulses agreed by chance: in steps divided by 1, 2
+    # and 4 they seemed accurate to 5e-8 m, at an error of 1.3e-6 m.
+    by = max(math.ceil(steps / base), last // base + 1)
     return [[(dt / by, n * by) for dt, n in rows] for rows in pattern]
