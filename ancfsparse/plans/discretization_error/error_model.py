@@ -123,6 +123,12 @@ class ErrorModel:
         last = self.mesh.runs[-1]
         return elements_of(last) / max(last.model.counts.values())
 
+    @property
+    def is_observed(self) -> bool:
+        """True if the trial runs show all orders of convergence."""
+        parts = [each for each in (self.time, self.mesh) if each is not None]
+        return all(each.is_observed for part in parts for each in part.estimates)
+
     def coordinates(self, n_longest: float) -> float:
         """Return the number of coordinates on a mesh."""
         if self.mesh is None:

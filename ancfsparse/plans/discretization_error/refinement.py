@@ -114,9 +114,9 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
     runs: list[TrialRun] = []
     series: _Series | None = None
     growth = GROWTH if order > LOW_ORDER else float(STEP_GROWTH)
-    for integrator_trials, n_longest, steps in _resolutions(trials, growth, runs):
+    for integrator_trials, mesh, steps in _resolutions(trials, model, growth, runs):
         trials.check_budget()
-        run = integrator_trials.run(trials.with_mesh(model, n_longest), steps)
+        run = integrator_trials.run(mesh, steps)
         if run is None:
             runs.clear()
             continue
@@ -140,21 +140,30 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
 
 
 def _resolutions(
-    trials: TrialRuns, growth: float, runs: Sequence[TrialRun]
-) -> Iterator[tuple[TrialRuns, float, int]]:
-    """Yield the integrator, number of elements and number of steps of the next run.
+    trials: TrialRuns, model: Model, growth: float, runs: Sequence[TrialRun]
+) -> Iterator[tuple[TrialRuns, Model, int]]:
+    """Yield the integrator, mesh and number of steps of the next run.
 
     After a failed run only the step is halved.
     """
     n_longest, steps = trials.first
     while steps <= trials.failed:
         steps *= STEP_GROWTH
-    yield trials.without_damping(), n_longest, steps
+    mesh = trials.with_mesh(model, n_longest)
+    yield trials.without_damping(), mesh, steps
     for _ in range(MAX_REFINEMENTS):
-        if runs:
-            n_longest = max(growth * n_longest, n_longest + 1.0)
-        steps *= STEP_GROWTH
-        yield trials, n_longest, steps
+        count, steps = _count_elements(trials, mesh), STEP_GROWTH * steps
+        # Nodes at given positions may turn several numbers of elements into one mesh.
+        while runs and count and _count_elements(trials, mesh) <= count:
+            n_longest *= growth
+            mesh = trials.with_mesh(model, n_longest)
+        yield trials, mesh, steps
+
+
+def _count_elements(trials: TrialRuns, model: Model) -> int:
+    """Return the number of elements of the automatic meshes of a model."""
+    scene = trials.build(model)
+    return sum(scene.body(name).n_elements for name in model.counts)
 
 
 class _Series:

@@ -17,7 +17,7 @@ from ancfsparse.plans.discretization_error.error_model import (
     ErrorModel,
     scaled,
 )
-from ancfsparse.plans.discretization_error.mesh_error import corrected_estimates
+from ancfsparse.plans.discretization_error.mesh_error import GROWTH, corrected_estimates
 from ancfsparse.plans.discretization_error.mesh_grading import MIN_GRADING_GAIN, grade_meshes
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER, Estimate
 from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, elements_of
@@ -32,6 +32,8 @@ MAX_COST = 2.0  # of a confirmation run, over the base budget
 # hardly decrease with the step, the selected step was so short that the run cost four times as much
 # as the trial runs, and no plan resulted.
 MAX_SPENT_RATIO = 2.0
+# A mesh shows no order: next to a force it was 1.5, which took 1.01 times the tolerance.
+OWN_FRACTION = 0.5  # of the tolerance, for the run from which an error was estimated without order
 AGREEMENT_FACTOR = 1.25  # by which a difference may exceed the estimate
 AGREEMENT_FRACTION = 0.1  # of the tolerance, which is negligible in a difference
 # A position changed more between 3700 and 4100 steps than their errors differ: an order of a half
@@ -66,6 +68,10 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         tried = _affordable(error_model, reference_run, selected, MAX_SPENT_RATIO * spent)
         if tried is None:
             break
+        if tried == resolution(reference_run) and error_model.excess(*tried) > _limit(
+            error_model, reference_run
+        ):
+            tried = GROWTH * tried[0], tried[1]
         run = trials.run(trials.with_mesh(error_model.model, tried[0]), tried[1])
         if run is None:
             break
@@ -167,16 +173,27 @@ def _find_sufficient(trials: TrialRuns, error_model: ErrorModel) -> tuple[float,
         for each in meshes
         for n in steps
         if (run := trials.find(each.model, n)) is not None
-        and error_model.excess(longest_count(each), n) <= SAFETY_FRACTION
+        and error_model.excess(longest_count(each), n) <= _limit(error_model, run)
         and _differs_little(trials, error_model, run)
     ]
     return min(sufficient)[1] if sufficient else None
+
+
+def _limit(error_model: ErrorModel, run: TrialRun) -> float:
+    """Return the fraction of the tolerances up to which a trial run meets them."""
+    is_own = run is error_model.reference_run and not error_model.is_observed
+    return OWN_FRACTION if is_own else SAFETY_FRACTION
 
 
 def _differs_little(trials: TrialRuns, error_model: ErrorModel, run: TrialRun) -> bool:
     """Return True if a run differs from the reference run by less than the tolerances."""
     differences = goal_differences(trials.goals, run, error_model.reference_run)
     return all(d <= x for d, x in zip(differences, error_model.tolerances, strict=True))
+
+
+def resolution(run: TrialRun) -> tuple[float, int]:
+    """Return the number of elements on the longest automatic beam, and of steps."""
+    return longest_count(run), run.steps
 
 
 def longest_count(run: TrialRun) -> float:
@@ -227,14 +244,15 @@ def _correct(
 
     The order is reduced, as far as it may be extrapolated; then the error is increased.
     """
-    if max(resolutions) < MIN_RATIO * min(resolutions):
+    if resolutions[0] == resolutions[1]:
         return known
+    is_near = max(resolutions) < MIN_RATIO * min(resolutions)
     out = list(known.estimates)
     columns = zip(known.estimates, differences, tolerances, strict=True)
     for i, (each, difference, tolerance) in enumerate(columns):
         if _agrees(difference, _change(each, *resolutions), tolerance):
             continue
-        low, high = min(MIN_ORDER, each.order), each.order
+        low, high = each.order if is_near else min(MIN_ORDER, each.order), each.order
         while high - low > 0.01 * each.order:
             middle = 0.5 * (low + high)
             is_below = _change(each.with_order(middle), *resolutions) < difference

@@ -72,3 +72,17 @@ def test_motions_that_agree_by_chance_do_not_hide_the_error():
     """A difference a thousand times smaller than the one before shows no order of convergence."""
     assert error_of_last([1.0, 1e-3], 4.0) > 0.02
     assert error_of_last([1.0, 0.25], 4.0) == 0.25 / 3.0
+
+
+def test_every_mesh_is_finer_than_the_one_before():
+    """Five places on a beam turn six, seven and eight requested elements into ten."""
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000),
+        "clamp",
+    )  # fmt: skip
+    for place in (0.1, 0.3, 0.5, 0.7, 0.9):
+        scene.point_force(rod.at(place), (0.0, -0.01))
+    trials = build_trials(scene, 0.1, ancf.position(rod.end), 1e-3)
+    meshes = [mesh for _, mesh, _ in module._resolutions(trials, Model(), 1.1, [None])]
+    counts = [trials.build(mesh).body(rod.name).n_elements for mesh in meshes]
+    assert (np.diff(counts) > 0).all()
