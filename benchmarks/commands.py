@@ -19,6 +19,7 @@ from benchmarks.contact.peers import STUDY as CONTACT_PEERS
 from benchmarks.contact.speed import STUDY as CONTACT_SPEED
 from benchmarks.contact.wrapped_cylinder import STUDY as WRAPPED_CYLINDER
 from benchmarks.economy.report import STUDY as ECONOMY
+from benchmarks.economy.thresholds import STUDY as THRESHOLDS
 from benchmarks.mechanisms.mechanisms import STUDY as MECHANISMS
 from benchmarks.scaling.lattice_pairs import STUDY as LATTICE_PAIRS
 from benchmarks.scaling.lattice_report import STUDY as LATTICES
@@ -61,6 +62,7 @@ STUDIES: dict[str, Study[Any]] = {
     "contact peers": CONTACT_PEERS,
     "mechanisms": MECHANISMS,
     "economy": ECONOMY,
+    "thresholds": THRESHOLDS,
 }
 """Studies by the words of their command."""
 

@@ -52,6 +52,28 @@ class Model:
         return replace(self, counts=open_)
 
 
+def requested_key(model: Model) -> tuple[object, ...]:
+    """Return the key of a model before it is built."""
+    gradings = sorted((name, each.element_fractions) for name, each in model.gradings.items())
+    nodes = sorted(model.nodes.items())
+    return (*_element_names(model), *sorted(model.counts.items()), *gradings, *nodes)
+
+
+def built_key(model: Model, scene: Scene) -> tuple[object, ...]:
+    """Return the key of a model after it was built: its elements and meshes.
+
+    Nodes at given positions of a beam may turn several numbers of elements into one mesh.
+    """
+    bodies = {name: cast(ElasticBody, scene.body(name)) for name in sorted(model.counts)}
+    counts = ((name, body.n_elements) for name, body in bodies.items())
+    lengths = (body.lengths.tobytes() for body in bodies.values())
+    return (*_element_names(model), *counts, *lengths)
+
+
+def _element_names(model: Model) -> list[tuple[str, str]]:
+    return sorted((name, str(element)) for name, element in model.elements.items())
+
+
 def open_bodies(scene: Scene) -> list[ElasticBody]:
     """Return the beams and meshes with an automatic element or mesh."""
     return [body for body in scene.beams if body.automatic]

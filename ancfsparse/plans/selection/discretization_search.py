@@ -18,13 +18,12 @@ from ancfsparse.plans.discretization_error.mesh_error import (
     mesh_error,
 )
 from ancfsparse.plans.discretization_error.refinement import (
-    STEP_GROWTH,
-    Refinement,
     refine_other_elements,
     refine_steps,
     refine_together,
 )
 from ancfsparse.plans.discretization_error.run_estimates import RunEstimates, no_time_error
+from ancfsparse.plans.discretization_error.run_series import STEP_GROWTH, Refinement
 from ancfsparse.plans.discretization_error.sampling_error import sampling_error
 from ancfsparse.plans.models.model import Model, coarse_count, open_bodies
 from ancfsparse.plans.trial_runs.cost_model import fit_cost_model

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
-from ancfsparse.errors import InputError, LoadError
+from ancfsparse.errors import InputError, LoadError, RedundantConstraintsWarning
 from ancfsparse.kernels.catalog import HIERARCHY, ElementChoice
 from ancfsparse.plans.models.model import Model, open_bodies
 from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from ancfsparse.scene import Scene
 
+Result = TypeVar("Result")
 BENDING = "bending"
 STRING = next(each for each in HIERARCHY if BENDING in each.neglects)
 CABLE = next(each for each in HIERARCHY if BENDING not in each.neglects)
@@ -28,6 +30,21 @@ def model_of(
 ) -> Model:
     """Return a model with one element for all beams with automatic ones, except fixed beams."""
     return Model(elements=dict.fromkeys(open_beams(scene), element) | dict(fixed or {}))
+
+
+def use_admitted(
+    trials: TrialRuns,
+    n_longest: float,
+    use: Callable[[Model], Result],
+    fixed: Mapping[str, ElementChoice] | None = None,
+) -> Result | None:
+    """Return a result with cables, or with sheared beams if a scene rejects those; None if both."""
+    for element in (CABLE, SHEARED):
+        try:
+            return use(trials.with_mesh(model_of(trials.scene, element, fixed), n_longest))
+        except (InputError, LoadError, RedundantConstraintsWarning):
+            continue
+    return None
 
 
 def reason_against(trials: TrialRuns, model: Model) -> str:

@@ -7,19 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ancfsparse.errors import AncfError, InputError, LoadError, PlanError, StepError
+from ancfsparse.errors import AncfError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
 from ancfsparse.plans.model_error.effects import METHOD_EFFECTS, SOURCE_NAMES, Effects
 from ancfsparse.plans.model_error.quasi_static_error import lowest_frequency
 from ancfsparse.plans.models.model import Model, coarse_count, open_bodies
 from ancfsparse.plans.selection.discretization_search import search
-from ancfsparse.plans.selection.element_hierarchy import (
-    CABLE,
-    SHEARED,
-    model_of,
-    open_beams,
-)
+from ancfsparse.plans.selection.element_hierarchy import open_beams, use_admitted
 from ancfsparse.plans.selection.element_per_beam import estimate_effects
 from ancfsparse.plans.selection.element_selection import select_elements
 from ancfsparse.plans.selection.explicit_alternative import select_explicit
@@ -253,13 +248,7 @@ def _is_met_without_modes(
 
 def _coarse_system(trials: TrialRuns) -> System | None:
     """Return the system of cables, or thick beams, on the mesh of the first trial run."""
-    for element in (CABLE, SHEARED):
-        model = trials.with_mesh(model_of(trials.scene, element), trials.first[0])
-        try:
-            return trials.system_of(model)
-        except (InputError, LoadError):
-            continue
-    return None
+    return use_admitted(trials, trials.first[0], trials.system_of)
 
 
 def _neglected_by_method(trials: TrialRuns, run: Trajectory) -> list[dict[str, float]]:
@@ -277,23 +266,17 @@ def _reason_against(trials: TrialRuns) -> tuple[str, bool]:
     method = trials.integrator
     assert isinstance(method, SolutionMethod)
     n_longest = coarse_count(trials.scene, COARSEST_COUNT)
-    for element in (CABLE, SHEARED):
-        model = trials.with_mesh(model_of(trials.scene, element), n_longest)
-        try:
-            trial = trials.run(model, trials.base)
-        except (InputError, LoadError):
-            continue
-        if trial is None:
-            return "", False
-        tolerances = absolute_tolerances(trials.goals, trial)
-        errors = _neglected_by_method(trials, trial.run)
-        pairs = zip(errors, tolerances, strict=True)
-        excess = max(sum(each.values()) / tolerance for each, tolerance in pairs)
-        if excess <= 1.0:
-            return "", False
-        sentence = _describe_excess(method, errors, tolerances, excess)
-        return sentence, _is_met_without_modes(errors, tolerances)
-    return "", False
+    trial = use_admitted(trials, n_longest, lambda model: trials.run(model, trials.base))
+    if trial is None:
+        return "", False
+    tolerances = absolute_tolerances(trials.goals, trial)
+    errors = _neglected_by_method(trials, trial.run)
+    pairs = zip(errors, tolerances, strict=True)
+    excess = max(sum(each.values()) / tolerance for each, tolerance in pairs)
+    if excess <= 1.0:
+        return "", False
+    sentence = _describe_excess(method, errors, tolerances, excess)
+    return sentence, _is_met_without_modes(errors, tolerances)
 
 
 def _describe_excess(

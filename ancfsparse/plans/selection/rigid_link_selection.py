@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ancfsparse.errors import InputError, RedundantConstraintsWarning
+from ancfsparse.errors import RedundantConstraintsWarning
 from ancfsparse.kernels.catalog import ElementChoice
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
 from ancfsparse.plans.model_error.effects import (
@@ -21,10 +21,10 @@ from ancfsparse.plans.model_error.rigid_link_error import (
     deflection_effect,
     transverse_deflection,
 )
-from ancfsparse.plans.models.model import RIGID, coarse_count, open_bodies
+from ancfsparse.plans.models.model import RIGID, Model, coarse_count, open_bodies
 from ancfsparse.plans.models.rigid_links import rigid_candidates
 from ancfsparse.plans.quantities.tolerances import Goal
-from ancfsparse.plans.selection.element_hierarchy import CABLE, SHEARED, model_of
+from ancfsparse.plans.selection.element_hierarchy import use_admitted
 from ancfsparse.plans.trial_runs.run_differences import absolute_tolerances
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
@@ -85,17 +85,14 @@ def select_rigid_links(trials: TrialRuns) -> RigidLinks:
 
 def _run_with_rods(trials: TrialRuns, names: Sequence[str]) -> TrialRun | None:
     """Return a coarse run with rigid beams; None if no element admits them, or steps fail."""
-    fixed = dict.fromkeys(names, RIGID)
+
+    def run(model: Model) -> TrialRun | None:
+        with warnings.catch_warnings():  # a beam that is overconstrained as a rod may bend
+            warnings.simplefilter("error", RedundantConstraintsWarning)
+            return trials.run(model, trials.base) or trials.run(model, 2 * trials.base)
+
     n_longest = coarse_count(trials.scene, COARSEST_COUNT)
-    for element in (CABLE, SHEARED):
-        model = trials.with_mesh(model_of(trials.scene, element, fixed), n_longest)
-        try:
-            with warnings.catch_warnings():  # a beam that is overconstrained as a rod may bend
-                warnings.simplefilter("error", RedundantConstraintsWarning)
-                return trials.run(model, trials.base) or trials.run(model, 2 * trials.base)
-        except (InputError, RedundantConstraintsWarning):  # by the element or a joint
-            continue
-    return None
+    return use_admitted(trials, n_longest, run, dict.fromkeys(names, RIGID))
 
 
 def _bends_at_start(beam: Beam, trials: TrialRuns) -> bool:

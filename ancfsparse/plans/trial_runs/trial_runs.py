@@ -18,8 +18,10 @@ from ancfsparse.plans.models.model import (
     MIN_LONGEST_COUNT,
     Model,
     build_model,
+    built_key,
     coarse_count,
     element_counts,
+    requested_key,
 )
 from ancfsparse.plans.models.prolongation import prolongate
 from ancfsparse.plans.quantities.quantity import Quantity
@@ -29,7 +31,7 @@ from ancfsparse.plans.trial_runs.cost_model import RunCost, cost_of_run
 from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.results import Equilibrium, Trajectory
 from ancfsparse.results.solutions.selected_states import select_states
-from ancfsparse.scene import ElasticBody, Scene
+from ancfsparse.scene import Scene
 from ancfsparse.solve import solve_static
 from ancfsparse.solve.motion.arguments import Request, check_request
 from ancfsparse.solve.motion.simulate import build_system_at_start, prepare_start, run_request
@@ -170,11 +172,11 @@ class TrialRuns:
         InputError
             If the scene does not admit the model.
         """
-        key = _requested_key(model)
+        key = requested_key(model)
         if key not in self.scenes:
             try:
                 scene = build_model(self.scene, model)
-                self.scenes[key] = self.scenes.setdefault(_built_key(model, scene), scene)
+                self.scenes[key] = self.scenes.setdefault(built_key(model, scene), scene)
             except InputError as error:
                 self.scenes[key] = error
         result = self.scenes[key]
@@ -343,7 +345,7 @@ class TrialRuns:
 
     def _key(self, model: Model) -> tuple[object, ...]:
         """Return the key of the runs of a model."""
-        return _built_key(model, self.build(model))
+        return built_key(model, self.build(model))
 
     def _save_every(self, steps: int) -> int:
         """Return a divisor of the steps with which runs with other steps save the same times."""
@@ -371,28 +373,6 @@ def round_steps(steps: float, base: int) -> int:
         unit *= 2
     unit = max(smallest, unit // STEP_UNITS)
     return unit * math.ceil(steps / unit - 1e-9)
-
-
-def _requested_key(model: Model) -> tuple[object, ...]:
-    """Return the key of a model before it is built."""
-    gradings = sorted((name, each.element_fractions) for name, each in model.gradings.items())
-    nodes = sorted(model.nodes.items())
-    return (*_element_names(model), *sorted(model.counts.items()), *gradings, *nodes)
-
-
-def _built_key(model: Model, scene: Scene) -> tuple[object, ...]:
-    """Return the key of a model after it was built: its elements and meshes.
-
-    Nodes at given positions of a beam may turn several numbers of elements into one mesh.
-    """
-    bodies = {name: cast(ElasticBody, scene.body(name)) for name in sorted(model.counts)}
-    counts = ((name, body.n_elements) for name, body in bodies.items())
-    lengths = (body.lengths.tobytes() for body in bodies.values())
-    return (*_element_names(model), *counts, *lengths)
-
-
-def _element_names(model: Model) -> list[tuple[str, str]]:
-    return sorted((name, str(element)) for name, element in model.elements.items())
 
 
 def as_trajectory(equilibrium: Equilibrium) -> Trajectory:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.discretization_error import mesh_error
+from ancfsparse.plans.discretization_error import mesh_error, refinement
 from ancfsparse.plans.discretization_error.mesh_grading import grade_meshes
 from ancfsparse.plans.models.graded_mesh import MeshGrading, error_density
 from ancfsparse.plans.models.model import Model
@@ -88,7 +88,8 @@ def test_a_motion_takes_graded_elements_where_they_are_fewer(monkeypatch):
     plan = ancf.plan(*asked)
     assert "graded elements" in plan.choice
     run = plan.run()
-    monkeypatch.setattr(confirmation_run, "MIN_GRADING_GAIN", np.inf)
+    for module in (confirmation_run, refinement):
+        monkeypatch.setattr(module, "MIN_GRADING_GAIN", np.inf)
     even = ancf.plan(*asked)
     assert plan.model.counts["beam 0"] < 0.7 * even.model.counts["beam 0"]
     work, its = (each.cost["operations"] * (1.0 + 1.0 / each.cost["work"]) for each in (plan, even))

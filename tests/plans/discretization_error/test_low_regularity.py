@@ -7,8 +7,8 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error.initial_singularity import check_initial_force
-from ancfsparse.plans.discretization_error.refinement import bound
 from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
+from ancfsparse.plans.discretization_error.run_series import bound
 from ancfsparse.plans.discretization_error.vibrations import find_swings
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.selection import method_selection

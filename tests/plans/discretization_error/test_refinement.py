@@ -4,7 +4,8 @@ import numpy as np
 
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error import refinement as module
-from ancfsparse.plans.discretization_error.refinement import error_of_last, refine_together
+from ancfsparse.plans.discretization_error.refinement import refine_together
+from ancfsparse.plans.discretization_error.run_series import error_of_last
 from ancfsparse.plans.models.model import MIN_LONGEST_COUNT, Model
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS
@@ -83,6 +84,24 @@ def test_every_mesh_is_finer_than_the_one_before():
     for place in (0.1, 0.3, 0.5, 0.7, 0.9):
         scene.point_force(rod.at(place), (0.0, -0.01))
     trials = build_trials(scene, 0.1, ancf.position(rod.end), 1e-3)
-    meshes = [mesh for _, mesh, _ in module._resolutions(trials, Model(), 1.1, [None])]
+    meshes, n_longest = [trials.with_mesh(Model(), 6.0)], 6.0
+    for _ in range(6):
+        mesh, n_longest = module._refine_mesh(trials, meshes[-1], n_longest, 1.1)
+        meshes.append(mesh)
     counts = [trials.build(mesh).body(rod.name).n_elements for mesh in meshes]
     assert (np.diff(counts) > 0).all()
+
+
+def test_steps_that_are_short_enough_are_kept():
+    """A force of 1 kHz moves resonances with the mesh; steps that resolve it change nothing."""
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000),
+        "clamp", gravity=(0.0, 0.0),
+    )  # fmt: skip
+    scene.point_force(rod.end, ancf.Sine((0.0, 3.0), 999.0))
+    trials = build_trials(scene, 0.1, ancf.position(rod.end), "10 %", base=800)
+    last = refine_together(trials, Model(), 4).time.runs[-1]
+    steps = sorted({key[-1] for key in trials.done})
+    meshes = {run.model.counts["beam 0"] for run in trials.done.values() if run.steps == steps[-1]}
+    assert last.steps == steps[-1]
+    assert len(meshes) > 2

@@ -223,9 +223,13 @@ def test_plans_have_steps_that_see_a_signal(signal):
     plan = ancf.plan(scene, T_END, ancf.position(rod.end), "10 %")
     assert T_END / plan.steps < signal.time_scale.shortest
     run = plan.run()
-    fine, exact = cantilever(signal, "thin", 16)
-    method = {"accuracy": 1e-6, "integrator": ancf.RungeKuttaNystrom(8)}
-    end = ancf.simulate(fine, T_END, **method)
+    if isinstance(signal, ancf.Sine):  # 16 elements have other frequencies near that of the force
+        fine, exact = cantilever(signal, "thick", 200)
+        end = ancf.modal_response(ancf.modes(fine, 40), T_END, T_END / 20000)
+    else:
+        fine, exact = cantilever(signal, "thin", 16)
+        method = {"accuracy": 1e-6, "integrator": ancf.RungeKuttaNystrom(8)}
+        end = ancf.simulate(fine, T_END, **method)
     end = end.position(exact.end)[-1]
     reached = run.position(run.system.scene.bodies[0].end)[-1]
     assert np.linalg.norm(reached - end) <= plan.predictions[0].tolerance

@@ -1,0 +1,233 @@
+"""Successive trial runs, each with half the step and a finer mesh, and the error of the last one.
+
+The difference of two runs is about three quarters of the error of the first.  With two runs the
+orders of the methods are assumed in part, with three they are observed, and where differences
+decrease irregularly, as after load jumps, four runs bound the error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ancfsparse.errors import PlanError
+from ancfsparse.plans.discretization_error.error_model import SAFETY_FRACTION
+from ancfsparse.plans.discretization_error.mesh_error import GROWTH
+from ancfsparse.plans.discretization_error.richardson import (
+    ASYMPTOTIC_RANGE,
+    MIN_ORDER,
+    Estimate,
+)
+from ancfsparse.plans.discretization_error.run_estimates import (
+    RunEstimates,
+    elements_of,
+    is_close,
+    may_be_compared,
+    mesh_orders,
+)
+from ancfsparse.plans.discretization_error.vibrations import (
+    describe_vibration,
+    resolves_vibrations,
+)
+from ancfsparse.plans.trial_runs.run_differences import (
+    absolute_tolerances,
+    differences_over_time,
+    goal_differences,
+    history_differences,
+)
+from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
+from ancfsparse.scene import Beam
+
+STEP_GROWTH = 2  # ratio of the numbers of steps; of elements too, if they are of low order
+# Fraction of the order with which errors are assumed to decrease.
+UNOBSERVED_FRACTION = 0.75  # for two runs
+# With a mass at .34 of a taut line, meshes of 5 and 7 elements agreed to .3 of the tolerance; the
+# error was 1.8 tolerances.
+UNEVEN_FRACTION = 0.2  # for two runs with nodes at given positions, whose error is irregular
+MIN_OBSERVED_FRACTION = 0.4  # for three runs
+TARGET_ORDER = 2  # by which the work of reaching the tolerance is predicted
+RUN_GROWTH = GROWTH * STEP_GROWTH  # of the work of successive runs
+MAX_LOG = 600.0  # of a ratio of work, below overflow
+MAX_BOUND_ORDER = 1.0  # in the steps, that a bound relies on
+N_BOUND = 4  # runs of which a bound is made
+MAX_NEAR_EXCESS = 2.0  # over that, below which refining both again takes no more than dividing
+MAX_REDUCTION = 0.5  # ratio of successive differences that decrease regularly
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """Result of a refinement.
+
+    Attributes
+    ----------
+    time : RunEstimates
+        Of the steps.
+    mesh : RunEstimates or None
+        Of the automatic meshes.
+    combined_errors : tuple of float, or None
+        Error of the last run by mesh and steps together, for every quantity [its unit], if it is
+        within the tolerance; `time` and `mesh` then have half of it each.
+    is_bound : bool
+        Whether these are bounds from four runs.
+    """
+
+    time: RunEstimates
+    mesh: RunEstimates | None
+    combined_errors: tuple[float, ...] | None = None
+    is_bound: bool = False
+
+
+class RunSeries:
+    """Up to four successive runs, and the error of the last one by their differences."""
+
+    def __init__(self, trials: TrialRuns, runs: Sequence[TrialRun], order: int) -> None:
+        self.trials, self.runs = trials, tuple(runs)
+        self.tolerances = absolute_tolerances(trials.goals, runs[-1])
+        self.orders = mesh_orders(trials, order)
+        pairs = list(pairwise(runs))
+        self.over_time = [history_differences(trials.goals, *each) for each in pairs]
+        # Largest values, and those at the end, of two runs may agree by chance.
+        requested = [goal_differences(trials.goals, *each) for each in pairs]
+        differences = self.over_time if len(runs) == 2 else requested
+        self.is_regular = self._is_regular()
+        columns = zip(zip(*differences, strict=True), self.orders, strict=True)
+        self.errors = [self._error(*each) for each in columns]
+        limits = [SAFETY_FRACTION * each for each in self.tolerances]
+        self.excess = max(x / limit for x, limit in zip(self.errors, limits, strict=True))
+
+    def _is_regular(self) -> bool:
+        """Return True if differences decrease in the asymptotic range."""
+        last = self.runs[-1]
+        pairs = zip(*self.over_time[-2:], strict=True) if len(self.over_time) > 1 else ()
+        return (
+            all(new <= MAX_REDUCTION * old for old, new in pairs)
+            and is_close(self.trials, last, self.over_time[-1])
+            and resolves_vibrations(last, self.tolerances)
+        )
+
+    def _error(self, differences: Sequence[float], order: int) -> float:
+        """Return the error of a quantity in the last run; infinite if it is unknown."""
+        if self.is_regular:
+            by_steps = (
+                self.step_ratio**self.trials.step_order if self.step_ratio > 1.0 else math.inf
+            )
+            ratio = min(self.mesh_ratio**order, by_steps)
+            is_uneven = len(differences) == 1 and _has_inner_nodes(self.trials, self.runs[-1])
+            fraction = UNEVEN_FRACTION if is_uneven else UNOBSERVED_FRACTION
+            return error_of_last(differences, ratio, fraction)
+        ratio = self.step_ratio if self.step_ratio > 1.0 else self.mesh_ratio
+        return bound(differences, ratio)[1] if len(self.runs) == N_BOUND else math.inf
+
+    @property
+    def step_ratio(self) -> float:
+        """Ratio of the numbers of steps of the last two runs."""
+        before, last = self.runs[-2:]
+        return last.steps / before.steps
+
+    @property
+    def mesh_ratio(self) -> float:
+        """Ratio of the numbers of elements of the last two runs; infinite for given meshes."""
+        before, last = map(elements_of, self.runs[-2:])
+        return last / before if last else math.inf
+
+    @property
+    def is_known(self) -> bool:
+        """True if the differences show the error of the last run."""
+        differences = self.over_time[-1]
+        return self.is_regular or may_be_compared(self.trials, self.runs[-1], differences)
+
+    @property
+    def may_be_divided(self) -> bool:
+        """True if the error decreases regularly, but is far larger than the tolerance."""
+        return self.is_regular and len(self.runs) > 2 and self.excess > MAX_NEAR_EXCESS
+
+    @property
+    def predicted_work(self) -> float:
+        """Work of the next run, or of the one that meets the tolerances."""
+        work = self.runs[-1].cost.work
+        if not 1.0 < self.excess < math.inf:
+            return RUN_GROWTH * work
+        # Logarithms, because a tolerance may be beyond the reach of any number of runs.
+        refinements = math.log(self.excess) / math.log(STEP_GROWTH**TARGET_ORDER)
+        return work * math.exp(min(refinements * math.log(RUN_GROWTH), MAX_LOG))
+
+    def combine(self) -> Refinement:
+        """Return the last run, which is accurate enough, with undivided errors."""
+        one, other = self.runs[-2:]
+        has_mesh = bool(other.model.counts)
+        of_steps, of_mesh = [], []
+        for error, order in zip(self.errors, self.orders, strict=True):
+            part = 0.5 * error if has_mesh else error
+            step_order = self.trials.step_order if self.is_regular else MAX_BOUND_ORDER
+            mesh_order = order if self.is_regular else MAX_BOUND_ORDER
+            of_steps.append(Estimate(other.steps, part, step_order, False, STEP_GROWTH, False))
+            ratio = self.mesh_ratio
+            of_mesh.append(Estimate(elements_of(other), part, mesh_order, False, ratio, False))
+        time = RunEstimates(tuple(of_steps), (one, other))
+        mesh = RunEstimates(tuple(of_mesh), (one, other)) if has_mesh else None
+        return Refinement(time, mesh, tuple(self.errors), not self.is_regular)
+
+    def failure(self) -> PlanError:
+        """Return the failure for the quantity with the largest error, with the time of that."""
+        errors = self.errors if 1.0 < self.excess < math.inf else self.over_time[-1]
+        i = max(range(len(errors)), key=lambda k: errors[k] / self.tolerances[k])
+        quantity, last, t_end = self.trials.goals[i].quantity, self.runs[-1], self.trials.t_end
+        assert t_end is not None
+        differences = differences_over_time(
+            self.trials.goals[i], *(run.histories[i] for run in self.runs[-2:])
+        )
+        t = t_end * float(differences.argmax()) / max(1, len(differences) - 1)
+        cause = describe_vibration(last, i, t_end, self.tolerances[i], quantity.unit)
+        return PlanError(
+            quantity.name,
+            self.tolerances[i],
+            float(differences.max()),
+            quantity.unit,
+            len(self.runs),
+            t,
+            (cause,) if cause else (),
+        )
+
+
+def error_of_last(
+    differences: Sequence[float], ratio: float, power: float = UNOBSERVED_FRACTION
+) -> float:
+    """Return the error of the last run from the differences of successive runs.
+
+    Errors decrease by `ratio` to a power, of two runs the given one, of three the observed one.  A
+    much smaller difference is one by chance, see `richardson`.
+    """
+    difference = differences[-1]
+    before = differences[-2] if len(differences) > 1 else 0.0
+    if before > difference * ratio ** ASYMPTOTIC_RANGE[1]:
+        difference = before / ratio
+    if before > 0.0 and difference > 0.0:
+        observed = math.log(before / difference) / math.log(ratio)
+        power = min(1.0, max(MIN_OBSERVED_FRACTION, observed))
+    return difference / float(ratio**power - 1.0)
+
+
+def bound(differences: Sequence[float], growth: float = STEP_GROWTH) -> tuple[float, float]:
+    """Return the order shown by three differences of four motions, and a bound of the error.
+
+    A difference may be small by chance, so the previous one counts as well, reduced by the ratio
+    expected since; if the differences do not decrease, the largest of all three counts.
+    """
+    first, second, third = differences
+    observed = math.inf if third == 0.0 else 0.0
+    if first > 0.0 and third > 0.0:
+        observed = math.log(first / third) / (2.0 * math.log(growth))
+    order = min(max(observed, MIN_ORDER), MAX_BOUND_ORDER)
+    ratio = growth**order
+    largest = max(third, second / ratio) if observed >= MIN_ORDER else max(differences)
+    return order, largest / (ratio - 1.0)
+
+
+def _has_inner_nodes(trials: TrialRuns, run: TrialRun) -> bool:
+    """Return True if positions on beams add nodes to the meshes of a run, or move them."""
+    scene, counts = run.run.system.scene, run.model.counts
+    bodies = [scene.body(name) for name in counts]
+    is_uneven = any(isinstance(body, Beam) and body.nodes is not None for body in bodies)
+    return is_uneven or sum(b.n_elements for b in bodies) != sum(counts.values())
