@@ -67,9 +67,7 @@ class ImplicitRun(FixedStepRun):
         super().__init__(
             system, request, ready.time_loop, ready.iteration, ready.a, ready.why, threads
         )
-        # Without the accelerations at the start, which are freed once they are recorded.
-        self.setup = ready._replace(a=np.empty(0))
-        self.integrator, self._loop = integrator, ready.time_loop
+        self.setup, self.integrator, self._loop = ready, integrator, ready.time_loop
         self._iteration, self.seeds = ready.iteration, [ready.seed]
         self.recovered, self._solved = list[Event](), list[Event]()
         self.max_halvings, self.longest_chunk = request.max_halvings or 0, self._chunk
@@ -82,6 +80,7 @@ class ImplicitRun(FixedStepRun):
             for name, serves in RECOVERIES.items()
             if serves(self)
         }
+        del self.setup  # frees the arrays that no recovery keeps
         self._recoveries: list[Recovery] = list(serving.values())
         self._complete: CompleteSeed | None = serving.get("CompleteSeed")
         self._chunk = self._complete.interval if self._complete else self._chunk

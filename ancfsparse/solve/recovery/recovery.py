@@ -25,7 +25,7 @@ class RecoverableRun(Protocol):
     """Data of a run that its recoveries use."""
 
     system: System
-    setup: ImplicitSetup  # its compiled loops, their first seed, and the convergence criterion
+    setup: ImplicitSetup  # loops, first seed and criterion, while recoveries are constructed
     integrator: Implicit
     clock: TimeGrid
     stats: RunStats
