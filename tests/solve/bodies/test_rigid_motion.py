@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 import ancfsparse as ancf
 from ancfsparse.problems import heavy_top
@@ -14,10 +15,10 @@ TOP = (0.003232663, -4.999998740, -0.002173719)
 G = 9.81
 
 
-def top():
+def top(omega=1e-3):
     scene = ancf.Scene((0.0, 0.0, 0.0))
     return scene, scene.add_body(
-        inertia=(2, 3, 4), mass=6.0, position=(0, 0, 0), angular_velocity=(1e-3, 5, 0)
+        inertia=(2, 3, 4), mass=6.0, position=(0, 0, 0), angular_velocity=(omega, 5, 0)
     )
 
 
@@ -55,21 +56,27 @@ def test_a_body_turned_by_a_quarter_of_a_turn_hangs_on_another_one(sign):
     np.testing.assert_allclose(run.body(body).angular_velocity[-1], (0, 0.1, 0), atol=1e-9)
 
 
-def test_flips_are_where_elliptic_functions_put_them():
-    """omega_2 = 0 at K/n and 3 K/n, 5.520889721 and 16.562669171 s, extrapolated from two steps.
+@pytest.mark.parametrize(("omega", "n_flips"), [(1e-3, 1), (0.1, 2)])
+def test_flips_are_where_elliptic_functions_put_them(omega, n_flips):
+    """omega_2 = 0 at K/n and 3 K/n (Landau and Lifshitz, Mechanics, 37), from two steps.
 
-    Between them errors grow with exp(2.04 t), those of rounding, about 1e-14, to 6e-5.
+    Between them errors grow with exp(2.04 t): with the smaller omega_1, whose flips are 11 s apart,
+    those of rounding grow to 1e-5 s.
     """
+    energy, moment = 2 * omega**2 + 3 * 25.0, (2 * omega) ** 2 + 15.0**2  # twice, and squared
+    n = np.sqrt((4 * energy - moment) / 24.0)
+    quarter = ellipk((moment - 2 * energy) / (4 * energy - moment)) / n
+    assert omega > 1e-3 or quarter == pytest.approx(5.520889721, abs=1e-9)
     zeros = []
     for dt in (2e-3, 1e-3):
-        scene, body = top()
-        run = ancf.simulate(scene, 17.0, dt, integrator=ancf.EnergyMomentum(), tolerance=TIGHT)
+        scene, body = top(omega)
+        end = np.ceil(1.1 * (2 * n_flips - 1) * quarter)
+        run = ancf.simulate(scene, end, dt, integrator=ancf.EnergyMomentum(), tolerance=TIGHT)
         spin = run.body(body).angular_velocity_in_body[:, 1]
         k = np.flatnonzero(np.diff(np.sign(spin)))
         zeros.append(run.t[k] - spin[k] * dt / (spin[k + 1] - spin[k]))
     found = zeros[1] + (zeros[1] - zeros[0]) / 3.0
-    assert abs(found[0] - 5.520889721) < 2e-8
-    assert abs(found[1] - 16.562669171) < 1e-14 * np.exp(2.04 * (16.562669171 - 5.520889721))
+    np.testing.assert_allclose(found, (quarter, 3 * quarter)[:n_flips], rtol=0.0, atol=2e-8)
 
 
 @pytest.mark.parametrize("integrator", [ancf.EnergyMomentum(), ancf.GeneralizedAlpha(0.9)])
