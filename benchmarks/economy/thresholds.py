@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ancfsparse.checks import check_choice
 from ancfsparse.errors import AncfError
 from ancfsparse.plans import plan
 from benchmarks.common.progress import bar
@@ -104,6 +105,8 @@ def thresholds(
     progress: bool = False,
 ) -> list[Effect]:
     """Plan the scenes of the economy study without each threshold; a quarter of an hour."""
+    for each in names or ():
+        check_choice("threshold", each, [name for _, name, _ in WITHOUT])
     references = {name: Reference(case, min(TOLERANCES)) for name, case in CASES.items()}
     base = list(_plans(references))
     out = [_effect("all thresholds", "", base, base)]

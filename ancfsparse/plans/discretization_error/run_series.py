@@ -154,7 +154,7 @@ class RunSeries:
         return work * math.exp(min(refinements * math.log(RUN_GROWTH), MAX_LOG))
 
     def combine(self) -> Refinement:
-        """Return the last run, which is accurate enough, with undivided errors."""
+        """Return the refinement that selects the last run, with its undivided error."""
         one, other = self.runs[-2:]
         has_mesh = bool(other.model.counts)
         of_steps, of_mesh = [], []

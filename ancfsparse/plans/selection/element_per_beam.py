@@ -37,8 +37,8 @@ def estimate_effects(
         if coarse_run is not None:
             run = coarse_run.run
             coarse = run, goal.quantity.in_scene(run.system.scene)
-        enough = NEGLIGIBLE_FRACTION * tolerance
-        effects = neglected_effects(trial.run, quantity, solve, enough, coarse)
+        limit = NEGLIGIBLE_FRACTION * tolerance
+        effects = neglected_effects(trial.run, quantity, solve, limit, coarse)
         if isinstance(trials.integrator, SolutionMethod):
             effects |= trials.integrator.neglected(trial.run, quantity)
         return effects

@@ -75,4 +75,5 @@ def test_plans_of_equilibria_need_one_trial_run_and_predict_the_error(monkeypatc
     for room in (mesh_error, confirmation_run):
         monkeypatch.setattr(room, "corrected_estimates", lambda *args: None)
     other = ancf.plan(scene, quantity=quantity, error="1 %")
+    assert plan.cost["runs"] < other.cost["runs"]
     assert plan.cost["operations"] < 0.9 * other.cost["operations"]
