@@ -15,13 +15,7 @@ import scipy.sparse as sp
 
 import ancfsparse as ancf
 from ancfsparse.plans.models.prolongation import prolongate
-from ancfsparse.plans.trial_runs.cost_model import (
-    FACTOR_WORK,
-    RESIDUAL_WORK,
-    SOLVE_WORK,
-    STEP_OVERHEAD,
-    cost_of_run,
-)
+from ancfsparse.plans.trial_runs.cost_model import COORDINATE_COSTS, STEP_OVERHEAD, cost_of_run
 from ancfsparse.system import System
 
 # Generalized alpha of Arnold and Bruels (2007), by its spectral radius.
@@ -188,11 +182,7 @@ class LinearizedSteps:
     @property
     def work(self) -> float:
         """Counted work: a residual, a factor and a solution for every step."""
-        return (
-            (len(self.t) - 1)
-            * (RESIDUAL_WORK + FACTOR_WORK + SOLVE_WORK)
-            * (self.n + STEP_OVERHEAD)
-        )
+        return (len(self.t) - 1) * COORDINATE_COSTS.total(1, 1, 1) * (self.n + STEP_OVERHEAD)
 
 
 def beam(
@@ -358,7 +348,7 @@ def compare_equilibrium(make: Make, n: int) -> tuple[Any, ...]:
     by_adjoint = -(z.T @ residual(system, q)) / (1.0 - 2.0**-4)
     second, other = results[3 * n // 2][0], results[3 * n // 2][1] - position
     errors = results[16 * n][1] - position, by_adjoint, other / (1.0 - 1.5**-4)
-    adjoint_work = (RESIDUAL_WORK + FACTOR_WORK + SOLVE_WORK) * (system.n_free + STEP_OVERHEAD)
+    adjoint_work = COORDINATE_COSTS.total(1, 1, 1) * (system.n_free + STEP_OVERHEAD)
     count = second.system.n_free
     return (*map(np.linalg.norm, errors), adjoint_work, cost_of_run(second.stats, 1, count).work)
 

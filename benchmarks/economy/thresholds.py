@@ -31,7 +31,6 @@ MAX_SECONDS = 5.0  # of the run of a plan, predicted
 WITHOUT: tuple[tuple[str, str, Any], ...] = (
     ("discretization_error.run_series", "UNOBSERVED_FRACTION", 1.0),
     ("discretization_error.run_series", "UNEVEN_FRACTION", 0.75),
-    ("discretization_error.run_series", "MIN_OBSERVED_FRACTION", 0.1),
     ("discretization_error.run_series", "MAX_BOUND_ORDER", 2.0),
     ("discretization_error.run_series", "MAX_NEAR_EXCESS", math.inf),
     ("discretization_error.run_series", "MAX_REDUCTION", 1.0),

@@ -86,11 +86,10 @@ class ErrorModel:
 
     @property
     def coarse_run(self) -> TrialRun:
-        """Cheapest trial run with the steps of the reference run, to measure responses."""
+        """Cheap trial run to measure responses: the coarsest, or one with the reference's steps."""
         last = self.time.runs[-1]
         if self.combined_errors is not None:
-            same = [run for run in self.time.runs if run.integrator == last.integrator]
-            return min(same, key=lambda run: run.cost.work)
+            return min(self.time.runs, key=lambda run: run.cost.work)
         return last if last.steps == self.reference_run.steps else self.reference_run
 
     def neglected(self, i: int) -> float:

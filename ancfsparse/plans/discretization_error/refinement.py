@@ -80,32 +80,33 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
     source, step_growth = trials.without_damping(), STEP_GROWTH
     for _ in range(MAX_REFINEMENTS):
         trials.check_budget()
-        run = source.run(mesh, steps)
-        source, steps = trials, step_growth * steps
+        run, source = source.run(mesh, steps), trials
         if run is None:  # only the step is halved
             runs.clear()
+            steps *= step_growth
             continue
         runs.append(run)
-        mesh, n_longest = _refine_mesh(trials, mesh, n_longest, growth)
-        if len(runs) < 2:
-            continue
-        series = RunSeries(trials, runs[-N_BOUND:], order)
-        if series.is_known and series.excess <= 1.0:
-            if agrees_with_undamped(trials, runs):
-                return series.combine()
-        elif series.may_be_divided:
-            divided = _divide(trials, runs, order)
-            if divided is not None:
-                return divided
-        if not series.is_regular and series.predicted_work > trials.budget:
-            break
+        if len(runs) > 1:
+            series = RunSeries(trials, runs[-N_BOUND:], order)
+            if series.is_known and series.excess <= 1.0:
+                if agrees_with_undamped(trials, runs):
+                    return series.combine()
+            elif series.may_be_divided:
+                divided = _divide(trials, runs, order)
+                if divided is not None:
+                    return divided
+            if not series.is_regular and series.predicted_work > trials.budget:
+                break
         if len(runs) >= N_BOUND and step_growth > 1 and _are_steps_negligible(trials, runs):
-            step_growth, steps = 1, run.steps
+            step_growth = 1
             gradings, gain = grade_meshes(trials.scene, run)
             if gain >= MIN_GRADING_GAIN:
-                n_longest /= growth**3  # that of the run over the growth of two
+                n_longest /= growth**2
                 mesh = trials.with_mesh(replace(model, gradings=gradings), n_longest)
                 runs.clear()
+                continue
+        steps *= step_growth
+        mesh, n_longest = _refine_mesh(trials, mesh, n_longest, growth)
     if series is None:
         assert trials.failure is not None
         raise trials.failure

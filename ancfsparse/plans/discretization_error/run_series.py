@@ -16,9 +16,9 @@ from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import SAFETY_FRACTION
 from ancfsparse.plans.discretization_error.mesh_error import GROWTH
 from ancfsparse.plans.discretization_error.richardson import (
-    ASYMPTOTIC_RANGE,
     MIN_ORDER,
     Estimate,
+    estimate,
 )
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
@@ -46,7 +46,6 @@ UNOBSERVED_FRACTION = 0.75  # for two runs
 # With a mass at .34 of a taut line, meshes of 5 and 7 elements agreed to .3 of the tolerance; the
 # error was 1.8 tolerances.
 UNEVEN_FRACTION = 0.2  # for two runs with nodes at given positions, whose error is irregular
-MIN_OBSERVED_FRACTION = 0.4  # for three runs
 TARGET_ORDER = 2  # by which the work of reaching the tolerance is predicted
 RUN_GROWTH = GROWTH * STEP_GROWTH  # of the work of successive runs
 MAX_LOG = 600.0  # of a ratio of work, below overflow
@@ -110,15 +109,25 @@ class RunSeries:
     def _error(self, differences: Sequence[float], order: int) -> float:
         """Return the error of a quantity in the last run; infinite if it is unknown."""
         if self.is_regular:
-            by_steps = (
-                self.step_ratio**self.trials.step_order if self.step_ratio > 1.0 else math.inf
-            )
-            ratio = min(self.mesh_ratio**order, by_steps)
-            is_uneven = len(differences) == 1 and _has_inner_nodes(self.trials, self.runs[-1])
+            resolutions, joint = self._resolutions(order)
+            known = estimate(resolutions, differences, joint)
+            if known.is_observed:
+                return known.error
+            is_uneven = _has_inner_nodes(self.trials, self.runs[-1])
             fraction = UNEVEN_FRACTION if is_uneven else UNOBSERVED_FRACTION
-            return error_of_last(differences, ratio, fraction)
+            return known.with_order(fraction * joint).error
         ratio = self.step_ratio if self.step_ratio > 1.0 else self.mesh_ratio
         return bound(differences, ratio)[1] if len(self.runs) == N_BOUND else math.inf
+
+    def _resolutions(self, order: int) -> tuple[list[int], float]:
+        """Return the steps of the runs, or their elements, and the order in these.
+
+        That of the mesh, `order`, is in the elements.
+        """
+        if self.step_ratio == 1.0:
+            return [elements_of(run) for run in self.runs], float(order)
+        by_mesh = order * math.log(self.mesh_ratio) / math.log(self.step_ratio)
+        return [run.steps for run in self.runs], min(by_mesh, self.trials.step_order)
 
     @property
     def step_ratio(self) -> float:
@@ -165,7 +174,7 @@ class RunSeries:
             of_steps.append(Estimate(other.steps, part, step_order, False, STEP_GROWTH, False))
             ratio = self.mesh_ratio
             of_mesh.append(Estimate(elements_of(other), part, mesh_order, False, ratio, False))
-        time = RunEstimates(tuple(of_steps), (one, other))
+        time = RunEstimates(tuple(of_steps), self.runs[-3:] if self.is_regular else (one, other))
         mesh = RunEstimates(tuple(of_mesh), (one, other)) if has_mesh else None
         return Refinement(time, mesh, tuple(self.errors), not self.is_regular)
 
@@ -189,24 +198,6 @@ class RunSeries:
             t,
             (cause,) if cause else (),
         )
-
-
-def error_of_last(
-    differences: Sequence[float], ratio: float, power: float = UNOBSERVED_FRACTION
-) -> float:
-    """Return the error of the last run from the differences of successive runs.
-
-    Errors decrease by `ratio` to a power, of two runs the given one, of three the observed one.  A
-    much smaller difference is one by chance, see `richardson`.
-    """
-    difference = differences[-1]
-    before = differences[-2] if len(differences) > 1 else 0.0
-    if before > difference * ratio ** ASYMPTOTIC_RANGE[1]:
-        difference = before / ratio
-    if before > 0.0 and difference > 0.0:
-        observed = math.log(before / difference) / math.log(ratio)
-        power = min(1.0, max(MIN_OBSERVED_FRACTION, observed))
-    return difference / float(ratio**power - 1.0)
 
 
 def bound(differences: Sequence[float], growth: float = STEP_GROWTH) -> tuple[float, float]:

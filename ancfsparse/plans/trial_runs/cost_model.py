@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.results import RunStats
 
 # Work per coordinate, relative to a residual: operation counts on chains (docs/theory.md).
-RESIDUAL_WORK = 1.0
-SOLVE_WORK = 1.2
-FACTOR_WORK = 16.0  # with its matrix
+COORDINATE_COSTS = Costs(residual=1.0, solve=1.2, factor=16.0)
 STEP_OVERHEAD = 20.0  # coordinates; work of calls, checks and a saved state in each step
 
 
@@ -44,11 +43,8 @@ class RunCost:
 
 def cost_of_run(stats: RunStats, steps: int, coordinates: int) -> RunCost:
     """Return the cost of a run with a number of steps."""
-    work = (
-        RESIDUAL_WORK * max(stats.residual_evaluations, stats.steps)
-        + SOLVE_WORK * stats.solves
-        + FACTOR_WORK * stats.factorizations
-    )
+    residuals = max(stats.residual_evaluations, stats.steps)
+    work = COORDINATE_COSTS.total(residuals, stats.solves, stats.factorizations)
     return RunCost(
         steps, coordinates, work / steps, stats.march_seconds, stats.seconds.get("set-up", 0.0)
     )
