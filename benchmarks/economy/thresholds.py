@@ -52,7 +52,7 @@ WITHOUT: tuple[tuple[str, str, Any], ...] = (
     ("discretization_error.error_model", "MAX_STEP_RATIO", math.inf),
     ("discretization_error.error_model", "SOLVER_FRACTION", 0.0),
     ("discretization_error.initial_singularity", "MIN_GROWTH_POWER", math.inf),
-    ("discretization_error.initial_singularity", "MAX_HALVINGS", 0),
+    ("discretization_error.initial_singularity", "MAX_REFINEMENTS", 1),
     ("discretization_error.sampling_error", "MAX_ERROR_RATIO", 1.0),
     ("selection.discretization_search", "MAX_STEP_EXCESS", 0.5),
     ("selection.confirmation_run", "MAX_SELECTIONS", 3),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from ancfsparse.errors import PlanError
@@ -46,6 +46,8 @@ UNOBSERVED_FRACTION = 0.75  # for two runs
 # With a mass at .34 of a taut line, meshes of 5 and 7 elements agreed to .3 of the tolerance; the
 # error was 1.8 tolerances.
 UNEVEN_FRACTION = 0.2  # for two runs with nodes at given positions, whose error is irregular
+# Peaks of a velocity differed by .005 and .02 of the motions; their error was 2 tolerances.
+MIN_REQUESTED_RATIO = 0.3  # of an error of peaks or final values to that at any time
 TARGET_ORDER = 2  # by which the work of reaching the tolerance is predicted
 RUN_GROWTH = GROWTH * STEP_GROWTH  # of the work of successive runs
 MAX_LOG = 600.0  # of a ratio of work, below overflow
@@ -87,11 +89,14 @@ class RunSeries:
         self.orders = mesh_orders(trials, order)
         pairs = list(pairwise(runs))
         self.over_time = [history_differences(trials.goals, *each) for each in pairs]
-        # Largest values, and those at the end, of two runs may agree by chance.
         requested = [goal_differences(trials.goals, *each) for each in pairs]
-        differences = self.over_time if len(runs) == 2 else requested
         self.is_regular = self._is_regular()
-        columns = zip(zip(*differences, strict=True), self.orders, strict=True)
+        columns = zip(
+            zip(*self.over_time, strict=True),
+            zip(*requested, strict=True),
+            self.orders,
+            strict=True,
+        )
         self.errors = [self._error(*each) for each in columns]
         limits = [SAFETY_FRACTION * each for each in self.tolerances]
         self.excess = max(x / limit for x, limit in zip(self.errors, limits, strict=True))
@@ -106,28 +111,53 @@ class RunSeries:
             and resolves_vibrations(last, self.tolerances)
         )
 
-    def _error(self, differences: Sequence[float], order: int) -> float:
-        """Return the error of a quantity in the last run; infinite if it is unknown."""
-        if self.is_regular:
-            resolutions, joint = self._resolutions(order)
-            known = estimate(resolutions, differences, joint)
-            if known.is_observed:
-                return known.error
+    def _error(self, over_time: Sequence[float], requested: Sequence[float], order: int) -> float:
+        """Return the error of a quantity in the last run; infinite if it is unknown.
+
+        From its differences at any time and at the requested ones.  Largest values, and those at
+        the end, of two runs may agree by chance, so the former show the order, and the largest
+        ratio of both the size.
+        """
+        if not self.is_regular:
+            ratio = self.step_ratio if self.step_ratio > 1.0 else self.mesh_ratio
+            return bound(requested, ratio)[1] if len(self.runs) == N_BOUND else math.inf
+        known = self._estimate(over_time, order)
+        if not known.is_observed:
             is_uneven = _has_inner_nodes(self.trials, self.runs[-1])
             fraction = UNEVEN_FRACTION if is_uneven else UNOBSERVED_FRACTION
-            return known.with_order(fraction * joint).error
-        ratio = self.step_ratio if self.step_ratio > 1.0 else self.mesh_ratio
-        return bound(differences, ratio)[1] if len(self.runs) == N_BOUND else math.inf
+            return known.with_order(fraction * known.order).error
+        pairs = zip(requested, over_time, strict=True)
+        ratios = (one / whole for one, whole in pairs if whole > 0.0)
+        return known.error * max(MIN_REQUESTED_RATIO, *ratios)
 
-    def _resolutions(self, order: int) -> tuple[list[int], float]:
-        """Return the steps of the runs, or their elements, and the order in these.
+    def _estimate(self, over_time: Sequence[float], order: int) -> Estimate:
+        """Estimate the error at any time by the steps of the runs, or their elements if these grow.
 
-        That of the mesh, `order`, is in the elements.
+        The order of the mesh, `order`, is in the elements.
         """
         if self.step_ratio == 1.0:
-            return [elements_of(run) for run in self.runs], float(order)
-        by_mesh = order * math.log(self.mesh_ratio) / math.log(self.step_ratio)
-        return [run.steps for run in self.runs], min(by_mesh, self.trials.step_order)
+            return estimate([elements_of(run) for run in self.runs], over_time, order)
+        joint = min(order * self._steps_per_element, self.trials.step_order)
+        return estimate([run.steps for run in self.runs], over_time, joint)
+
+    @property
+    def _steps_per_element(self) -> float:
+        """Ratio of an order in the steps to that in the elements; 1 if only these grow."""
+        return 1.0 if self.step_ratio == 1.0 else math.log(self.mesh_ratio, self.step_ratio)
+
+    def estimate_conservatively(self, of_mesh: Sequence[Estimate]) -> tuple[Estimate, ...]:
+        """Return estimates from two meshes, with errors by no higher order than the runs show.
+
+        A motion to 1 % was 3.2 tolerances off with order 4 assumed where they showed 2.5.
+        """
+        columns = zip(of_mesh, zip(*self.over_time, strict=True), self.orders, strict=True)
+        observed = (self._estimate(over_time, order).order for _, over_time, order in columns)
+        return tuple(
+            replace(
+                each, error=max(each.error, each.with_order(order / self._steps_per_element).error)
+            )
+            for each, order in zip(of_mesh, observed, strict=True)
+        )
 
     @property
     def step_ratio(self) -> float:

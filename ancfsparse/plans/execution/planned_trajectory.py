@@ -76,7 +76,7 @@ class PlannedRun(Trajectory):
         lines = [super().__repr__()]
         predictions = self.plan.predictions if self.plan else ()
         for i, each in enumerate(predictions):
-            line = f"  {each.goal.quantity!r}: predicted error {each.error:.1e}"
+            line = f"  {each.goal.quantity!r}: predicted error {each.bound:.1e}"
             if self.measured:
                 line += f", measured {self.measured[i]:.1e}"
             lines.append(f"{line} {each.goal.quantity.unit}".rstrip())

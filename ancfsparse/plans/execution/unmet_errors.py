@@ -45,12 +45,16 @@ class UnmetError:
 
     def __str__(self) -> str:
         """Write the error in a clause."""
-        goal, verb = self.prediction.goal, "measured" if self.is_measured else "predicted"
-        return (
-            f"the error of the {goal.quantity.name} is {verb} to be {self.error:.2g}, and "
-            f"{self.prediction.tolerance:.2g} {goal.quantity.unit}".rstrip()
-            + " was requested"
+        quantity, verb = (
+            self.prediction.goal.quantity,
+            "measured" if self.is_measured else "predicted",
         )
+        error, tolerance = (
+            f"{each:.2g} {quantity.unit}".rstrip()
+            for each in (self.error, self.prediction.tolerance)
+        )
+        name = quantity.name
+        return f"the error of the {name} is {verb} to be {error}, and {tolerance} was requested"
 
     def warning(self) -> ErrorNotMetWarning:
         """Return the warning."""

@@ -44,15 +44,22 @@ class MeshGrading:
     def node_positions(self, count: int, inner: Sequence[float]) -> Vector:
         """Return relative positions of nodes of about `count` elements, `inner` ones included."""
         ends = np.array([0.0, *inner, 1.0])
-        fractions = np.interp(ends, self.positions, self.element_fractions)
+        fractions = self._fractions(ends)
         out = [0.0]
-        for i, n in enumerate(part_counts(count, np.diff(fractions).tolist())):
+        for i, n in enumerate(self.part_counts(count, inner)):
             even = np.linspace(fractions[i], fractions[i + 1], n + 1)[1:-1]
             out += [
                 *np.interp(even, self.element_fractions, self.positions).tolist(),
                 float(ends[i + 1]),
             ]
         return np.array(out)
+
+    def part_counts(self, count: int, inner: Sequence[float]) -> list[int]:
+        """Return the numbers of elements of the parts between `inner` nodes."""
+        return part_counts(count, np.diff(self._fractions(np.array([0.0, *inner, 1.0]))).tolist())
+
+    def _fractions(self, positions: Vector) -> Vector:
+        return np.asarray(np.interp(positions, self.positions, self.element_fractions))
 
     @property
     def length_ratio(self) -> float:

@@ -8,9 +8,15 @@ from typing import Any, cast
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import ElementChoice
-from ancfsparse.plans.models.graded_mesh import MeshGrading, part_counts, round_half_up
+from ancfsparse.plans.models.graded_mesh import (
+    UNIFORM,
+    MeshGrading,
+    part_counts,
+    round_half_up,
+)
 from ancfsparse.plans.models.rigid_links import references, rigid_rod
 from ancfsparse.scene import Beam, ElasticBody, Point, Scene
 from ancfsparse.scene.bodies.auto_element import decided
@@ -121,6 +127,21 @@ def mesh_counts(scene: Scene, model: Model) -> dict[str, int]:
         if isinstance(beam, Beam):
             counts[name] = _changes(beam, model, inner[name]).get("n_elements", counts[name])
     return counts
+
+
+def element_lengths(scene: Scene, model: Model) -> Vector:
+    """Return the mean lengths of the elements between inner nodes, of all parts, (n,) [m]."""
+    beams = {beam.name: beam for beam in open_bodies(scene) if beam.name in model.counts}
+    inner = inner_node_positions(scene, beams, model.nodes)
+    out: list[float] = []
+    for name, body in beams.items():
+        count = model.counts[name]
+        if isinstance(body, Beam):
+            counts = model.gradings.get(name, UNIFORM).part_counts(count, inner[name])
+            out += (body.length * np.diff([0.0, *inner[name], 1.0]) / counts).tolist()
+        else:
+            out.append(float(body.lengths.max()) / count)
+    return np.array(out)
 
 
 def _rebuild(scene: Scene, others: Mapping[str, Record]) -> Scene:
