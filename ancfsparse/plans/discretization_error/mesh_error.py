@@ -28,9 +28,6 @@ COARSEST_COUNT = 8.0  # elements on the longest beam of the coarsest mesh
 GROWTH = 1.5  # ratio of the numbers of elements of successive meshes
 MAX_MESHES = 12
 MAX_GROWTH = 3.0  # ratio for equilibria, whose next mesh may be the last
-# Of error to tolerance, from which the number of elements is extrapolated in the asymptotic range;
-# the confirmation run checks it.
-MAX_ASYMPTOTIC_RATIO = 12.0
 
 
 def mesh_error(
@@ -161,9 +158,6 @@ def error_of_given_meshes(
 
 
 def _is_enough(trials: TrialRuns, runs: Sequence[TrialRun], estimates: Sequence[Estimate]) -> bool:
-    """Return True if errors can be extrapolated."""
+    """Return True if errors are within the tolerances, or can be extrapolated to them."""
     pairs = zip(estimates, absolute_tolerances(trials.goals, runs[-1]), strict=True)
-    return all(
-        each.conservative <= (MAX_ASYMPTOTIC_RATIO if each.is_asymptotic else 1.0) * tolerance
-        for each, tolerance in pairs
-    )
+    return all(each.conservative <= tolerance for each, tolerance in pairs)

@@ -17,10 +17,7 @@ from dataclasses import replace
 from ancfsparse.plans.discretization_error.error_model import SAFETY_FRACTION
 from ancfsparse.plans.discretization_error.mesh_error import GROWTH
 from ancfsparse.plans.discretization_error.mesh_grading import MIN_GRADING_GAIN, grade_meshes
-from ancfsparse.plans.discretization_error.richardson import (
-    MIN_ORDER,
-    Estimate,
-)
+from ancfsparse.plans.discretization_error.richardson import MIN_ORDER
 from ancfsparse.plans.discretization_error.run_estimates import (
     RunEstimates,
     elements_of,
@@ -47,7 +44,6 @@ from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 
 LOW_ORDER = 2
 MAX_UNOBSERVED_RATIO = 1.5  # steps extrapolated without an observed order, over those run
-MAX_STEP_RATIO = 16.0  # steps extrapolated with the order of the method, over those run
 MAX_REFINEMENTS = 13
 SMALL_GROWTH = 1.1  # ratio of numbers of elements, until those of every part of a beam grow
 SHORT_RATIO = 0.5  # of lengths of elements, below which the errors of the longest ones dominate
@@ -206,16 +202,11 @@ def _may_extrapolate(trials: TrialRuns, time: RunEstimates) -> bool:
     last = time.runs[-1]
     pairs = zip(time.estimates, absolute_tolerances(trials.goals, last), strict=True)
     return all(
-        each.resolution_for(0.5 * tolerance) <= _max_ratio(each) * last.steps
+        each.is_asymptotic
+        or each.resolution_for(0.5 * tolerance)
+        <= last.steps * (1.0 if each.is_observed else MAX_UNOBSERVED_RATIO)
         for each, tolerance in pairs
     )
-
-
-def _max_ratio(known: Estimate) -> float:
-    """Return the ratio of steps up to which an error may be extrapolated."""
-    if not known.is_observed:
-        return MAX_UNOBSERVED_RATIO
-    return MAX_STEP_RATIO if known.is_asymptotic else 1.0
 
 
 def refine_other_elements(

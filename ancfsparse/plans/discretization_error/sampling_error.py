@@ -14,7 +14,6 @@ from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TrialRun, TrialRuns
 
 MAX_HALVINGS = 10  # of the intervals between saved states of the first trial run
-MAX_ERROR_RATIO = 4.0  # of interpolation error to tolerance, to be extrapolated
 MAX_WORK = 2.0  # of these trial runs, over the base budget
 LOAD_ORDER = 2  # of interpolation of loads, and of equilibria, which is linear
 
@@ -50,7 +49,7 @@ def sampling_error(trials: TrialRuns, model: Model) -> RunEstimates:
             for goal, history, each in zip(trials.goals, run.histories, by_loads, strict=True)
         ]
         pairs = zip(estimates, absolute_tolerances(trials.goals, run), strict=True)
-        enough = all(each.error <= MAX_ERROR_RATIO * tolerance for each, tolerance in pairs)
+        enough = all(each.error <= tolerance for each, tolerance in pairs)
         # Where an equilibrium ceases to exist, states jump.
         if enough or trials.total_work > MAX_WORK * BASE_BUDGET or run.run.stats.recoveries:
             break

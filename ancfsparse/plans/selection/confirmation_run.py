@@ -28,10 +28,6 @@ from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, 
 
 MAX_SELECTIONS = 8  # of mesh and step
 MAX_COST = 2.0  # of a confirmation run, over the base budget
-# Work of a confirmation run over that of all trial runs before it.  For a slack line whose errors
-# hardly decrease with the step, the selected step was so short that the run cost four times as much
-# as the trial runs, and no plan resulted.
-MAX_SPENT_RATIO = 2.0
 # A mesh shows no order: next to a force it was 1.5, which took 1.01 times the tolerance.
 OWN_FRACTION = 0.5  # of the tolerance, for the run from which an error was estimated without order
 AGREEMENT_FACTOR = 1.25  # by which a difference may exceed the estimate
@@ -42,7 +38,6 @@ MIN_RATIO = 1.25  # of elements, or of steps, of two runs whose difference corre
 # Of 144 elements and 18, the difference agrees with any order of convergence: a slope angle was .33
 # rad off, and .02 rad predicted.
 MAX_REFINEMENT = 3.0  # of elements, or of steps, of two runs whose difference shows the error
-SETUP_WORK = 1e6  # residuals of one coordinate, for the set-up of two trial runs
 
 
 def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
@@ -64,8 +59,7 @@ def confirm_selection(trials: TrialRuns, error_model: ErrorModel) -> ErrorModel:
         if graded is not None:
             return confirm_selection(trials, graded)
         selected = _near(trials, reference_run, error_model.optimum())
-        spent = sum(each.work for each in trials.run_costs)
-        tried = _affordable(error_model, reference_run, selected, MAX_SPENT_RATIO * spent)
+        tried = _affordable(error_model, reference_run, selected)
         if tried is None:
             break
         if tried == resolution(reference_run) and error_model.excess(*tried) > _limit(
@@ -121,7 +115,7 @@ def _grade(
         return None
     gradings, gain = grade_meshes(trials.scene, reference_run)
     saved = error_model.optimal_work * (1.0 - 1.0 / gain)
-    if gain < MIN_GRADING_GAIN or saved < reference_run.cost.work + SETUP_WORK:
+    if gain < MIN_GRADING_GAIN or saved < reference_run.cost.work:
         return None
     model = replace(error_model.model, gradings=gradings)
     try:
@@ -144,14 +138,10 @@ def _near(
 
 
 def _affordable(
-    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int], max_work: float
+    error_model: ErrorModel, reference_run: TrialRun, selected: tuple[float, int]
 ) -> tuple[float, int] | None:
-    """Return the selected resolution, or a coarser one at a fraction of its cost; None if none.
-
-    Its work is at most `max_work`, unless that is below the base budget.
-    """
-    work = error_model.work(*selected)
-    budget = max(MAX_COST * BASE_BUDGET, min(TRIAL_FRACTION * work, max_work))
+    """Return the selected resolution, or a coarser one at a fraction of its cost; None if none."""
+    budget = max(MAX_COST * BASE_BUDGET, TRIAL_FRACTION * error_model.work(*selected))
     tried = selected
     known = error_model.excess(longest_count(reference_run), reference_run.steps)
     while error_model.work(*tried) > budget:

@@ -32,8 +32,6 @@ from ancfsparse.plans.trial_runs.solution_methods import SolutionMethod
 from ancfsparse.plans.trial_runs.trial_runs import BASE_BUDGET, TRIAL_FRACTION, TrialRun, TrialRuns
 from ancfsparse.scene import Scene
 
-MAX_STEP_EXCESS = 3.0  # error of the steps over the tolerance, where meshes are compared
-
 
 def search(
     trials: TrialRuns,
@@ -92,7 +90,7 @@ def _search(
     else:
         refinement = Refinement(_error_on_coarse_mesh(trials, coarse, fixed_steps), None)
     time = refinement.time
-    steps = _steps_for_meshes(trials, time)
+    steps = time.runs[-1].steps
     given = (0.0,) * len(trials.goals)
     if finer is not None:
         last = time.runs[-1]
@@ -121,8 +119,7 @@ def _search(
 
     def is_affordable(last: TrialRun) -> bool:
         """Return True if a finer run costs little compared with the planned run."""
-        planned = last.cost.work * time.runs[-1].steps / steps
-        return trials.total_work < max(BASE_BUDGET, TRIAL_FRACTION * planned)
+        return trials.total_work < max(BASE_BUDGET, TRIAL_FRACTION * last.cost.work)
 
     if refinement.mesh is not None or not coarse.counts:
         return build_error_model(refinement.mesh)
@@ -158,16 +155,6 @@ def _error_on_coarse_mesh(
         raise trials.failure
     quantity, tolerance = trials.goals[0].quantity, 0.0
     raise PlanError(quantity.name, tolerance, 0.0, quantity.unit, len(trials.done))
-
-
-def _steps_for_meshes(trials: TrialRuns, time: RunEstimates) -> int:
-    """Return the smallest number of steps accurate enough for a comparison of meshes."""
-    tolerances = absolute_tolerances(trials.goals, time.runs[-1])
-    for run in (each for each in time.runs[:-1] if each.steps > trials.failed):
-        pairs = zip(time.estimates, tolerances, strict=True)
-        if all(each.at(run.steps) <= MAX_STEP_EXCESS * tolerance for each, tolerance in pairs):
-            return run.steps
-    return time.runs[-1].steps
 
 
 def _order(scene: Scene, model: Model) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 from ancfsparse.errors import AncfError, PlanError, StepError
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.discretization_error.mesh_error import COARSEST_COUNT
+from ancfsparse.plans.discretization_error.run_series import RUN_GROWTH
 from ancfsparse.plans.model_error.effects import METHOD_EFFECTS, SOURCE_NAMES, Effects
 from ancfsparse.plans.model_error.quasi_static_error import lowest_frequency
 from ancfsparse.plans.models.model import Model, coarse_count, open_bodies
@@ -36,8 +37,6 @@ from ancfsparse.system import System
 # takes as much work as short motions do.
 FIRST: tuple[type[SolutionMethod], ...] = (Statics,)
 LAST: tuple[type[SolutionMethod], ...] = (ModalSum,)
-# The longest steps, half of them by two integrators, and one more mesh (see `time_error`).
-MIN_TRIAL_WORK = 6.0  # work of the trial runs of a motion over that of the longest steps
 VIBRATION_FRACTION = 0.25  # of the tolerance, above which vibrations must be resolved
 
 
@@ -300,7 +299,7 @@ def _describe_excess(
 
 
 def _min_work(trials: TrialRuns, error_model: ErrorModel) -> float:
-    """Return the least work of time integration with its trial runs, by the longest steps.
+    """Return the least work of time integration with two trial runs, by the longest steps.
 
     One such trial is run on the coarsest mesh; time integration needs it anyway.
     """
@@ -313,7 +312,7 @@ def _min_work(trials: TrialRuns, error_model: ErrorModel) -> float:
         return float("inf")
     n_longest, _ = error_model.optimum()
     per_coordinate = trial.cost.unit_work * trial.steps
-    coordinates = error_model.coordinates(n_longest) + MIN_TRIAL_WORK * trial.cost.coordinates
+    coordinates = error_model.coordinates(n_longest) + (1.0 + RUN_GROWTH) * trial.cost.coordinates
     return per_coordinate * coordinates
 
 

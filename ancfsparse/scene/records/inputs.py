@@ -132,8 +132,12 @@ class Input(Signal):
         if name != number and number.isdecimal() and len(number) < 10:
             LAST_NUMBER[0] = max(LAST_NUMBER[0], int(number))
         set_fields(self, size=size, name=name)
-        default: Any = self.default if np.ndim(self.default) else [self.default] * size
-        value = self.check_value("the default", default if size > 1 else self.default)
+        default = self.default
+        if size > 1 and (
+            np.isscalar(default) or (isinstance(default, np.ndarray) and not default.ndim)
+        ):
+            default = [default] * size
+        value = self.check_value("the default", default)
         set_fields(self, default=tuple(value.tolist()) if size > 1 else float(value[0]))
 
     def check_value(self, what: str, value: ArrayLike) -> Vector:

@@ -211,6 +211,7 @@ def test_steps_with_earlier_inputs_are_not_repeated(monkeypatch, last_change):
         ({"size": 4}, "size of an input must be 1, 2 or 3"),
         ({"size": 2, "default": (1.0,)}, "default of input"),
         ({"default": np.nan}, "default of input"),
+        ({"default": [None, []]}, "default of input"),
         ({"name": 3}, "name of an input must be a text"),
     ],
 )
