@@ -74,34 +74,9 @@ def select_method(
     trials = _resolve_loads(trials, fixed_steps)
     why: list[str] = []
     other, error_model = None, None
-    attempt = trials
-
-    def attempt_method(method: SolutionMethod) -> Selection | None:
-        """Return the selection by a method, None if it does not meet the goals."""
-        nonlocal attempt
-        attempt = replace(trials.with_integrator(method), base=method.min_intervals)
-        try:
-            reason, lacks_modes = _reason_against(attempt)
-            if reason:
-                why.append(reason)
-                richer = method.richer() if lacks_modes else None
-                return None if richer is None else attempt_method(richer)
-            result, reasons = select_model(attempt, finer, None)
-        except AncfError as error:
-            why.append(f"{method} is not possible: {error}")
-            return None
-        excess = result.optimal_excess
-        richer = method.richer() if excess > 1.0 and _lacks_modes(result) else None
-        if richer is not None:
-            return attempt_method(richer)
-        if excess > 1.0:
-            errors = result.errors(*result.optimum())
-            why.append(_describe_excess(method, errors, result.tolerances, excess))
-            return None
-        return Selection(attempt, result, (method.reason, *reasons))
-
     for method in _applicable(trials, FIRST) if is_free and failure is None else ():
-        other = attempt_method(method)
+        attempt, other, against = _attempt_method(trials, method, finer)
+        why += against
         trials = _resolve_vibrations(trials, attempt)
         if other is not None and other.error_model.optimal_work <= _min_work(
             trials, other.error_model
@@ -119,7 +94,9 @@ def select_method(
     )
     if is_free and is_long:
         for method in _applicable(trials, LAST):
-            other = attempt_method(method) or other
+            _, last, against = _attempt_method(trials, method, finer)
+            why += against
+            other = last or other
     if failure is not None and other is None:
         raise failure.with_causes(why) if isinstance(failure, PlanError) else failure
     if error_model is None:
@@ -140,6 +117,36 @@ def select_method(
     ):
         return other
     return Selection(trials, error_model, (*why, *reasons))
+
+
+def _attempt_method(
+    trials: TrialRuns, method: SolutionMethod, finer: Scene | None
+) -> tuple[TrialRuns, Selection | None, list[str]]:
+    """Return trial runs by a method, the selection if it meets the goals, and reasons against it.
+
+    Where only modes are missing, the same with more modes.
+    """
+    against: list[str] = []
+    richer: SolutionMethod | None = method
+    while richer is not None:
+        method, richer = richer, None
+        attempt = replace(trials.with_integrator(method), base=method.min_intervals)
+        try:
+            reason, lacks_modes = _reason_against(attempt)
+            if not reason:
+                result, reasons = select_model(attempt, finer, None)
+                excess = result.optimal_excess
+                if excess <= 1.0:
+                    selection = Selection(attempt, result, (method.reason, *reasons))
+                    return attempt, selection, against
+                errors = result.errors(*result.optimum())
+                reason = _describe_excess(method, errors, result.tolerances, excess)
+                lacks_modes = _is_met_without_modes(errors, result.tolerances)
+            against.append(reason)
+            richer = method.richer() if lacks_modes else None
+        except AncfError as error:
+            against.append(f"{method} is not possible: {error}")
+    return attempt, None, against
 
 
 def _resolve_loads(trials: TrialRuns, fixed_steps: int | None) -> TrialRuns:
@@ -230,15 +237,10 @@ def _applicable(
             yield method
 
 
-def _lacks_modes(error_model: ErrorModel) -> bool:
-    """Return True if tolerances would be met without the error by the modes left out."""
-    errors = error_model.errors(*error_model.optimum())
-    return _is_met_without_modes(errors, error_model.tolerances)
-
-
 def _is_met_without_modes(
     errors: Sequence[Mapping[str, float]], tolerances: Sequence[float]
 ) -> bool:
+    """Return True if tolerances would be met without the error by the modes left out."""
     return all(
         sum(each.values()) - each.get("modes", 0.0) <= tolerance
         for each, tolerance in zip(errors, tolerances, strict=True)
