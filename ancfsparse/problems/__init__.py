@@ -5,7 +5,7 @@ They are shared by tests, benchmarks, the command line and the README.
 
 from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein, serpentine, timing_belt
 from ancfsparse.problems.benchmarks import Problem, cantilever, elastica, pendulum, roll_up
-from ancfsparse.problems.contacts import capstan, hair, knot
+from ancfsparse.problems.contacts import bristle, capstan, hair, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -50,6 +50,7 @@ __all__ = [
     "belt_drive_pechstein",
     "bend",
     "bricard",
+    "bristle",
     "cable_car",
     "cable_drop",
     "cantilever",

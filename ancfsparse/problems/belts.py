@@ -178,11 +178,11 @@ class Belt:
         return arc
 
 
-def _drive(scene: Scene, radius: float, x: float, load: float, omega: float) -> tuple[Pulley, ...]:
+def _drive(scene: Scene, radius: float, x: float, load: float, w1: float) -> tuple[Pulley, ...]:
     """Return a driver of a radius [m], and a loaded pulley of 0.1 m at the distance x [m]."""
     driver = _disc(scene, "driver", (0.0, 0.0), radius, 2e-3)
     driven = _disc(scene, "driven", (x, 0.0), 0.1, 2e-3)
-    scene.drive_joint(scene.pin(driver.body.origin), SpinUp(-omega, 0.1))
+    scene.drive_joint(scene.pin(driver.body.origin), SpinUp(-w1, 0.1))
     scene.pin(driven.body.origin)
     scene.point_moment(driven.body.origin, Ramp(load, 0.15, 0.1, smooth=True))
     return driver, driven
@@ -190,7 +190,7 @@ def _drive(scene: Scene, radius: float, x: float, load: float, omega: float) -> 
 
 def belt_drive(
     load: float = 10.0,
-    omega: float = 100.0,
+    w1: float = 100.0,
     mu: float = 0.3,
     n_elements: int = 160,
 ) -> Mechanism:
@@ -198,14 +198,15 @@ def belt_drive(
 
     The axis of the belt runs around the pulleys at 0.1 m, at a distance of 0.4 m; it has
     E A = 2e4 N and 0.1 kg/m, and is stretched by 1 % at the start.  The driver reaches the angular
-    velocity `omega` [rad/s] after 0.1 s, and a moment of `load` [N m] resists the driven pulley
+    velocity `w1` [rad/s] after 0.1 s, and a moment of `load` [N m] resists the driven pulley
     from 0.15 s on.
 
-    Quantities: ``tight`` and ``slack`` tension of the spans [N]; ``omega_driven`` [rad/s]; ``loss``
-    of speed [-]; ``slip_driver`` and ``slip_driven``, arcs where the belt slides [degrees].
+    Quantities: ``tight`` and ``slack`` tension of the spans [N]; angular velocity ``w2`` of the
+    driven pulley [rad/s]; ``speed_loss`` [-]; ``slip_arc_driver`` and ``slip_arc_driven``, where
+    the belt slides [degrees].
     """
     scene = Scene((0.0, 0.0))
-    driver, driven = _drive(scene, 0.1, 0.4, load, omega)
+    driver, driven = _drive(scene, 0.1, 0.4, load, w1)
     belt = _wrap(scene, (driven, driver), replace(BELT, friction=mu), n_elements)
     return _two_pulleys(scene, belt, driver, driven)
 
@@ -233,18 +234,18 @@ def belt_drive_pechstein(n_elements: int = 120, stiffness: float = 3.2e8) -> Mec
     return _two_pulleys(scene, belt, driver, driven, tension=belt.forces)
 
 
-def timing_belt(load: float = 20.0, omega: float = 100.0, n_elements: int = 160) -> Mechanism:
+def timing_belt(load: float = 20.0, w1: float = 100.0, n_elements: int = 160) -> Mechanism:
     """Return a belt that does not slip, as a model of a timing belt: a drive from 50 to 100 mm.
 
     The radii are of the axis of the belt, whose E A = 1e6 N and friction of mu = 1.5 let it stick
-    nearly everywhere; it has 400 N at the start.  The driver reaches `omega` [rad/s] after 0.1 s;
+    nearly everywhere; it has 400 N at the start.  The driver reaches `w1` [rad/s] after 0.1 s;
     `load` [N m] resists the driven pulley from 0.15 s on.  By the torque balance ``tight - slack``
     is `load` / 0.1 m, and the speed ratio is 2, as of the radii, but for the creep.
 
     Quantities: as of `belt_drive`, and the ``ratio`` of angular velocities [-].
     """
     scene = Scene((0.0, 0.0))
-    driver, driven = _drive(scene, 0.05, 0.3, load, omega)
+    driver, driven = _drive(scene, 0.05, 0.3, load, w1)
     belt = _wrap(scene, (driven, driver), TOOTHED_BELT, n_elements)
 
     def ratio(run: Trajectory) -> Vector:
@@ -319,10 +320,10 @@ def _two_pulleys(
     watched = {
         "tight": belt.tension(1),
         "slack": belt.tension(0),
-        "omega_driven": driven.angular_velocity,
-        "loss": loss,
-        "slip_driver": belt.slip_arc(driver),
-        "slip_driven": belt.slip_arc(driven),
+        "w2": driven.angular_velocity,
+        "speed_loss": loss,
+        "slip_arc_driver": belt.slip_arc(driver),
+        "slip_arc_driven": belt.slip_arc(driven),
         **more,
     }
     return Mechanism(scene, watched, separate=True)

@@ -12,6 +12,7 @@ from scipy.special import exprel
 
 from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_positive
+from ancfsparse.errors import InputError
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism
 from ancfsparse.results import Trajectory
 from ancfsparse.scene import Circle, Material, Rectangle, Scene, Section
@@ -22,6 +23,10 @@ from ancfsparse.scene.records.signals import Ramp, Table
 DRUM_RADIUS = 0.1  # [m]
 WIRE_RADIUS = 1e-3  # [m]
 TAIL_LENGTH = 0.05  # of the straight ends [m]
+TAIL_RATIO = 8.0  # of stiff ends, over the length of decay: the moment falls to 3e-4 of its size
+# Damping by mass of a wire with bending stiffness, which springs off the drum until the force acts;
+# without it, tensions at 0.3 s still vary by 1 to 7 % [1/s].
+WIRE_DAMPING = 200.0
 # Bending stiffness in space over the planar one; with 3e-4, tensions of 0.2 N change by 0.5 %.
 FLEXIBLE_RATIO = 3e-6
 LOAD_TIME = 0.05  # until the force has its full value [s]
@@ -58,28 +63,38 @@ COMBING_TIME = 0.9  # in which it moves [s]
 def capstan(
     mu: float = 0.3,
     angle: float = 180.0,
-    tension: float = 10.0,
-    turning: float = 2.0,
+    t1: float = 10.0,
+    radius: float = DRUM_RADIUS,
+    ei: float = 0.0,
     n_elements: int = 48,
+    turning: float = 2.0,
     slip_speed: float = 0.0,
     pitch: float = 0.0,
 ) -> Mechanism:
     """Return a wire around a turning drum, one end of which is fixed and the other one pulled.
 
-    The wire, of 2 mm x 2 mm and bent without stress, touches the drum of 0.1 m along an arc of
-    `angle` [degrees] with `n_elements`; its ends are straight.  The drum turns at `turning`
+    The wire, 2 mm thick, touches the drum of `radius` [m] along an arc of `angle` [degrees] with
+    `n_elements`, and is pulled with `t1` [N]; its ends are straight.  The drum turns at `turning`
     [rad/s], towards the fixed end if positive, so that the tension there is
-    ``tension * exp(mu * angle)`` (Euler, Eytelwein), else ``tension * exp(-mu * angle)``.
+    ``t1 * exp(mu * angle)`` (Euler, Eytelwein), else ``t1 * exp(-mu * angle)``.
     The wire can stick, or with a `slip_speed` [m/s] its friction depends on the velocity.
+
+    Without `ei` it is bent without stress.  With a bending stiffness `ei` [N m2], in the plane, it
+    is straight without stress, and lifts off where ``T (1 - cos(a)) = ei / (2 R^2)``, at the angle
+    a before the end of the arc, with the distance R of the axes of wire and drum; there the drum
+    presses with the force ``T sin(a)``.
 
     With a `pitch` [m] of its pulled end, the wire lies in space and has almost no bending
     stiffness.  The surface of the drum moves along circles, so friction has no axial component: the
     axial component of the tension is constant, the one around the drum grows by the factor
     ``exp(mu * angle)``, and the pitch decreases by it.
 
-    Quantities: the ``held`` tension at the fixed end [N].
+    Quantities: the tension ``t2`` at the fixed end [N]; its ``ratio`` to `t1` [-];
+    ``wrapped_angle`` between the forces at both ends, around the drum [degrees].
     """
-    phi, reach, dim = math.radians(angle), DRUM_RADIUS + WIRE_RADIUS, 3 if pitch else 2
+    if ei and pitch:
+        raise InputError("a capstan has a bending stiffness in the plane only: leave pitch out")
+    phi, reach, dim = math.radians(angle), radius + WIRE_RADIUS, 3 if pitch else 2
     growth = math.copysign(mu, turning)
     slope = pitch / (2.0 * math.pi * reach)  # of the pulled end
 
@@ -95,28 +110,36 @@ def capstan(
     square, material = Rectangle(2 * WIRE_RADIUS, 2 * WIRE_RADIUS), Material(2.5e10, 2.5e4)
     section: Rectangle | Section = square
     shape: dict[str, Any] = {"curve": Arc((0.0, 0.0), tuple(start[:2].tolist()), -phi)}
-    if pitch:
-        section = Section(square.area, *(3 * [FLEXIBLE_RATIO * square.inertia_z]))
+    if ei:
+        material = replace(material, rayleigh=(WIRE_DAMPING, 0.0))
+    if ei or pitch:
+        inertia = ei / material.youngs_modulus if ei else FLEXIBLE_RATIO * square.inertia_z
+        section = Section(square.area, inertia, inertia, inertia)
         shape = {"curve": wind, "rest": "straight"}
+    # The moment of a wire that lifts off decays along its end over sqrt(ei / t1).
+    tail = max(TAIL_LENGTH, TAIL_RATIO * math.sqrt(ei / check_positive("t1", t1, "N")))
     fixed_end = scene.add_beam(
-        "thin", start - TAIL_LENGTH * arriving, start, 8, section, material, name="fixed end"
+        "thin", start - tail * arriving, start, 8, section, material, name="fixed end"
     )
     arc = scene.add_beam(
         "thin", n_elements=n_elements, section=section, material=material, name="arc", **shape
     )
     pulled_end = scene.add_beam(
-        "thin", end, end + TAIL_LENGTH * leaving, 8, section, material, name="pulled end"
+        "thin", end, end + tail * leaving, 8, section, material, name="pulled end"
     )
     parts = fixed_end, arc, pulled_end
     for before, after in pairwise(parts):
-        scene.connect(before.end, after.start)
+        if ei:
+            scene.weld(before.end, after.start)
+        else:
+            scene.connect(before.end, after.start)
     scene.pin(fixed_end.start)
-    force = Ramp(tuple((tension * leaving).tolist()), LOAD_TIME, smooth=True)
+    force = Ramp(tuple((t1 * leaving).tolist()), LOAD_TIME, smooth=True)
     scene.point_force(pulled_end.end, force)
     # Penetrations are 1 % of the radius of the wire, at the tighter end up to exp(growth / 2) %.
-    stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * max(growth * phi, 0.0))
+    stiffness = 100.0 * t1 / (reach * WIRE_RADIUS) * math.exp(0.5 * max(growth * phi, 0.0))
     axis = (0.0, 0.0, 1.0) if pitch else None
-    drum = Drum((0.0,) * dim, DRUM_RADIUS, axis, angular_velocity=-turning)
+    drum = Drum((0.0,) * dim, radius, axis, angular_velocity=-turning)
     for part in parts:
         scene.contact(
             part,
@@ -126,9 +149,60 @@ def capstan(
             friction=mu,
             slip_speed=slip_speed or None,
         )
-    return Mechanism(
-        scene, {"held": lambda run: np.linalg.norm(run.reaction(fixed_end.start), axis=1)}
+
+    def tension(run: Trajectory) -> Vector:
+        return np.asarray(np.linalg.norm(run.reaction(fixed_end.start), axis=1))
+
+    def wrapped_angle(run: Trajectory) -> Vector:
+        x, y = -run.reaction(fixed_end.start)[:, :2].T  # along the wire
+        return np.asarray(angle - np.degrees(np.arctan2(x, y)))
+
+    watched = {
+        "ratio": lambda run: tension(run) / t1,
+        "t2": tension,
+        "wrapped_angle": wrapped_angle,
+    }
+    return Mechanism(scene, watched)
+
+
+def bristle(mu: float = 0.3, n_elements: int = 100) -> Mechanism:
+    """Return a wire around half a drum at rest, one end of which moves to and fro.
+
+    The wire, with E A = 1e5 N and E I = 1e-5 N m2, has `n_elements` on the drum, around which its
+    axis has a radius of 0.1 m.  A force of 10 N pulls one end from 0.05 s on.  The other end moves
+    outwards by 160 um from 0.1 s to 0.5 s, rests until 0.6 s, and moves back by 280 um until 1.3 s.
+    Its tension rises to ``10 N exp(mu pi)`` and keeps this value, and then falls to
+    ``10 N exp(-mu pi)``.  Bristles have a stiffness of 1e7 N/m2, a tenth of the contact's.
+
+    Quantities: the tension ``t2`` at the moved end [N].
+    """
+    scene = Scene((0.0, 0.0))
+    area = 4.0 * WIRE_RADIUS**2
+    modulus = 1e5 / area
+    inertia = 1e-5 / modulus
+    wire: Any = {
+        "section": Section(area, inertia, inertia, inertia),
+        "material": Material(modulus, 0.1 / area, rayleigh=(WIRE_DAMPING, 0.0)),
+    }
+    left, right = np.array((-DRUM_RADIUS, 0.0)), np.array((DRUM_RADIUS, 0.0))
+    down = np.array((0.0, -TAIL_LENGTH))
+    curve = Arc((0.0, 0.0), tuple(left.tolist()), -math.pi)
+    pulled = scene.add_beam("thin", left + down, left, 8, name="pulled end", **wire)
+    arc = scene.add_beam(
+        "thin", curve=curve, rest="straight", n_elements=n_elements, name="arc", **wire
     )
+    moved = scene.add_beam("thin", right, right + down, 8, name="moved end", **wire)
+    for before, after in pairwise((pulled, arc, moved)):
+        scene.connect(before.end, after.start)
+    scene.point_force(pulled.start, Ramp((0.0, -10.0), LOAD_TIME, smooth=True))
+    position = tuple((right + down).tolist())
+    out = Ramp((0.0, -160e-6), 0.4, 0.1, smooth=True)
+    back = Ramp((0.0, 280e-6), 0.7, 0.6, smooth=True)
+    scene.drive(moved.end, out + back + position)
+    drum = Drum((0.0, 0.0), DRUM_RADIUS - WIRE_RADIUS)
+    for part in (pulled, arc, moved):
+        scene.contact(part, drum, stiffness=1e8, radius=WIRE_RADIUS, friction=mu)
+    return Mechanism(scene, {"t2": lambda run: -run.reaction(moved.end)[:, 1]}, separate=True)
 
 
 def _unit(vector: tuple[float, ...]) -> Vector:
@@ -137,7 +211,7 @@ def _unit(vector: tuple[float, ...]) -> Vector:
 
 def knot(
     mu: float = 0.1,
-    radius: float = 0.125,
+    slenderness: float = 0.08,
     n_elements: int = 110,
     thickness: float = 2.0 * ROD_RADIUS,
     slowness: float = 1.0,
@@ -145,18 +219,18 @@ def knot(
     """Return a rubber rod in an overhand knot (a trefoil), which its ends tighten.
 
     The rod has a radius h of half its `thickness` [m] and a loop of 0.5 m; it comes to rest in
-    2.4 s.  Its ends then move apart by 2 pi (0.5 m - `radius`) [m], up to 16 s.  All times are in
-    proportion to 20 mm over the thickness, as bending waves take, and the motion of the ends lasts
-    longer by the factor `slowness`.  For
+    2.4 s.  Its ends then move apart by 2 pi (0.5 m - h / `slenderness`), up to 16 s.  All times are
+    in proportion to 20 mm over the thickness, as bending waves take, and the motion of the ends
+    lasts longer by the factor `slowness`.  For
     ``eps = sqrt(h / R)`` towards zero, with the radius R of the loop, its tension T follows
     ``T h^2 / B = eps^4 / 2 + 0.492 mu eps^3`` (Audoly, Clauvelin and Neukirch, 2007), where B is
     the bending stiffness.
 
-    Quantities: ``tension`` T, the mean of both ends [N]; ``loop`` radius, the length that the knot
-    takes over 2 pi [m]; ``pressing``, the sum of normal forces [N].
+    Quantities: ``tension`` T, the mean of both ends [N]; ``radius`` of the loop, the length that
+    the knot takes over 2 pi [m]; ``pressing``, the sum of normal forces [N].
     """
-    check_positive("radius", radius, "m")
     h = 0.5 * check_positive("thickness", thickness, "m")
+    radius = h / check_positive("slenderness", slenderness)
     scale = ROD_RADIUS / h  # of times
     settling = scale * SETTLING_TIME
     tightening = scale * TIGHTENING_TIME * check_positive("slowness", slowness)
@@ -184,7 +258,7 @@ def knot(
 
     watched = {
         "tension": lambda run: 0.5 * (run.reaction(rod.end) - run.reaction(rod.start))[:, 0],
-        "loop": loop,
+        "radius": loop,
         "pressing": lambda run: run.contact_force(contact).size,
     }
     return Mechanism(scene, watched, separate=True)

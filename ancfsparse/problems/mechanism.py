@@ -23,11 +23,15 @@ OWN_REFERENCE = "two formulations, natural and minimal coordinates, by DOP853 at
 KEY_UNITS = {
     "omega": "rad/s",
     "load": "N",
-    "tension": "N",
+    "t1": "N",
+    "ei": "N m2",
+    "w1": "rad/s",
     "turning": "rad/s",
     "angle": "degrees",
     "stiffness": "N/m2",
     "height": "m",
+    "length": "m",
+    "free_length": "m",
     "speed": "m/s",
     "slip_speed": "m/s",
     "radius": "m",
@@ -52,12 +56,15 @@ class Mechanism:
     separate : bool
         True if each quantity depends on the state at its own time alone, not on those before as
         energies lost and angles of several turns do.
+    measured : tuple of str
+        Quantities of the computation, not of the motion, which are not extrapolated.
     """
 
     scene: Scene
     watched: Mapping[str, Callable[[Trajectory], Vector]]
     settles: bool = False
     separate: bool = False
+    measured: tuple[str, ...] = ()
 
     @property
     def bodies(self) -> dict[str, Body]:

@@ -4,7 +4,7 @@ from functools import partial
 
 from ancfsparse.integrators import GeneralizedAlpha
 from ancfsparse.problems.belts import belt_drive, belt_drive_pechstein, serpentine, timing_belt
-from ancfsparse.problems.contacts import capstan, hair, knot
+from ancfsparse.problems.contacts import bristle, capstan, hair, knot
 from ancfsparse.problems.flexible import (
     double_pendulum_bob,
     elastic_four_bar,
@@ -101,7 +101,11 @@ CASES = (
         "elastic catenary that lies on the seabed in part", GeneralizedAlpha(0.5),
     ),
     Case(
-        capstan, 1e-3, "held", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",
+        capstan, 1e-3, "t2", 0.3, (25.66332,), 0.02, "T exp(mu phi) of Euler and Eytelwein",
+        GeneralizedAlpha(0.5),
+    ),
+    Case(
+        bristle, 1e-3, "t2", 0.55, (25.66332,), 0.005, "T exp(mu phi) of Euler and Eytelwein",
         GeneralizedAlpha(0.5),
     ),
     Case(
@@ -110,7 +114,7 @@ CASES = (
         {"load": "N m"},
     ),
     Case(
-        belt_drive_pechstein, 1e-3, "omega_driven", 2.45, (11.308,), 0.01,
+        belt_drive_pechstein, 1e-3, "w2", 2.45, (11.308,), 0.01,
         "creep of a belt by Euler and Eytelwein: 663.2 N, 186.9 N and 11.308 rad/s",
         GeneralizedAlpha(0.5),
     ),

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_count, check_positive
 from ancfsparse.problems.flexible import add_cable, cable
 from ancfsparse.problems.mechanism import GRAVITY, Mechanism
+from ancfsparse.results import Trajectory
 from ancfsparse.scene import Circle, Material, Rectangle, Scene
 from ancfsparse.scene.force_elements.contacts import LAYER_RATIO
 from ancfsparse.scene.force_elements.obstacles import Ball, Drum, HalfSpace
@@ -119,32 +121,39 @@ def cantilever_on_cylinders(n_elements: int = 256) -> Mechanism:
 
 
 def chain_over_pulley(
-    acceleration: float = GRAVITY, radius: float = 0.1, n_elements: int = 20
+    acceleration: float = GRAVITY,
+    free_length: float = 1.0,
+    radius: float = 0.1,
+    n_elements: int = 20,
 ) -> Mechanism:
     """Return a chain that is pulled over a pulley without friction until it lifts off.
 
     After Brun, Audoly, Goriely and Vella (arXiv 1605.03714).  It has 0.1 kg/m, E A = 1e4 N and
     hardly any bending stiffness, and `n_elements` on the half of the pulley of `radius` [m] that it
-    touches; the free side of l0 = 1 m hangs.  The acceleration a of the pulled end rises within
-    0.06 s, with the same velocities from then on as if it had its full value from 0.03 s on.
-    Counted from there, the pulley bears
+    touches; the free side hangs with the `free_length` l0 [m].  The acceleration a of the pulled
+    end rises within 0.06 s, with the same velocities from then on as if it had its full value from
+    0.03 s on.  Counted from there, the pulley bears
     ``2 rho ((l0 - a t^2 / 2) (g + a) - (a t)^2) + pi rho radius (g + a)`` until the pressure where
     the chain arrives vanishes, at ``sqrt(2 l0 (g + a) / (a (3 a + g)))``.
 
-    Quantities: vertical ``force`` on the pulley [N]; ``speed`` of the free end [m/s].
+    Quantities: vertical ``force`` on the pulley [N]; ``speed`` of the free end [m/s];
+    ``lift_off_time``, since 0.03 s, when the force has fallen to its last term [s], and the
+    ``speed_at_lift_off`` [m/s], both zero until then.
     """
     scene = Scene((0.0, -GRAVITY))
     section, material = cable(1e4, 1e-8, CHAIN_MASS)
     damped = replace(material, axial_damping=1e-3)
     spacing = math.pi * check_positive("radius", radius) / check_count("n_elements", n_elements, 8)
     # The rise of the acceleration takes a 40th of a START_TIME^2 more than the parabola.
-    free_length = 1.0 + acceleration * START_TIME**2 / 40.0
+    side_length = check_positive("free_length", free_length, "m") + (
+        acceleration * START_TIME**2 / 40.0
+    )
     shapes: tuple[dict[str, Any], ...] = (
-        {"start": (-radius, -free_length), "end": (-radius, 0.0)},
+        {"start": (-radius, -side_length), "end": (-radius, 0.0)},
         {"curve": Arc((0.0, 0.0), (-radius, 0.0), -math.pi), "rest": "straight"},
         {"start": (radius, 0.0), "end": (radius, -radius)},
     )
-    counts = math.ceil(free_length / spacing), n_elements, math.ceil(radius / spacing)
+    counts = math.ceil(side_length / spacing), n_elements, math.ceil(radius / spacing)
     parts = [
         scene.add_beam("thin", **shape, n_elements=n, section=section, material=damped)
         for shape, n in zip(shapes, counts, strict=True)
@@ -166,9 +175,28 @@ def chain_over_pulley(
     contacts = [
         scene.contact(part, pulley, stiffness=stiffness, radius=thickness) for part in parts
     ]
+
+    def force(run: Trajectory) -> Vector:
+        return np.asarray(sum(run.contact_force(each).force[..., 1] for each in contacts))
+
+    def speed(run: Trajectory) -> Vector:
+        return np.asarray(np.linalg.norm(run.velocity(parts[0].start), axis=-1))
+
+    def at_lift_off(run: Trajectory, values: Vector) -> Vector:
+        """Return a value at the lift-off for all states after it, and zero for those before."""
+        rest = force(run) - math.pi * CHAIN_MASS * radius * (GRAVITY + acceleration)
+        k = int(np.argmax(rest <= 0.0))
+        if rest[k] > 0.0 or k == 0:
+            return np.zeros(len(values))
+        fraction = rest[k - 1] / (rest[k - 1] - rest[k])
+        value = values[k - 1] + fraction * (values[k] - values[k - 1])
+        return np.where(np.arange(len(values)) < k, 0.0, value)
+
     watched = {
-        "force": lambda run: sum(run.contact_force(each).force[..., 1] for each in contacts),
-        "speed": lambda run: np.linalg.norm(run.velocity(parts[0].start), axis=-1),
+        "force": force,
+        "speed": speed,
+        "lift_off_time": lambda run: at_lift_off(run, run.t - 0.5 * START_TIME),
+        "speed_at_lift_off": lambda run: at_lift_off(run, speed(run)),
     }
     return Mechanism(scene, watched, settles=True)
 
@@ -179,7 +207,9 @@ def net_on_sphere(n: int = 12, mu: float = 0.4, slip_speed: float = 1e-2) -> Mec
     The net has `n` meshes along a side, strings of 4 mm, 1e6 Pa and 1000 kg/m3, and friction with
     the ball; in the end the ball bears its weight.
 
-    Quantities: vertical ``force`` on the ball [N]; ``kinetic_energy`` [J].
+    Quantities: vertical ``force`` on the ball [N]; ``kinetic_energy`` [J];
+    ``largest_penetration`` of strings into the ball over their radius, by their pressure [-];
+    ``real_time_factor``, the simulated time over the wall-clock time of the run [-].
     """
     scene = Scene((0.0, 0.0, -GRAVITY))
     side = 1.6
@@ -196,16 +226,24 @@ def net_on_sphere(n: int = 12, mu: float = 0.4, slip_speed: float = 1e-2) -> Mec
     contact = scene.contact(
         net, Ball((0.0, 0.0, 0.0), 0.4), stiffness=stiffness, friction=mu, slip_speed=slip_speed
     )
+    radius = 0.5 * NET_SECTION.diameter
+
+    def largest_penetration(run: Trajectory) -> Vector:
+        depth = run.contact_force(contact).pressure.max(axis=-1) / stiffness
+        return np.where(depth > 0.0, depth / radius + 0.5 * LAYER_RATIO, 0.0)
+
     watched = {
         "force": lambda run: run.contact_force(contact).force[..., 2],
         "kinetic_energy": lambda run: run.energy.kinetic,
+        "largest_penetration": largest_penetration,
+        "real_time_factor": _real_time_factor,
     }
-    return Mechanism(scene, watched)
+    return Mechanism(scene, watched, measured=("real_time_factor",))
 
 
 def pile(
     n_cables: int = 20,
-    n_elements: int = 10,
+    length: float = 0.4,
     mu: float = 0.3,
     slip_speed: float = 0.0,
     stiffness: float = 1e7,
@@ -214,19 +252,22 @@ def pile(
 ) -> Mechanism:
     """Return crossed layers of rubber cables that fall onto a floor and form a pile.
 
-    The cables have a diameter of 10 mm and elements of 40 mm.  A layer has `cables_in_layer` of
-    them, at equal distances across its `width` [m], each end displaced by up to 4 mm.  Their
+    The cables have a `length` [m], a diameter of 10 mm and elements of 40 mm.  A layer has
+    `cables_in_layer` of them, at equal distances across its `width` [m], each end displaced by up
+    to 4 mm.  Their
     contacts have the `stiffness` [N/m2], and a tenth of it on the floor.  Friction is by bristles
     unless a `slip_speed` [m/s] is given.
 
     Quantities: vertical ``force`` on the floor [N]; ``kinetic_energy`` [J]; largest ``speed`` of a
-    node [m/s]; largest ``penetration`` of cables over their radius [-].
+    node [m/s]; ``largest_penetration`` of cables over their radius [-]; ``real_time_factor``, the
+    simulated time over the wall-clock time of the run [-].
     """
     scene = Scene((0.0, 0.0, -GRAVITY))
     n = check_count("n_cables", n_cables)
     layer, rank = np.divmod(np.arange(n), check_count("cables_in_layer", cables_in_layer, 2))
     scatter = SCATTER * np.random.default_rng(1).uniform(-1.0, 1.0, (n, 2))
-    along = 0.5 * PILE_ELEMENT * check_count("n_elements", n_elements)
+    n_elements = max(1, round(check_positive("length", length, "m") / PILE_ELEMENT))
+    along = 0.5 * length
     across = (rank / (cables_in_layer - 1) - 0.5)[:, None] * width + scatter
     height = CABLE_RADIUS + LAYER_GAP + layer * (2.0 * CABLE_RADIUS + LAYER_GAP)
     nodes = np.empty((n, 2, 3))
@@ -258,6 +299,13 @@ def pile(
         "speed": lambda run: np.linalg.norm(run.v[:, run.system.vectors("r")[0]], axis=-1).max(
             axis=-1
         ),
-        "penetration": lambda run: run.contact_force(contact).penetration / CABLE_RADIUS,
+        "largest_penetration": lambda run: run.contact_force(contact).penetration / CABLE_RADIUS,
+        "real_time_factor": _real_time_factor,
     }
-    return Mechanism(scene, watched)
+    return Mechanism(scene, watched, measured=("real_time_factor",))
+
+
+def _real_time_factor(run: Trajectory) -> Vector:
+    """Return the simulated time over the wall-clock time of its steps, for all states."""
+    duration = float(run.t[-1] - run.t[0])
+    return np.full(len(run.t), duration / run.stats.march_seconds)

@@ -130,7 +130,7 @@ def _run(mu: float, angle: float, largest_pitch: float, turning: float) -> Wrap:
     decay = min(math.copysign(mu, turning) * math.radians(angle), 0.0)
     pitch = largest_pitch * math.exp(decay)
     n_elements = round(angle / ELEMENT_ANGLE)
-    case = capstan(mu, angle, TENSION, turning, n_elements, pitch=pitch)
+    case = capstan(mu, angle, TENSION, turning=turning, n_elements=n_elements, pitch=pitch)
     begin = time.process_time()
     run = simulate(
         case.scene,
@@ -140,7 +140,7 @@ def _run(mu: float, angle: float, largest_pitch: float, turning: float) -> Wrap:
         solver=QuasiNewton("broyden", memory=20, max_iterations=60),
     )
     seconds = time.process_time() - begin
-    tensions = case.quantities(run)["held"]
+    tensions = case.quantities(run)["t2"]
     tension = float(tensions[-round(MEAN_RATIO * len(tensions)) :].mean())
     contacts = [each for each in case.scene.attachments if isinstance(each, Contact)]
     contact = contacts[1]  # of the arc, between both ends

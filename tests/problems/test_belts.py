@@ -159,5 +159,5 @@ def test_a_timing_belt_keeps_the_ratio_of_radii():
     assert found["ratio"] == pytest.approx(2.0, rel=1e-3)
     creep = difference / ea + (slack + difference) / (0.05**2 * stiffness)
     creep -= slack / (0.1**2 * stiffness)
-    assert found["loss"] == pytest.approx(creep, abs=2e-4)
-    assert max(found["slip_driver"], found["slip_driven"]) < 2.0
+    assert found["speed_loss"] == pytest.approx(creep, abs=2e-4)
+    assert max(found["slip_arc_driver"], found["slip_arc_driven"]) < 2.0

@@ -57,7 +57,7 @@ def test_the_rod_begins_knotted_and_does_not_touch():
     assert determinant(axis(start, made.bodies["rod"], 0)) == 3
     quantities = made.quantities(start)
     assert quantities["pressing"][0] == 0.0
-    assert quantities["loop"][0] == pytest.approx(LOOP_RADIUS, rel=0.02)
+    assert quantities["radius"][0] == pytest.approx(LOOP_RADIUS, rel=0.02)
 
 
 @pytest.mark.slow
@@ -70,8 +70,8 @@ def test_a_knot_tightens_and_tends_to_the_law_of_loose_ones():
     for row in range(0, len(run.t), 10):
         assert determinant(axis(run, rod, row)) == 3
     pulled = run.t > SETTLING_TIME + 3.0
-    eps = np.sqrt(ROD_RADIUS / quantities["loop"][pulled])
+    eps = np.sqrt(ROD_RADIUS / quantities["radius"][pulled])
     tension = quantities["tension"][pulled] * ROD_RADIUS**2 / BENDING_STIFFNESS
     ratio = tension / (0.5 * eps**4 + 0.492 * 0.1 * eps**3)
-    assert np.all(np.diff(quantities["loop"][pulled]) < 0.0)
+    assert np.all(np.diff(quantities["radius"][pulled]) < 0.0)
     assert 1.3 < ratio.min() < ratio.max() < 1.9

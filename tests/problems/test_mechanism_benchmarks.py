@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+import ancfsparse.cli.problem
 from ancfsparse.problems.named import MECHANISMS
 from tests.cli.command import run
 
@@ -60,6 +61,23 @@ def test_any_time_is_reached_by_steps_that_fit(name, times, words, capsys):
                 np.testing.assert_allclose(found["quantities"][each][k], values[-1], atol=bound)
 
 
+def test_the_speed_of_a_run_is_not_extrapolated(capsys, monkeypatch):
+    """It is the simulated time over the time of the time loop, here of the finer run."""
+    seconds = iter((0.5, 0.125))
+    run_of = ancf.cli.problem.simulate
+
+    def timed(*arguments, **options):
+        result = run_of(*arguments, **options)
+        result.stats.march_seconds = next(seconds)
+        return result
+
+    monkeypatch.setattr(ancf.cli.problem, "simulate", timed)
+    words = "--set", "n_cables=2", "--set", "length=0.08", "--at", "0.02", "--json", "-"
+    code, out, _ = run(capsys, "problem", "pile", *words)
+    assert code == 0
+    assert json.loads(out)["quantities"]["real_time_factor"] == [pytest.approx(0.02 / 0.125)]
+
+
 def test_the_list_names_all(capsys):
     code, out, _ = run(capsys, "problem", "--list")
     assert code == 0
@@ -69,7 +87,7 @@ def test_the_list_names_all(capsys):
         assert about[2].startswith(f"{case.quantity} at {case.time:g} s: ")
         assert case.source in about[2]
     assert "spin_up [n_elements=16]" in out
-    assert "belt_drive [load=10 N m, omega=100 rad/s, mu=0.3, n_elements=160]" in out
+    assert "belt_drive [load=10 N m, w1=100 rad/s, mu=0.3, n_elements=160]" in out
     assert "heavy_top [omega=(0, 150, -4.61538) rad/s]" in out
 
 

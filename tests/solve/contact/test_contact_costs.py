@@ -16,7 +16,7 @@ def test_costs_grow_with_the_pairs_that_touch(monkeypatch):
 
     given = implicit_setup.iteration_costs
     monkeypatch.setattr(implicit_setup, "iteration_costs", recorded)
-    run = ancf.simulate(pile(10, 4).scene, 0.04, 2e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    run = ancf.simulate(pile(10, 0.16).scene, 0.04, 2e-3, integrator=ancf.GeneralizedAlpha(0.5))
     operations, first = costs[0]
     assert operations == 0
     most, last = max(costs)

@@ -113,9 +113,9 @@ def test_tensions_loss_of_speed_and_slip_arcs_are_those_of_creep(load):
     last = run.t > 0.2
     assert found["tight"][last].mean() == pytest.approx(tight, rel=1e-3)
     assert found["slack"][last].mean() == pytest.approx(slack, rel=1e-3)
-    assert found["loss"][last].mean() == pytest.approx(1.0 - omega / 100.0, rel=1e-2)
+    assert found["speed_loss"][last].mean() == pytest.approx(1.0 - omega / 100.0, rel=1e-2)
     for name, bristles in zip(
-        ("slip_driver", "slip_driven"), theory.bristle_arcs(2e9), strict=True
+        ("slip_arc_driver", "slip_arc_driven"), theory.bristle_arcs(2e9), strict=True
     ):
         arc = found[name][last].mean()
         assert arc == pytest.approx(slip, abs=10.0)
@@ -127,9 +127,9 @@ def test_tensions_loss_of_speed_and_slip_arcs_are_those_of_creep(load):
 def test_it_slips_at_the_moment_where_the_arc_slides_as_a_whole(load, slips):
     """17.245 N m: Th_t / Th_s = exp(mu pi)."""
     run, found = drive(load, 60, 0.3)
-    speed = found["omega_driven"]
+    speed = found["w2"]
     assert (speed[-1] < 0.9 * speed[run.t > 0.2][0]) == slips
-    assert (found["loss"][-1] > 0.05) == slips
+    assert (found["speed_loss"][-1] > 0.05) == slips
 
 
 @pytest.mark.slow
@@ -147,9 +147,9 @@ def test_the_drive_of_pechstein_and_gerstmayr():
     for found in end.values():
         assert found["tight"].mean() == pytest.approx(tight, rel=2e-3)
         assert found["slack"].mean() == pytest.approx(slack, rel=2e-3)
-        assert found["omega_driven"].mean() == pytest.approx(omega, rel=1e-3)
+        assert found["w2"].mean() == pytest.approx(omega, rel=1e-3)
         for name, bristles in zip(
-            ("slip_driver", "slip_driven"), PUBLISHED.bristle_arcs(3.2e8), strict=True
+            ("slip_arc_driver", "slip_arc_driven"), PUBLISHED.bristle_arcs(3.2e8), strict=True
         ):
             assert found[name].mean() == pytest.approx(bristles, abs=5.0)
             assert found[name].mean() == pytest.approx(slip, abs=15.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.problems.contacts import DRUM_RADIUS, WIRE_RADIUS
+from ancfsparse.problems.contacts import DRUM_RADIUS, WIRE_RADIUS, bristle
 from ancfsparse.scene.force_elements.contacts import GRIP_RATIO
 from ancfsparse.solve.stepping.implicit_setup import prepare_implicit
 from ancfsparse.system import System
@@ -97,10 +97,9 @@ def test_the_bearing_of_a_pulley_carries_friction_too(integrator):
     np.testing.assert_allclose(run.joint_force(pin).force, forces.force, atol=1e-9)
 
 
-@pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (0.98, False), (1.05, True)])
-def test_a_wire_around_a_drum_holds_up_to_the_load_of_euler_and_eytelwein(ratio, slips):
-    """Tensions at the ends of up to exp(mu phi), and none that moves by a nanometre in a second."""
-    mu, phi, tension = 0.3, math.pi, 10.0
+def loaded_wire(ratio, **friction):
+    """A wire over half a drum with 10 N and `ratio` times as much, and the end with the latter."""
+    phi, tension, mu = math.pi, 10.0, friction["friction"]
     reach = DRUM_RADIUS + WIRE_RADIUS
     scene = ancf.Scene((0.0, 0.0))
     wire = ancf.Rectangle(2 * WIRE_RADIUS, 2 * WIRE_RADIUS), ancf.Material(2.5e10, 2.5e4)
@@ -114,7 +113,7 @@ def test_a_wire_around_a_drum_holds_up_to_the_load_of_euler_and_eytelwein(ratio,
     ends = [scene.add_beam("thin", x, (x[0], -0.05), 4, *wire) for x in ((-reach, 0), (reach, 0))]
     scene.connect(arc.start, ends[0].start)
     scene.connect(arc.end, ends[1].start)
-    for end, force in zip(ends, (tension, ratio * tension * math.exp(mu * phi)), strict=True):
+    for end, force in zip(ends, (tension, ratio * tension), strict=True):
         scene.point_force(end.end, ancf.Ramp((0.0, -force), 0.2, smooth=True))
     stiffness = 100.0 * tension / (reach * WIRE_RADIUS) * math.exp(0.5 * mu * phi)
     for part in (arc, *ends):
@@ -123,15 +122,46 @@ def test_a_wire_around_a_drum_holds_up_to_the_load_of_euler_and_eytelwein(ratio,
             ancf.Drum((0, 0), DRUM_RADIUS),
             stiffness=stiffness,
             radius=WIRE_RADIUS,
-            friction=mu,
+            **friction,
         )
-    run = ancf.simulate(scene, 1.5, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
-    way = np.linalg.norm(run.displacement(ends[1].end), axis=1)
+    return scene, ends[1].end
+
+
+@pytest.mark.parametrize(("ratio", "slips"), [(0.9, False), (0.98, False), (1.05, True)])
+def test_a_wire_around_a_drum_holds_up_to_the_load_of_euler_and_eytelwein(ratio, slips):
+    """Tensions at the ends of up to exp(mu phi), and none that moves in ten seconds."""
+    scene, end = loaded_wire(ratio * math.exp(0.3 * math.pi), friction=0.3)
+    run = ancf.simulate(
+        scene, 1.5 if slips else 11.0, 1e-3, integrator=ancf.GeneralizedAlpha(0.5), save_every=500
+    )
+    way = np.linalg.norm(run.displacement(end), axis=1)
     if slips:
         assert way[-1] > 0.01
     else:
         assert way.max() < 1e-3
-        assert abs(way[-1] - way[500]) < 1e-9
+        assert abs(way[3] - way[1]) < 1e-9  # from 0.5 to 1.5 s
+        assert np.abs(way[2:] - way[-1]).max() < 1e-8
+
+
+def test_a_wire_on_a_drum_creeps_by_the_law_of_its_slip_speed():
+    """At v_s s / sqrt(1 - s^2) with s = ln(T2 / T1) / (mu phi), all of it."""
+    scene, end = loaded_wire(1.5, friction=0.3, slip_speed=1e-3)
+    run = ancf.simulate(scene, 1.0, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    s = math.log(1.5) / (0.3 * math.pi)
+    creep = 1e-3 * s / math.sqrt(1.0 - s**2)
+    assert -run.velocity(end)[-200:, 1].mean() == pytest.approx(creep, rel=1e-3)
+
+
+def test_the_tension_of_a_wire_that_is_pulled_to_and_fro_has_both_exponentials():
+    """Reached before the motion ends, kept while the end rests, and after it, in 20 steps."""
+    made = bristle()
+    run = ancf.simulate(made.scene, 1.4, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    tension, growth = made.quantities(run)["t2"], math.exp(0.3 * math.pi)
+    assert np.abs(tension[350:600] - 10.0 * growth).max() < 0.01 * growth
+    assert np.abs(tension[520:600] - 10.0 * growth).max() < 2e-3 * growth
+    assert np.abs(np.diff(tension[520:600])).max() < 1e-6
+    assert np.abs(tension[1000:] - 10.0 / growth).max() < 1e-2 / growth
+    assert run.stats.iterations < 5 * run.stats.steps
 
 
 @pytest.mark.parametrize("integrator", BOTH, ids=repr)

@@ -16,11 +16,18 @@ TENSION, REACH = 10.0, DRUM_RADIUS + WIRE_RADIUS  # N, m
 @pytest.mark.parametrize("angle", [90.0, 180.0, 540.0])
 @pytest.mark.parametrize("mu", [0.1, 0.3, 0.5])
 def test_the_tension_grows_exponentially_along_the_arc(mu, angle, turning, slip_speed):
-    case = capstan(mu, angle, TENSION, turning, int(0.28 * angle), slip_speed)
+    case = capstan(
+        mu,
+        angle,
+        TENSION,
+        turning=turning,
+        n_elements=int(0.28 * angle),
+        slip_speed=slip_speed,
+    )
     solver = ancf.QuasiNewton("broyden", memory=20, max_iterations=60)  # 38 at the tightest
     run = ancf.simulate(case.scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5), solver=solver)
     exponent, phi = math.copysign(mu, turning), math.radians(angle)
-    held = case.quantities(run)["held"][-100:].mean()
+    held = case.quantities(run)["t2"][-100:].mean()
     assert held == pytest.approx(TENSION * math.exp(exponent * phi), rel=1e-3)
     force = run.contact_force(case.scene.attachments[1]).at(-1)
     friction = np.linalg.norm(force.friction, axis=1)
@@ -49,12 +56,17 @@ def test_the_axial_tension_of_a_helix_on_a_turning_drum_is_constant(mu, angle, t
     # The pitch is 0.1 m at the end with the smaller tension.
     slope = 0.1 / (2.0 * math.pi * REACH) * math.exp(min(growth, 0.0))
     case = capstan(
-        mu, angle, TENSION, turning, round(angle / 3.6), pitch=2.0 * math.pi * REACH * slope
+        mu,
+        angle,
+        TENSION,
+        turning=turning,
+        n_elements=round(angle / 3.6),
+        pitch=2.0 * math.pi * REACH * slope,
     )
     solver = ancf.QuasiNewton("broyden", memory=20, max_iterations=60)
     run = ancf.simulate(case.scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5), solver=solver)
     around, along = TENSION * np.array([1.0, slope]) / math.hypot(1.0, slope)
-    held = case.quantities(run)["held"][-100:].mean()
+    held = case.quantities(run)["t2"][-100:].mean()
     assert held == pytest.approx(math.hypot(around * math.exp(growth), along), rel=5e-4)
     pull = -run.reaction(case.scene.body("fixed end").start)[-100:].mean(axis=0)
     assert pull[2] == pytest.approx(along, rel=5e-3)
@@ -66,6 +78,47 @@ def test_the_axial_tension_of_a_helix_on_a_turning_drum_is_constant(mu, angle, t
     turned = turned_angle(run, arc)[arc.n_elements // 2]
     local = slope * math.exp(-growth * (1.0 - turned / math.radians(angle)))
     assert middle[2] / np.linalg.norm(middle[:2]) == pytest.approx(local, rel=6e-3)
+
+
+@pytest.mark.parametrize(("mu", "bending"), [(0.1, 1e-3), (0.3, 1e-3), (0.3, 4e-3), (0.5, 1e-3)])
+def test_a_stiff_wire_lifts_off_and_presses_there_with_a_force(mu, bending):
+    """The first integral of the free ends, T (1 - cos a) = E I / (2 R^2), and forces T sin a.
+
+    The force at either end carries friction too, so that to first order in a the ratio of the
+    tensions does not change; the wire and the drum with R = 0.1 m have 2.558141 for 1e-3 N m2.
+    """
+
+    def ratio(angle, radius):
+        grown, first = math.exp(mu * angle), math.acos(1.0 - bending / (2.0 * TENSION * radius**2))
+        for _ in range(30):
+            last = math.acos(1.0 - bending / (2.0 * TENSION * grown * radius**2))
+            grown = (math.cos(first) + mu * math.sin(first)) * math.exp(mu * (angle - first - last))
+            grown /= math.cos(last) - mu * math.sin(last)
+        return grown, first, last
+
+    if (mu, bending) == (0.3, 1e-3):
+        assert ratio(math.pi, 0.1)[0] == pytest.approx(2.558141, abs=1e-6)
+    case = capstan(mu, t1=TENSION, ei=bending, n_elements=96)
+    run = ancf.simulate(case.scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    found = case.quantities(run)
+    angle = math.radians(found["wrapped_angle"][-1])
+    assert angle == pytest.approx(math.pi, abs=0.01)
+    expected, first, last = ratio(angle, REACH)
+    assert found["ratio"][-1] == pytest.approx(expected, rel=2e-4)
+    assert found["t2"][-1] == pytest.approx(TENSION * found["ratio"][-1])
+    # Forces on a fifth of the arc at either end: at the place of lift-off, and along the rest.
+    contact = case.scene.attachments[1]
+    force = run.contact_force(contact).at(-1)
+    for tension, lift, growth, part in (
+        (TENSION * expected, last, -mu, force.s < 0.2 * force.s[-1]),
+        (TENSION, first, mu, force.s > 0.8 * force.s[-1]),
+    ):
+        edge = tension * math.sin(lift)
+        inside = tension * math.cos(lift) + growth * edge
+        rest = inside * math.expm1(growth * (math.radians(36.0) - lift)) / growth
+        assert np.sum((force.pressure * contact.weights)[part]) == pytest.approx(
+            edge + rest, rel=0.02
+        )
 
 
 def turned_angle(run, arc):
