@@ -18,7 +18,7 @@ from ancfsparse.scene.force_elements.obstacles import Ball, Drum, HalfSpace, Obs
 from ancfsparse.scene.geometry.curves import Arc
 from ancfsparse.scene.records.signals import Ramp
 from ancfsparse.system import System
-from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (
+from ancfsparse.system.contributions.force_elements.contact_stiffness import (
     default_stiffness,
 )
 

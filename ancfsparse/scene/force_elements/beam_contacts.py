@@ -44,7 +44,7 @@ class BeamContact(ContactLaw):
     bodies: Bodies
     one: Bodies
     other: Bodies
-    stiffness: float
+    stiffness: float | None
     radii: tuple[float, ...]
     friction: float
     slip_speed: float

@@ -63,7 +63,10 @@ class ContactSpec(Record):
         else:
             sides = [made.one, made.other]
             other = ", ".join(each.name for each in made.other)
-            numbers = [made.stiffness, *(made.radius(each) for side in sides for each in side)]
+            numbers = [
+                made.stiffness or 0.0,
+                *(made.radius(each) for side in sides for each in side),
+            ]
             if made.friction:
                 numbers += [made.friction, made.slip_speed]
         numbers += [each for each in (self.restitution, self.static_friction) if each]
@@ -181,7 +184,7 @@ class Contacts(SceneBase):
         body: ElasticBody | Sequence[ElasticBody],
         obstacle: ElasticBody | Sequence[ElasticBody],
         *,
-        stiffness: float,
+        stiffness: float | None = None,
         radius: float | None = None,
         friction: float = 0.0,
         static_friction: float | None = None,
@@ -228,7 +231,8 @@ class Contacts(SceneBase):
             it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
             default 2 (w + T/R) over 1 % of the radius, with the initial tension, all weights, and
             all point forces that are constants or signals in T, or more, so that an impact after a
-            fall from where the body begins sinks in by a tenth of the radius.
+            fall from where the body begins sinks in by a tenth of the radius.  Between bodies a
+            crossing is assumed to bear the weight of a line over the extent of a body.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
             round section, and needed for others.  If given, it is that of all bodies.
@@ -275,8 +279,8 @@ class Contacts(SceneBase):
         equilibria bristles are deflected by displacements since the last equilibrium, and friction
         with a `slip_speed` vanishes.
 
-        Two bodies need a stiffness, and press on each other with k e per length, integrated where
-        they overlap; planar ones lie in one plane.  Two elements that touch have one bristle, and
+        Two bodies press on each other with k e per length, integrated where they overlap; planar
+        ones lie in one plane.  Two elements that touch have one bristle, and
         with a `restitution` one factor 1 + gamma tanh(10 W'/(eps sqrt(K/M) W)) of all pressures,
         where W is their energy, K the stiffness of all points at which the two bodies touch [N/m]
         and M their reduced mass [kg].
@@ -311,10 +315,6 @@ class Contacts(SceneBase):
             if on is not None:
                 raise InputError(
                     f"on= of a contact is for obstacles: leave it out for {names(other)}"
-                )
-            if stiffness is None:
-                raise InputError(
-                    f"contact of {names(one)} with {names(other)} needs a stiffness= [N/m2]"
                 )
             bodies = tuple(dict.fromkeys((*one, *other)))
             radii = tuple(force_elements.radius_of(each, radius) for each in bodies)

@@ -29,6 +29,29 @@ def test_a_body_that_begins_close_to_the_floor_returns_no_more_energy(integrator
         assert returned < 1.0001
 
 
+@pytest.mark.parametrize(
+    ("integrator", "gains"),
+    [
+        (ancf.CentralDifference(), (3e-4, 1e-2)),
+        (ancf.DormandPrince(), (1e-4, 5e-3)),
+        (ancf.RungeKuttaNystrom(4), (1e-4, 2e-3)),
+        (ancf.RungeKuttaNystrom(8), (1e-4, 3e-4)),
+    ],
+    ids=repr,
+)
+def test_explicit_steps_gain_little_in_impacts_that_they_resolve(integrator, gains):
+    """With omega dt = 0.05 and 0.2, from several phases; docs/limits.md has more."""
+    for share, gain in zip((0.05, 0.2), gains, strict=True):
+        dt = share / math.sqrt(1e6 / LINE_MASS)
+        for height in (0.5, 0.507, 0.52):
+            scene, rod, _ = level(height, 1e6)
+            fall = math.sqrt(2.0 * height / 9.81)
+            run = ancf.simulate(scene, round(1.8 * fall / dt) * dt, dt, integrator=integrator)
+            y, v = run.position(rod.at(0.5))[:, 1] - 0.005, run.velocity(rod.at(0.5))[:, 1]
+            returned = (0.5 * v**2 + 9.81 * y)[run.t > fall + 0.01].max() / (9.81 * height)
+            assert 0.99 < returned < 1.0 + gain
+
+
 def test_a_repeated_step_remembers_no_acceleration():
     """q1 - q0 = dt (v0 + v1) / 2 and v1 - v0 = dt a1, as for beta = 1/2 and gamma = 1."""
     dt = 1e-3

@@ -137,6 +137,58 @@ def test_a_wire_that_is_pulled_slowly_slides_with_the_load_of_euler_and_eytelwei
     assert np.diff(energy.friction[loop]) > 0.0
 
 
+def bent_rope(stiffness):
+    """A straight rope that a load holds bent over a drum, and its contacts."""
+    radius = 2e-3
+    section, material = ancf.Circle(2.0 * radius), ancf.Material(1e9, 4e3)
+    scene, x = ancf.Scene((0.0, -9.81)), DRUM_RADIUS + radius
+    arc = scene.add_beam(
+        "thin", curve=ancf.Arc((0, 0), (-x, 0), -math.pi), rest="straight", n_elements=40,
+        section=section, material=material,
+    )  # fmt: skip
+    tails = [
+        scene.add_beam("thin", (side, 0), (side, -0.3), 12, section, material) for side in (-x, x)
+    ]
+    scene.weld(arc.start, tails[0].start)
+    scene.weld(arc.end, tails[1].start)
+    scene.pin(tails[0].end)
+    scene.point_force(tails[1].end, (0.0, -10.0))
+    drum = ancf.Drum((0, 0), DRUM_RADIUS)
+    contacts = [
+        scene.contact(part, drum, stiffness=stiffness, friction=0.3) for part in (arc, *tails)
+    ]
+    return scene, contacts
+
+
+def test_contacts_become_stiffer_from_equilibrium_to_equilibrium():
+    """Each is the start of the next, so that a penalty reaches any penetration."""
+    rest = None
+    for stiffness in (1e8, 1e9, 1e10, 1e11):
+        scene, contacts = bent_rope(stiffness)
+        rest = ancf.solve_static(scene, start=rest)
+        pressure = max(rest.contact_force(each).pressure.max() for each in contacts)
+        assert rest.stats.iterations < 25
+    assert pressure / stiffness < 1e-5 * 2e-3
+
+
+@pytest.mark.parametrize(("stiffness", "corrections"), [(1e5, 16), (1e8, 22), (1e11, 30)])
+def test_stiffer_contacts_of_cables_take_few_corrections_more(stiffness, corrections):
+    scene = ancf.Scene((0.0, 0.0, -9.81))
+    rope, rubber = ancf.Circle(0.01), ancf.Material(1e8, 5e3)
+    lower = scene.add_beam("thin", (-0.5, 0, 0), (0.5, 0, 0), 20, rope, rubber)
+    upper = scene.add_beam("thin", (0, -0.5, 0.01), (0, 0.5, 0.01), 20, rope, rubber)
+    for end in (lower.start, lower.end):
+        scene.clamp(end)
+    for end in (upper.start, upper.end):
+        scene.pin(end)
+    scene.point_force(upper.at(0.5), (0.0, 0.0, -5.0))
+    contact = scene.contact(lower, upper, stiffness=stiffness)
+    rest = ancf.solve_static(scene)
+    force = 4.0 / 3.0 * math.sqrt(0.02) * stiffness * rest.contact_force(contact).penetration ** 1.5
+    assert rest.contact_force(contact).size == pytest.approx(force, rel=0.05)
+    assert rest.stats.iterations < corrections
+
+
 @pytest.mark.parametrize("turning", [-1.0, 1.0])
 def test_a_drum_that_turns_slowly_slides_below_the_wire(turning):
     scene, held, _ = wire_around_drum(0.3, 180, None, angular_velocity=2e-2 * turning)

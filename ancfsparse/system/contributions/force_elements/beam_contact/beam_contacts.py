@@ -29,6 +29,9 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
     check_contact_step,
     check_impact_step,
 )
+from ancfsparse.system.contributions.force_elements.contact_stiffness import (
+    default_stiffness_between,
+)
 from ancfsparse.system.contributions.force_elements.penetrations import (
     LimitedPenetration,
     Penetration,
@@ -61,7 +64,8 @@ class BeamContactContribution(LimitedPenetration):
         self.separates = contact.separates
         # Of the bristles of pairs among the history variables of the system.
         self._first_history = first_history
-        self.penetration_limit = PenetrationLimit(contact.what, is_default=False, exponent=1.5)
+        self.stiffness = contact.stiffness or default_stiffness_between(system, contact)
+        self.penetration_limit = PenetrationLimit(contact.what, contact.stiffness is None, 1.5)
         self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
         self.compiled: CompiledBeamContact
 
@@ -101,7 +105,7 @@ class BeamContactContribution(LimitedPenetration):
             offsets_of(near),
             np.concatenate([np.empty(0, dtype=np.int32), *near]).astype(np.int32),
             np.concatenate([masses_per_length(body) for body in contact.bodies]),
-            contact.stiffness,
+            self.stiffness,
             contact.friction,
             contact.slip_speed,
             contact.static_friction,
@@ -166,7 +170,7 @@ class BeamContactContribution(LimitedPenetration):
     def deepest_at(self, q: Vector) -> Penetration:
         """Return the penetration in a state with the largest ratio to the smaller radius."""
         depth, radius, where = self._deepest(q, lambda radii: radii.min(axis=1))
-        return Penetration(depth, radius, self.contact.stiffness, where)
+        return Penetration(depth, radius, self.stiffness, where)
 
     def _deepest(self, q: Vector, measure: Callable[[Vector], Vector]) -> tuple[float, float, str]:
         """Return the penetration with the largest ratio to a length [m], this, and its place.
@@ -195,7 +199,7 @@ class BeamContactContribution(LimitedPenetration):
         depth, elements, positions = self.compiled.deepest
         radius = float(self.contact.per_element(self.contact.radii)[list(elements)].min())
         names = self._names(elements, positions)
-        return Penetration(depth, radius, self.contact.stiffness, names)
+        return Penetration(depth, radius, self.stiffness, names)
 
     def forget_deepest(self) -> None:
         """Discard the penetrations of earlier states."""
@@ -235,9 +239,9 @@ class BeamContactContribution(LimitedPenetration):
             for side in (contact.one, contact.other)
         ]
         mass = 1.0 / sum(1.0 / float(each) for each in masses)
-        impact_time = np.pi * np.sqrt(mass / contact.stiffness)
-        check_contact_step(contact.what, contact.stiffness, impact_time, dt, phase)
-        check_impact_step(contact.what, contact.stiffness, impact_time, dt, contact.restitution)
+        impact_time = np.pi * np.sqrt(mass / self.stiffness)
+        check_contact_step(contact.what, self.stiffness, impact_time, dt, phase)
+        check_impact_step(contact.what, self.stiffness, impact_time, dt, contact.restitution)
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""

@@ -18,14 +18,14 @@ from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts i
     BeamContactContribution,
     masses_per_length,
 )
-from ancfsparse.system.contributions.force_elements.contact.contact_stiffness import (
-    default_stiffness,
-)
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
     SLOW_RATIO,
     check_contact_step,
     check_impact_step,
+)
+from ancfsparse.system.contributions.force_elements.contact_stiffness import (
+    default_stiffness,
 )
 from ancfsparse.system.contributions.force_elements.penetrations import (
     LimitedPenetration,
