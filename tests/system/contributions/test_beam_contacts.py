@@ -119,6 +119,69 @@ def test_forces_are_derivatives_of_the_energy(element, rng):
     assert np.abs(residual(system, q) - differences).max() < 1e-5 * np.abs(differences).max()
 
 
+def wrapped(depth, n=24, spread=0.0, material=MATERIAL, stiffness=STIFFNESS):
+    """Half a turn of a rope around a bar, whose axis is the centre of its curvature."""
+    scene, bar = ancf.Scene((0.0, 0.0, 0.0)), 4.0 * RADIUS
+    reach, along = RADIUS + bar - depth, 4.0 * RADIUS
+    lower = scene.add_beam("thin", (-along, 0, 0), (along, 0, 0), 3, ancf.Circle(2 * bar), MATERIAL)
+
+    def axis(s):
+        turned = math.pi * np.asarray(s)
+        y, z = reach * np.array([-np.cos(turned), np.sin(turned)])
+        return np.stack([spread * turned, y, z], axis=-1)
+
+    rope = scene.add_beam(
+        "thin", curve=axis, rest="straight", n_elements=n, section=SECTION, material=material
+    )
+    contact = scene.contact(lower, rope, stiffness=stiffness)
+    return scene, contact, reach
+
+
+@pytest.mark.parametrize("spread", [0.0, 2e-3])
+def test_a_rope_around_a_bar_presses_with_the_stiffness_times_the_penetration(spread):
+    """Points of the bar's axis have no unique foot on the rope; points of the rope have one."""
+    depth = 0.04 * RADIUS
+    scene, _, reach = wrapped(depth, spread=spread)
+    _, part, q = system_of((scene, None))
+    force, size, *_ = forces_at_rest(part, q)
+    length = math.pi * math.hypot(reach, spread)
+    assert size == pytest.approx(STIFFNESS * depth * length, rel=0.01)
+    # Along half a circle the resultant is 2/pi of the sum.
+    assert -force[2] == pytest.approx(size * 2.0 / math.pi, rel=0.02)
+
+
+def test_forces_of_a_rope_around_a_bar_change_with_its_motion_continuously(rng):
+    """A small motion changes them by little; before, points of the bar chose other feet."""
+    scene, *_ = wrapped(0.04 * RADIUS)
+    system, part, q = system_of((scene, None))
+    assert len(part.compiled.touches(q)[0])
+    first = residual(system, q)
+    for _ in range(20):
+        moved = residual(system, q + 1e-11 * rng.normal(size=system.n_all))
+        assert np.abs(moved - first).max() < 1e-4 * np.abs(first).max()
+
+
+def test_a_rope_on_a_bar_has_the_pressure_of_its_tension():
+    """T / R in the middle, and an equilibrium of steps that all converge."""
+    soft, tension = ancf.Material(2e6, 1e3, axial_damping=5e-3), 20.0
+    scene, contact, reach = wrapped(0.0, 32, material=soft, stiffness=1e8)
+    bar, rope = contact.bodies
+    for end in (bar.start, bar.end):
+        scene.clamp(end)
+    for end in (rope.start, rope.end):
+        tail = np.array(end.position) - (0.0, 0.0, 0.1)
+        part = scene.add_beam("thin", end.position, tail, 12, SECTION, soft)
+        scene.connect(part.start, end)
+        scene.add_mass(part.end, 0.1)
+        scene.point_force(part.end, (0.0, 0.0, -tension))
+    run = ancf.simulate(scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.0))
+    assert run.stats.iterations < 8 * run.stats.steps
+    inside = tension - math.pi * soft.youngs_modulus * RADIUS**4 / (8.0 * reach**2)  # by bending
+    stretch = 1.0 + run.strain(rope)[-1, 15:17].mean()
+    pressure = run.contact_force(rope).pressure[-1, 14:18]
+    assert pressure == pytest.approx(4 * [inside * stretch / reach], rel=0.02)
+
+
 def test_forces_of_contact_have_neither_resultant_nor_moment(rng):
     system, part, q = bent(0.3 * RADIUS, rng, 1e-3)
     size = forces_at_rest(part, q)[1]

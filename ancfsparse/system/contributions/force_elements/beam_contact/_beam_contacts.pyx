@@ -3,7 +3,8 @@
 
 A point of one axis at the distance |d| from its foot on another one has the penetration
 e = reach - |d|, and a pressure k e along d / |d|.  It is integrated where e is positive, by Gauss
-points between the ends of each overlap of two elements, on both axes, which halves its stiffness.
+points between the ends of each overlap of two elements, on both axes, which halves its stiffness unless
+one is bent around the other.
 The energy k e^2 / 2 is zero at these ends, so they do not contribute to its derivative.
 
 Between two states the force is its mean over the straight path between them, by Simpson's rule, along
@@ -16,7 +17,8 @@ from ancfsparse.errors import InputError
 
 include "../../contribution.pxi"
 include "../contact/shared_rules.pxi"
-include "axis_overlap.pxi"
+include "geometry/axis_overlap.pxi"
+include "geometry/side_weights.pxi"
 include "pair_search.pxi"
 include "touching_points.pxi"
 include "matrix/coupled_pairs.pxi"

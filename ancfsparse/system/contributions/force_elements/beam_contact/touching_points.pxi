@@ -354,6 +354,7 @@ cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t 
                 continue
             memcpy(each.n, foot.n, 3 * sizeof(double))
             each.stiffness = 0.5 * self.stiffness * self.length[of_a] * span * GAUSS_WEIGHT[k]
+            each.stiffness *= side_weight(&sides, each.z, &foot)
             each.force, each.ratio, each.s = each.stiffness * each.e, 1.0, 0.0
             out.n += 1
     return True
