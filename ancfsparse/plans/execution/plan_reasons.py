@@ -9,6 +9,7 @@ from ancfsparse.plans.discretization_error.mesh_grading import describe_gradings
 from ancfsparse.plans.execution.plan_data import Prediction
 from ancfsparse.plans.model_error.effects import SOURCE_NAMES
 from ancfsparse.scene import Scene
+from ancfsparse.scene.loads.attachment import ContactLaw
 
 
 def reasons(
@@ -28,6 +29,7 @@ def reasons(
     if error_model.model.gradings:
         out.append(describe_gradings(error_model.model.gradings))
     out += _estimate_reasons(error_model)
+    out += _contact_reasons(scene, error_model, worst)
     for body in scene.beams:
         if "n_elements" not in body.automatic:
             pairs = zip(error_model.given_mesh_errors, error_model.tolerances, strict=True)
@@ -55,6 +57,20 @@ def reasons(
             + f", is that of the {source}, which automatic meshes and steps cannot reduce further"
         )
     return out
+
+
+def _contact_reasons(scene: Scene, error_model: ErrorModel, worst: Prediction) -> list[str]:
+    """Return a sentence on each contact, if errors do not decrease as in smooth motions."""
+    if worst.error <= worst.tolerance and not error_model.is_bound:
+        return []
+    return [
+        f"where {contact.what} begins or ends, quantities are not differentiable functions of "
+        "mesh, step and data, so their errors need not decrease with the theoretical order, and "
+        "small changes of the data can have large effects: request quantities before an impact or "
+        "at rest, or damp the motion"
+        for contact in scene.attachments
+        if isinstance(contact, ContactLaw)
+    ]
 
 
 def _estimate_reasons(error_model: ErrorModel) -> list[str]:
