@@ -297,5 +297,11 @@ class ImplicitRun(FixedStepRun):
             request.max_energy_gain,
             path,
             hint
-            or stepping.hint_for_fixed_steps(request.scene, self.integrator, self.max_halvings),
+            or stepping.hint_for_fixed_steps(
+                request.scene,
+                self.integrator,
+                self.max_halvings,
+                self._dt,
+                min(each.resolving_step for each in self.system.contributions),
+            ),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,13 @@ MIN_DAMPING_DIFFERENCE = 0.05  # of spectral radii: less makes hardly any differ
 SUGGESTED_ACCURACY = 1e-3  # over the extent of the scene
 
 
-def hint_for_fixed_steps(scene: Scene, integrator: Implicit, max_halvings: int) -> str:
+def hint_for_fixed_steps(
+    scene: Scene,
+    integrator: Implicit,
+    max_halvings: int,
+    dt: float = 0.0,
+    resolving_step: tuple[float, str] = (math.inf, ""),
+) -> str:
     """Suggest alternatives to a run with fixed steps.
 
     Parameters
@@ -25,11 +32,20 @@ def hint_for_fixed_steps(scene: Scene, integrator: Implicit, max_halvings: int) 
         The failed one, which is replaced or gets more damping.
     max_halvings : int
         Allowed halvings of a step.
+    dt : float, optional
+        Step [s].
+    resolving_step : tuple, optional
+        Longest step that resolves the impacts of a contact [s], and its name.
     """
     tries = _more_damping(integrator)
     if not integrator.keeps_energy:
         tries.append("EnergyMomentum()")
-    tries.append("a smaller dt")
+    longest, what = resolving_step
+    tries.append(
+        f"a dt of at most {longest:.1e} s, which resolves the impacts of {what}"
+        if longest < dt
+        else "a smaller dt"
+    )
     if not max_halvings:
         tries.append("max_halvings=5 to subdivide such steps")
     low = np.min([body.corners.min(axis=0) for body in scene.bodies], axis=0)

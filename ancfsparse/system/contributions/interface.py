@@ -5,6 +5,7 @@ The interface of its compiled part for time loops is in abi/system_abi.h.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sized
 from functools import reduce
@@ -188,6 +189,11 @@ class Contribution(ABC):
 
         The phase is the product of a step and a frequency up to which the integrator is stable.
         """
+
+    @property
+    def resolving_step(self) -> tuple[float, str]:
+        """Longest step that resolves its impacts [s], and their name; infinity without any."""
+        return math.inf, ""
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:
         """Return the power dissipated by forces that depend on multipliers (k, m), (k,) [W]."""

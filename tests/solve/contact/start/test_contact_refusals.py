@@ -1,5 +1,6 @@
 """Contacts that cannot be computed are refused in one sentence, with the remedy in numbers."""
 
+import itertools
 import math
 import re
 
@@ -51,6 +52,26 @@ def test_an_explicit_step_that_does_not_resolve_the_stiffness(build, lines, inte
     n = math.ceil(1e-4 / number) + 1
     assert ancf.simulate(build(stiffness), 1e-4, 1e-4 / n, integrator=integrator).finished
     assert ancf.simulate(build(stiffness), 1e-4, 1e-5).finished  # implicit
+
+
+@pytest.mark.parametrize(("build", "lines"), [(onto_floor, 1), (onto_cable, 2)])
+def test_an_implicit_run_that_fails_states_the_step_that_resolves_the_contact(build, lines):
+    """A sixth of an impact, pi sqrt(mass / (lines k)); shorter steps get no such advice."""
+    stiffness = 1e9
+    longest = math.pi / math.sqrt(lines * stiffness / MASS) / 6.0
+    for dt, is_long in ((1e-3, True), (0.9 * longest, False)):
+        scene, calls = build(stiffness), itertools.count()
+
+        def alternate(x, v, t, calls=calls):
+            return np.full((1, 2), 1e3 * (-1.0) ** next(calls))
+
+        scene.force([scene.beams[0].end], alternate)  # steps with this force do not converge
+        with pytest.raises(ancf.StepError) as failure:
+            ancf.simulate(scene, 10 * dt, dt, max_halvings=0)
+        found = re.search("a dt of at most (.*) s, which resolves the impacts", str(failure.value))
+        assert bool(found) == is_long
+        if found:
+            assert float(found[1]) == pytest.approx(longest, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts i
 )
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
+    IMPACT_STEPS,
     SLOW_RATIO,
     check_contact_step,
     check_impact_step,
@@ -188,6 +189,11 @@ class ContactContribution(LimitedPenetration):
     def _slow_rates(self) -> Vector:
         """Return speeds over penetrations below which points are damped less, (n,) [1/s]."""
         return SLOW_RATIO * self.contact.restitution * np.pi / self._impact_times()
+
+    @property
+    def resolving_step(self) -> tuple[float, str]:
+        """Longest step that resolves its impacts [s], and its name."""
+        return float(self._impact_times().min()) / IMPACT_STEPS, self.contact.what
 
     def check_step(self, dt: float, phase: float) -> None:
         """Refuse a step that does not resolve impacts with a restitution, or is not stable."""
