@@ -219,3 +219,20 @@ def test_a_wide_pile_with_a_friction_of_one_comes_to_rest_and_every_step_converg
     assert run.stats.iterations < 4 * run.stats.steps
     assert run.stats.factorizations < 5
     assert scene.quantities(run)["speed"].max() < 1e-3
+
+
+def test_a_stiffer_pile_sinks_in_by_less_than_a_percent_at_all_times_and_is_converged_in_the_step():
+    """Penetrations in impacts too; halved steps end at the same height within 1e-4 radii."""
+    heights = {}
+    for dt in (1e-3, 5e-4):
+        scene = pile(9, 0.4, 1.0, stiffness=1e8, cables_in_layer=3, width=0.3)
+        run = ancf.simulate(
+            scene.scene, 0.3, dt, integrator=ancf.GeneralizedAlpha(0.5), solver=ancf.Newton()
+        )
+        found = scene.quantities(run)
+        assert 1e-3 < found["largest_penetration"].max() < 1e-2
+        assert found["speed"][-1] < 1e-3
+        assert not run.stats.short_steps
+        assert run.stats.iterations < 4 * run.stats.steps
+        heights[dt] = run.position(scene.bodies["cables"].node(0))[-1, 2]
+    assert heights[1e-3] == pytest.approx(heights[5e-4], abs=1e-4 * 5e-3)
