@@ -25,6 +25,7 @@ WEIGHTS = {
     "statics": 1,
     "plans": 3,
     "contacts": 3,
+    "bent-ropes": 1,
     "interior-points": 1,
     "meshes": 1,
     "files": 1,

@@ -37,6 +37,7 @@ KINDS = {
     "statics": statics.run,
     "plans": plans.run,
     "contacts": contacts.run,
+    "bent-ropes": contacts.run_bend,
     "meshes": nets.run,
     "files": files.run,
     "scene-files": files.run_scene,

@@ -23,7 +23,7 @@ class Draft:
 
     def __init__(self, rng, layout, slips, laws=None):
         self.rng, self.layout, self.slips, self.laws = rng, layout, slips, laws
-        spatial = layout in ("ropes", "net") or (layout != "pulley" and rng.random() < 0.4)
+        spatial = layout in ("ropes", "net", "bend") or (layout != "pulley" and rng.random() < 0.4)
         self.dim = 3 if spatial else 2
         self.length = float(10 ** rng.uniform(-3, 2))
         self.radius = float(self.length * 10 ** rng.uniform(-2.7, -1.5))

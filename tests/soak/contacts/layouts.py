@@ -6,7 +6,7 @@ import numpy as np
 
 import ancfsparse as ancf
 from tests.grids import grid
-from tests.soak.contacts.draft import GRAVITY, SINKING
+from tests.soak.contacts.draft import GRAVITY, REST, SINKING
 
 SAG = 0.02  # of arcs around drums, over the radius of the cable
 QUARTER = 0.5 * math.pi  # of a drum, the longest element that a contact admits [rad]
@@ -214,6 +214,42 @@ def ropes(draft):
     return draft.draw_duration(3)
 
 
+def bend(draft):
+    """Bend a rope around a bar, another beam, by half a turn or more, and pull both ends."""
+    rng, length, radius = draft.rng, draft.length, draft.radius
+    thickness = radius * float(10 ** rng.uniform(-0.2, 0.8))
+    draft.gap = radius * float(rng.choice([0.0, 0.02, 0.2]))
+    size, angle = thickness + draft.gap, math.pi * float(rng.uniform(0.8, 1.4))
+    bar = draft.scene.add_beam(
+        "thin", draft.at(0, 0, -4.0 * (size + radius)), draft.at(0, 0, 4.0 * (size + radius)),
+        int(rng.integers(2, 12)), ancf.Circle(2.0 * thickness), ancf.Material(2e11, 7800.0),
+    )  # fmt: skip
+    draft.scene.clamp(bar.start)
+    draft.scene.clamp(bar.end)
+    draft.keep(bar)
+    draft.element, draft.options = "thin", {}
+    rope, back, forth = arc(draft, size, angle)
+    reach = size + radius
+    # At least what holds the rope bent, and at most a hundredth of stretch.
+    bending = draft.modulus * draft.section.inertia_z / reach**2
+    force = min(
+        max(bending, draft.weight * length) * float(10 ** rng.uniform(0.0, 1.0)),
+        0.01 * draft.modulus * draft.section.area,
+    )
+    duration = math.sqrt(length / GRAVITY) * float(rng.uniform(0.1, 0.5))
+    draft.pull(rope.start, force * back, 0.3 * duration)
+    draft.pull(rope.end, float(rng.uniform(0.9, 1.0)) * force * forth, 0.3 * duration)
+    options = {"radius": radius} if draft.needs_radius else {}
+    if draft.needs_radius or rng.random() < 0.5:
+        options["stiffness"] = (
+            2.0 * force / (REST * radius * reach) * float(10 ** rng.uniform(0, 1))
+        )
+    options |= draft.draw_friction(GRAVITY * length, slips=rng.random() < 0.4)
+    draft.contacts.append(draft.scene.contact(bar, rope, **options))
+    draft.words |= {"thickness": thickness, "force": force, **options}
+    return duration
+
+
 def net(draft):
     """Let a small net fall on a ball."""
     rng, length = draft.rng, draft.length
@@ -237,5 +273,5 @@ def net(draft):
 
 PARTS = {
     "fall": fall, "hang": hang, "wrap": wrap, "pulley": pulley, "throw": throw, "ropes": ropes,
-    "net": net,
+    "net": net, "bend": bend,
 }  # fmt: skip

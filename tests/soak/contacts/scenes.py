@@ -14,6 +14,7 @@ from tests.soak.contacts.layouts import PARTS
 
 LAYOUTS = ("fall", "fall", "fall", "hang", "wrap", "pulley", "throw", "ropes", "ropes", "net")
 RESOLVED_SHARE = 0.999  # of the longest step that resolves impacts
+SPRING_STEPS = 10  # times as many steps for ropes that spring back
 EXPLICIT_FRACTION = 0.2  # of the stable step: contacts stiffen a mesh after the start
 
 
@@ -31,9 +32,9 @@ class Touching(scenes.Drawn):
         return self.explicit is not None
 
 
-def draw(rng, laws=None):
+def draw(rng, laws=None, layout=None):
     """Draw a scene with contacts; those with restitution or static friction need a generator."""
-    layout = str(rng.choice(LAYOUTS))
+    layout = layout or str(rng.choice(LAYOUTS))
     wants_explicit = rng.random() < 0.2
     draft = Draft(rng, layout, slips=wants_explicit, laws=laws)
     duration = PARTS[layout](draft)
@@ -43,8 +44,10 @@ def draw(rng, laws=None):
         draft.scene, draft.beams, dt, steps, words=draft.words, bodies=draft.bodies,
         contacts=draft.contacts, pulls=draft.pulls, max_halvings=int(rng.choice([0, 6])),
     )  # fmt: skip
-    if layout == "ropes":
+    if layout in ("ropes", "bend"):
         drawn.max_halvings = 6
+    if layout == "bend":  # which springs back
+        drawn.dt, drawn.steps = drawn.dt / SPRING_STEPS, drawn.steps * SPRING_STEPS
     longest = RESOLVED_SHARE * longest_step(drawn.scene)
     if drawn.dt > longest:
         drawn.steps = math.ceil(duration / longest)

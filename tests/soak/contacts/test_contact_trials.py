@@ -80,6 +80,12 @@ def test_random_contacts_are_judged_without_a_find():
     assert sum(report.outcome == "finished" for report in reports) > 10
 
 
+def test_ropes_that_are_bent_around_bars_are_judged_without_a_find():
+    reports = [trials.run_bend(1, index) for index in (4, 7, 9, 11, 17)]
+    assert [find for report in reports for find in report.finds] == []
+    assert [report.outcome for report in reports] == 5 * ["finished"]
+
+
 @pytest.mark.parametrize(
     ("seed", "index"),
     [

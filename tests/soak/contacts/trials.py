@@ -41,6 +41,16 @@ def run(seed, index, has_laws=True):
     return attempt(drawn, integrator, solver)
 
 
+def run_bend(seed, index):
+    """Run a rope that is bent around a bar by a random integrator and solver."""
+    rng = np.random.default_rng([seed, index])
+    drawn = draw(rng, layout="bend")
+    integrator, solver = draw_integrator(rng), draw_solver(rng)
+    if drawn.is_explicit:
+        integrator, solver = drawn.explicit, "auto"
+    return attempt(drawn, integrator, solver)
+
+
 def attempt(drawn, integrator, solver):
     """Run a scene and judge how that ends."""
     tried = f"{integrator!r}, {solver!r}, {drawn.words}"
