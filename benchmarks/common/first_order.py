@@ -29,7 +29,7 @@ class FirstOrder:
     Parameters
     ----------
     system : System
-        Without multipliers, under constant loads: its joints made by numbering.
+        Without multipliers, under constant loads: its joints eliminate coordinates.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class FirstOrder:
         if system.n_multipliers:
             raise InputError(
                 "only a system without multipliers is an ordinary differential equation: make its "
-                "joints by numbering, as_constraint=False"
+                "joints without multipliers, as_constraint=False"
             )
         self.system = system
         self._n = n = system.n_free

@@ -34,6 +34,7 @@ PROSE = {
     r"\bperson\b|\bsomebody\b|\bthose who\b": 0,  # user
     r"\bmarch(ed|es|ing)\b": 0,  # integrate
     r"\bpilots?\b": 0,  # trial run
+    r"\bby numbering\b": 8,  # eliminate coordinates: docs/theory.md alone explains it
     r"\b(said|told|meant|wish|wishes|hears?|lives|dies|died|anew|obeys?)\b": 0,
     r"\b(says?|means|tells?) (nothing|little)\b|\bknows? (no|nothing)\b": 0,
     r'"""(Say|Tell) ': 0,

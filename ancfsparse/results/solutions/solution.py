@@ -156,8 +156,8 @@ class Solution(Configurations):
 
         Notes
         -----
-        The forces of a joint made by equations follow from its multipliers, if it is made by
-        numbering from the residual of its sides without it.  If equations are redundant, see
+        The forces of a joint made by equations follow from its multipliers; if it eliminates
+        coordinates, from the residual of its sides without it.  If equations are redundant, see
         `RedundantConstraintsWarning`, their forces are distributed arbitrarily.  With prescribed
         motions, multipliers follow from the exact accelerations of these at the saved times;
         otherwise `EnergyMomentum` saves means over the step before.

@@ -46,7 +46,7 @@ class Trajectory(TrajectoryOutput):
         Coordinates (m for positions, dimensionless for slopes), velocities and accelerations; for a
         run with ``output`` or ``save_nodes`` tables that are read like arrays.
     lam : ndarray, shape (k, m)
-        Lagrange multipliers of the constraints; joints by numbering have none.
+        Lagrange multipliers of the constraints; joints that eliminate coordinates have none.
     stats : RunStats
         Operation counts and times.
     settings : mapping, optional

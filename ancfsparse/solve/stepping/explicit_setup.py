@@ -75,7 +75,7 @@ def check_explicit_scene(system: System, integrator: Explicit) -> None:
     if system.n_multipliers and not integrator.holds:
         raise InputError(
             "{integrator!r} cannot satisfy constraints by multipliers, and the {first} needs them: "
-            "make pins, clamps and connections by numbering, as_constraint=False, or take "
+            "hold and connect beams at their nodes, with as_constraint=False, or take "
             "CentralDifference(), DormandPrince() or an implicit integrator such as {implicit}",
             integrator=integrator,
             first=system.constraints.labels[0],

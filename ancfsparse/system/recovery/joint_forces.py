@@ -213,7 +213,7 @@ def _forces_from_residual(
     if side is None:
         raise SingularSceneError(
             f"the force of the {joint.label} is not determined: other joints also fix its "
-            "coordinates by numbering; join one of its points elsewhere than at the origin of a "
+            "coordinates; join one of its points elsewhere than at the origin of a "
             "body, or make a pin by as_constraint=True"
         )
     forces = _raw_coordinates(lowering, cut, _missing_forces(system, cut, states))

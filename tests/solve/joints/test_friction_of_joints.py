@@ -139,7 +139,7 @@ def test_bad_friction_is_refused():
     rubbing = {"coefficient": 0.1, "slip": 0.1}
     assert_refused("give the radius of the bearing", other.joint_friction, pin, **rubbing)
     other.joint_friction(pin, radius=0.1, **rubbing)
-    assert_refused("joints by numbering do not provide", ancf.simulate, other, 0.1, 0.01)
+    assert_refused("joints without multipliers do not provide", ancf.simulate, other, 0.1, 0.01)
     scene.joint_friction(slide, **rubbing)
     words, explicit = "cannot follow friction by the forces of joints", ancf.DormandPrince()
     assert_refused(words, ancf.simulate, scene, 0.1, 0.01, integrator=explicit)

@@ -133,8 +133,8 @@ def _joint_force_terms(system: Discretization, spring: JointSpring | None) -> Jo
                     factors.append((factor, about))
         if not rows:
             raise InputError(
-                f"{spring.what} depends on the joint force, which joints by numbering do "
-                "not provide: make a pin by as_constraint=True, or join another point than the "
+                f"{spring.what} depends on the joint force, which joints without multipliers "
+                "do not provide: make a pin by as_constraint=True, or join another point than the "
                 "origin of a body"
             )
     integers = np.array(rows, dtype=np.int32).reshape(-1, 3)
