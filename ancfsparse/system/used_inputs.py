@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from ancfsparse.errors import InputError
-from ancfsparse.scene import Input, Signal
-from ancfsparse.scene.force_elements.ropes import Rope
+from ancfsparse.scene import Input
 from ancfsparse.system.system import System
 from ancfsparse.system.used_signals import signals_of
 
@@ -17,11 +16,8 @@ def inputs_of(system: System) -> dict[str, Input]:
     InputError
         If two inputs of one name differ.
     """
-    lengths = [each.given for each in system.attachments if isinstance(each, Rope)]
-    signals = [each.signal for each in signals_of(system)]
-    signals += [part for each in lengths if isinstance(each, Signal) for part in each.summands]
     inputs: dict[str, Input] = {}
-    for each in signals:
+    for each in (used.signal for used in signals_of(system)):
         if isinstance(each, Input) and inputs.setdefault(each.name, each) != each:
             raise InputError(
                 f"inputs of one name are one input, but {inputs[each.name]!r} and {each!r} differ: "

@@ -54,6 +54,7 @@ def signals_of(system: System) -> list[UsedSignal]:
         for source in system.loads.sources
         if isinstance(source, FunctionAmplitude)
     ]
+    followed += [(each.what, each.function_of_time, False) for each in system.attachments]
     for beam in system.scene.beams:
         if isinstance(beam, Beam):
             followed += [(f"eigenstrain of {beam.name}", x, False) for x in beam.changing or ()]

@@ -105,6 +105,11 @@ class Rope(Attachment):
         return self.__dict__ | {"given": picklable(self.given)}
 
     @property
+    def function_of_time(self) -> object:
+        """The natural length over time [m]."""
+        return self.given
+
+    @property
     def links(self) -> tuple[tuple[Point | Vector, Point | Vector], ...]:
         """The lines between consecutive points."""
         return tuple(pairwise(self.points))

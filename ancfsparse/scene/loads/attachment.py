@@ -41,6 +41,11 @@ class Attachment(ABC):
     def what(self) -> str:
         """Name in messages."""
 
+    @property
+    def function_of_time(self) -> object:
+        """The function of time that its force follows, if there is one, such as a length."""
+        return None
+
     def notes(self, joints: Iterable[Joint]) -> list[str]:
         """Return sentences on the effect of the joints of its scene on it."""
         return []

@@ -150,6 +150,28 @@ def test_drives_of_points_follow_signals_too(motion):
         ancf.simulate(scene, T_END, DT, max_energy_gain=np.inf)
 
 
+def test_ropes_follow_signals_too():
+    """A rope was drawn in and paid out between two steps, and the end was 2.7 mm off."""
+    length = 2.0**0.5 + ancf.Pulse(-0.5, 0.05012, 0.05018, rise=2e-5)
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    section, material = ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000.0)
+    rod = scene.add_beam("thin", (0, 0), (1, 0), 4, section, material)
+    scene.pin(rod.start)
+    scene.rope([(2.0, 1.0), rod.end], stiffness=1e3, length=length)
+    with pytest.warns(UnresolvedSignalWarning, match="Pulse.* of the rope over .*beam 0 at s = 1"):
+        coarse = ancf.simulate(scene, T_END, DT)
+    ends = [
+        run.position(rod.end)[-1]
+        for run in (
+            coarse,
+            ancf.simulate(scene, T_END, 2e-6),
+            ancf.simulate(scene, T_END, accuracy=1e-6),
+        )
+    ]
+    assert np.abs(ends[0] - ends[1]).max() > 1e-3
+    np.testing.assert_allclose(ends[2], ends[1], rtol=0.0, atol=1e-5)
+
+
 def cantilever(signal, *mesh):
     """A soft cantilever with a force at its end."""
     scene = ancf.Scene(gravity=(0.0, 0.0))
