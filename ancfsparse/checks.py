@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 import operator
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from numbers import Real
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -195,6 +196,30 @@ def check_vector(what: str, value: ArrayLike, dim: int, unit: str = "") -> NDArr
         )
     vector.flags.writeable = False
     return vector
+
+
+def call_function(what: str, function: Callable[..., Any], argument: object, at: str = "") -> Any:
+    """Return the value of a function of the user.
+
+    Parameters
+    ----------
+    what : str
+        Name of the function in messages.
+    function, argument
+        The function and its argument.
+    at : str, optional
+        The argument in messages, such as ``"at s = 1 m"``.
+
+    Raises
+    ------
+    InputError
+        If it raises anything.
+    """
+    try:
+        return function(argument)
+    except Exception as error:  # a user function may raise anything
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise InputError(f"{what} failed {at}".rstrip() + f": {reason}") from error
 
 
 def set_fields(record: object, **values: object) -> None:

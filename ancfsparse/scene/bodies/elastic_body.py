@@ -49,12 +49,11 @@ class ElasticBody(Body):
             plane.refuse()
         plane.put(self.positions)
         velocity = record.velocity
-        if callable(velocity) and self.kind.section[1:]:  # sections extend out of the plane
-            here = plane.into(velocity(self.positions.copy()))
-            off_plane = plane.into(velocity(self.positions + self.shortest * plane.normal))
-            plane.check(np.abs(off_plane - here).max(), np.abs(here).max())
-        elif callable(velocity):
-            plane.into(velocity(self.positions.copy()))
+        if callable(velocity) and self.velocity is not None:
+            here = plane.into(self.velocity(self.positions))
+            if self.kind.section[1:]:  # sections extend out of the plane
+                off_plane = plane.into(self.velocity(self.positions + self.shortest * plane.normal))
+                plane.check(np.abs(off_plane - here).max(), np.abs(here).max())
         return {"velocity": plane.project(velocity, "into", of_positions=True)}
 
     def describe(self) -> dict[str, str]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_finite, check_reals, check_vector
+from ancfsparse.checks import call_function, check_finite, check_reals, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.geometry.curves import Angle, Direction, Path
 from ancfsparse.scene.geometry.section_frames import section_axes
@@ -48,7 +48,9 @@ def _values(
     what: str, function: Callable[[Vector], ArrayLike], s: Vector, each: tuple[int, ...]
 ) -> Vector:
     """Return the checked values of a function of arc lengths."""
-    values = check_reals(f"the result of {what}", function(s.copy()), "an array of numbers")
+    at = f"for an array of {len(s)} arc lengths"
+    result = call_function(what, function, s.copy(), at)
+    values = check_reals(f"the result of {what}", result, "an array of numbers")
     if values.shape != (len(s), *each) or not np.isfinite(values).all():
         raise InputError(
             f"{what} must return finite numbers of shape {(len(s), *each)} for arc lengths of "

@@ -9,7 +9,7 @@ from numpy.polynomial import chebyshev, legendre
 from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_reals
+from ancfsparse.checks import call_function, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.geometry.curves import Arc, Helix, Path
@@ -174,7 +174,8 @@ def _interpolate(what: str, curve: Function, dim: int) -> tuple[Vector, Function
 
 
 def _evaluate(what: str, curve: Function, u: Vector, dim: int) -> Vector:
-    values = check_reals(f"the result of {what}", curve(u), "an array of numbers")
+    result = call_function(what, curve, u.copy(), f"for an array of {len(u)} parameters")
+    values = check_reals(f"the result of {what}", result, "an array of numbers")
     if values.shape != (len(u), dim):
         raise InputError(
             f"{what} returned shape {values.shape} for parameters of shape {u.shape}: one row of "

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.checks import check_finite
-from ancfsparse.errors import InputError
+from ancfsparse.checks import call_function, check_finite
 from ancfsparse.scene.bodies.body import Body, Point
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
 from ancfsparse.scene.loads.attachment import Marks
@@ -141,11 +140,7 @@ class DistributedForce(TimeDependentValue):
         out = np.empty_like(arcs)
         for k, s in enumerate(arcs.ravel().tolist()):
             name = f"the shape of {self.what} at s = {s:.6g} m"
-            try:
-                value = self.along(s)
-            except Exception as error:  # a user function may raise anything
-                raise InputError(f"{name} failed: {type(error).__name__}: {error}") from error
-            out.flat[k] = check_finite(name, value)
+            out.flat[k] = check_finite(name, call_function(name, self.along, s))
         return out
 
 

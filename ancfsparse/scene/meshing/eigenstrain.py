@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.checks import check_finite, check_reals
+from ancfsparse.checks import call_function, check_finite, check_reals
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.catalog import CURVED
 from ancfsparse.messages import format_value
@@ -89,8 +89,4 @@ def _at(what: str, value: object, s: float) -> object:
         return 0.0
     if not callable(value):
         return value
-    try:
-        return value(s)
-    except Exception as error:  # a user function may raise anything
-        reason = f"{type(error).__name__}: {error}"
-        raise InputError(f"{what} failed at s = {s:.6g} m: {reason}") from error
+    return call_function(what, value, s, f"at s = {s:.6g} m")
