@@ -20,7 +20,7 @@ from ancfsparse.cli.options import RunError, in_options
 from ancfsparse.cli.pendulum import PendulumRun, run_pendulum
 from ancfsparse.cli.scene_run import check, new, run
 from ancfsparse.cli.scene_schema import schema
-from ancfsparse.errors import AccuracyError, InputError, StepError
+from ancfsparse.errors import AncfError, InputError
 from ancfsparse.file_names import check_target
 from ancfsparse.kernels.building import build_element
 
@@ -211,7 +211,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
     Notes
     -----
-    Exit codes: 0; 1 if a step failed or an accuracy was not reached; 2 if an argument is invalid.
+    Exit codes: 0; 1 if a run, an equilibrium or a plan failed; 2 if an argument is invalid.
     """
     run_app(app, "ancfsparse", arguments)
 
@@ -232,7 +232,7 @@ def run_app(program: typer.Typer, name: str, arguments: Sequence[str] | None = N
         program(args=arguments, prog_name=name)
     except (InputError, OSError) as error:
         _exit(EXIT_INPUT, name, error)
-    except (RunError, StepError, AccuracyError) as error:
+    except AncfError as error:
         _exit(EXIT_FAILURE, name, error)
     except MemoryError as error:
         _exit(EXIT_FAILURE, name, RunError(f"the memory is exhausted: {error}"))
