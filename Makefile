@@ -46,7 +46,7 @@ test-oldest: ## Run the fast tests with Python 3.11 and the oldest dependencies 
 soak: setup ## Run random trials: motions, contacts, calls, units, files, interruptions, e.g. ARGS="--seed 3 --seconds 120"
 	$(ONE_THREAD) $(BIN)/python -m tests.soak $(ARGS)
 
-SANITIZED := -m 'not slow' tests/kernels tests/seeds tests/system tests/nonlinear tests/integrators
+SANITIZED := -m 'not slow' tests/threads tests/kernels tests/seeds tests/system tests/nonlinear tests/integrators
 sanitize: setup ## Run tests of compiled code under address and undefined-behaviour sanitizers
 	tools/sanitize.sh $(if $(ARGS),$(ARGS),$(SANITIZED))
 
