@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ancfsparse.array_types import Vector
+from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import LoadError
 from ancfsparse.kernels.hermite import integral_weights, position_weights
 from ancfsparse.scene import (
@@ -21,6 +22,7 @@ from ancfsparse.scene import (
     PointMoment,
     Scene,
 )
+from ancfsparse.scene.records.time_dependent import TimeDependentValue
 from ancfsparse.system import loads
 from ancfsparse.system.loads.amplitudes import Amplitudes, FunctionAmplitude, TimeAmplitude
 
@@ -93,6 +95,12 @@ class AppliedLoads:
         flags = [np.full(each.width, not isinstance(each, TimeAmplitude)) for each in self.sources]
         return np.concatenate([np.zeros(0, dtype=bool), *flags])
 
+    def add_amplitudes(self, load: TimeDependentValue, width: int) -> list[int]:
+        """Add the amplitudes of a load; return their indices."""
+        first = self.n_amplitudes
+        self.sources.append(FunctionAmplitude(load))
+        return list(range(first, first + width))
+
     def tabulate(self, times: Vector) -> tuple[Vector, LoadError | None]:
         """Return the amplitudes up to the first time at which a load fails.
 
@@ -142,35 +150,82 @@ def collect_loads(scene: Scene, system: Places) -> AppliedLoads:
     """
     out = AppliedLoads(np.zeros(system.n_all))
     for load in scene.loads:
-        first = out.n_amplitudes
-        if isinstance(load, PointMoment):
-            width = 1 if scene.dim == 2 else 3
-            out.moment_place.append(system.frame(load.node))
-            out.moment_column.append(list(range(first, first + width)))
-            out.moment_axes.append(_frame_indices(load, system) if load.follow else None)
-            out.sources.append(FunctionAmplitude(load))
-            continue
-        if isinstance(load, ChangingGravity):
-            out.gravity_column.append(list(range(first, first + scene.dim)))
-            out.sources.append(FunctionAmplitude(load))
-            continue
-        if load.follow:
-            out.followers.append(_make_follower(load, system, first))
-            out.sources.append(FunctionAmplitude(load))
-            continue
-        if isinstance(load, PointForce):
-            places, weights = system.point(load.node)
-        else:
-            places, weights = _integrate_load(load, system.elements(load.beam))
-        if not callable(load.value):
-            np.add.at(out.constant, places, load.at(0.0)[:, None] * weights)
-            continue
-        for d in range(scene.dim):
-            out.place += [int(p) for p in places[d]]
-            out.weight += [float(w) for w in weights]
-            out.column += [first + d] * len(weights)
-        out.sources.append(FunctionAmplitude(load))
+        ADDITIONS[type(load)](out, system, load)
     return out
+
+
+def _add_moment(out: AppliedLoads, system: Places, load: PointMoment) -> None:
+    """Add a moment at a node."""
+    out.moment_place.append(system.frame(load.node))
+    out.moment_column.append(out.add_amplitudes(load, 1 if system.dim == 2 else 3))
+    out.moment_axes.append(_frame_indices(load, system) if load.follow else None)
+
+
+def _add_gravity(out: AppliedLoads, system: Places, load: ChangingGravity) -> None:
+    """Add an acceleration of all masses."""
+    out.gravity_column.append(out.add_amplitudes(load, system.dim))
+
+
+def _add_point_force(out: AppliedLoads, system: Places, load: PointForce) -> None:
+    """Add a force at a point."""
+    if not load.follow:
+        _add_fixed_force(out, load, *system.point(load.node))
+        return
+    node, kind = load.node, load.node.beam.kind
+    if not node.xi:
+        points = loads.follower_at_node(kind, system.place(node), node.offsets)
+    else:
+        ends = system.elements(node.beam)[node.index].reshape(1, 2, -1)
+        length = node.beam.lengths[[node.index]]
+        points = loads.follower_inside(kind, ends, np.array([node.xi]), length, node.offsets)
+    _add_follower(out, load, points, np.ones(1))
+
+
+def _add_distributed_force(out: AppliedLoads, system: Places, load: DistributedForce) -> None:
+    """Add a force along a body, a follower force at Gauss points of its elements."""
+    beam, elements = load.beam, system.elements(load.beam)
+    if not load.follow:
+        _add_fixed_force(out, load, *_integrate_load(load, elements))
+        return
+    xi, shares = _gauss_rule()
+    n, lengths = beam.n_elements, beam.lengths.repeat(len(xi))
+    ends = elements.reshape(n, 2, -1).repeat(len(xi), axis=0)
+    points = loads.follower_inside(beam.kind, ends, np.tile(xi, n), lengths)
+    factor = beam.lengths[:, None] * shares * load.factors(_arc_coordinates(beam, xi))
+    _add_follower(out, load, points, factor.ravel())
+
+
+def _add_fixed_force(
+    out: AppliedLoads, load: TimeDependentValue, places: NDArray[np.int32], weights: Vector
+) -> None:
+    """Add a force along the axes of space at indices (dim, p) with weights (p,)."""
+    if not callable(load.value):
+        np.add.at(out.constant, places, load.at(0.0)[:, None] * weights)
+        return
+    for column, row in zip(out.add_amplitudes(load, len(places)), places, strict=True):
+        out.place += [int(p) for p in row]
+        out.weight += [float(w) for w in weights]
+        out.column += [column] * len(weights)
+
+
+def _add_follower(
+    out: AppliedLoads, load: TimeDependentValue, points: tuple[Integers, Vector], factor: Vector
+) -> None:
+    """Add a force along the axes of sections at points, as `Follower` describes them."""
+    place, weight = points
+    column = np.full(place.shape[2], -1)
+    width = load.shape[0] if load.shape else 1
+    column[:width] = out.add_amplitudes(load, width)
+    out.followers.append(loads.Follower(place, weight, np.tile(column, (len(place), 1)), factor))
+
+
+ADDITIONS: dict[type, Callable[[AppliedLoads, Places, Any], None]] = {
+    PointMoment: _add_moment,
+    ChangingGravity: _add_gravity,
+    PointForce: _add_point_force,
+    DistributedForce: _add_distributed_force,
+}
+"""The function that adds each kind of load to those of a system."""
 
 
 def _frame_indices(load: PointMoment, system: Places) -> NDArray[np.int32] | None:
@@ -179,34 +234,6 @@ def _frame_indices(load: PointMoment, system: Places) -> NDArray[np.int32] | Non
     if kind.dim == 2:
         return None
     return np.stack([row[kind.columns(name)] for name in ("r_x", "r_y", "r_z")])
-
-
-def _make_follower(
-    load: PointForce | DistributedForce, system: Places, first: int
-) -> loads.Follower:
-    """Return a follower force at its points of action."""
-    column = np.full(system.dim, -1)
-    width = load.shape[0] if load.shape else 1
-    column[:width] = np.arange(first, first + width)
-    if isinstance(load, DistributedForce):
-        beam, kind = load.beam, load.beam.kind
-        xi, shares = _gauss_rule()
-        n, points = beam.n_elements, len(xi)
-        ends = system.elements(beam).reshape(n, 2, -1).repeat(points, axis=0)
-        lengths = beam.lengths.repeat(points)
-        place, weight = loads.follower_inside(kind, ends, np.tile(xi, n), lengths)
-        factor = (beam.lengths[:, None] * shares * load.factors(_arc_coordinates(beam, xi))).ravel()
-    else:
-        node, kind, factor = load.node, load.node.beam.kind, np.ones(1)
-        if not node.xi:
-            place, weight = loads.follower_at_node(kind, system.place(node), node.offsets)
-        else:
-            ends = system.elements(node.beam)[node.index].reshape(1, 2, -1)
-            length = node.beam.lengths[[node.index]]
-            place, weight = loads.follower_inside(
-                kind, ends, np.array([node.xi]), length, node.offsets
-            )
-    return loads.Follower(place, weight, np.tile(column, (len(place), 1)), factor)
 
 
 def _gauss_rule() -> tuple[Vector, Vector]:
