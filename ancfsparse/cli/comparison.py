@@ -12,8 +12,7 @@ import typer
 from ancfsparse.array_types import Vector
 from ancfsparse.results import Trajectory
 from ancfsparse.results.hdf5_reader import load
-from ancfsparse.scene import Beam, ElasticBody
-from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene import Beam
 
 
 def compare(
@@ -52,8 +51,8 @@ def compare(
             f"{body.name}: largest distance {distances[row, node]:.4g} m, of node {node} "
             f"at t = {times[row]:.4g} s"
         )
-        if isinstance(body, ElasticBody):
-            ranges = [run.range("N", _elastic(run, body.name)) for run in runs]
+        if isinstance(body, Beam):
+            ranges = [run.range("N", cast(Beam, run.system.scene.body(body.name))) for run in runs]
             texts = [f"{each.min.min():.4g} N to {each.max.max():.4g} N" for each in ranges]
             typer.echo(f"  axial forces from {' and from '.join(texts)}")
 
@@ -64,16 +63,7 @@ def _describe(run: Trajectory, what: str) -> list[str]:
     return [f"{name}: {value}" for name, value in run.settings.items() if name != "output"]
 
 
-def _elastic(run: Trajectory, name: str) -> Beam:
-    """Return the beam or mesh of a run that has a name."""
-    return cast(Beam, run.system.scene.body(name))
-
-
 def _nodes(run: Trajectory, name: str) -> Vector:
     """Return the positions of the nodes of a body, of a rigid one its origin, (k, n, dim) [m]."""
     body = run.system.scene.body(name)
-    if isinstance(body, RigidBody):
-        points = [body.origin]
-    else:
-        points = [_elastic(run, name).node(k) for k in range(body.n_nodes)]
-    return np.stack([run.position(point) for point in points], axis=1)
+    return np.stack([run.position(body.node(k)) for k in range(body.n_nodes)], axis=1)

@@ -18,6 +18,8 @@ def saved(path, acceleration=-9.81, step=1e-3, **more):
     scene.add_body(ancf.Sphere(0.1), mass=1.0, position=(0, 1), name="ball")
     if more:
         scene.add_beam("thin", (0, 2), (1, 2), 2, SECTION, MATERIAL, **more)
+    nodes, edges = [(0, 3), (1, 3), (1, 4)], [(0, 1), (1, 2)]
+    scene.add_mesh(nodes, edges, "thin", SECTION, MATERIAL, name="net")
     ancf.simulate(scene, 0.1, step, output=path)
     return path
 
@@ -27,7 +29,8 @@ def test_equal_runs_are_equal(tmp_path, capsys):
     code, out, _ = run(capsys, "compare", one, other)
     assert code == 0
     assert "scene: equal\nsettings: equal\n" in out
-    assert out.count("largest distance 0 m") == 2
+    assert out.count("largest distance 0 m") == 3
+    assert out.count("axial forces from") == 1  # of the beam
 
 
 def test_distances_are_those_of_the_same_times(tmp_path, capsys):
@@ -39,7 +42,7 @@ def test_distances_are_those_of_the_same_times(tmp_path, capsys):
     assert "+planar scene, gravity (0, -1.62)" in out
     assert re.search(r"\+dt: 0.002", out)
     distances = [float(each) for each in re.findall(r"largest distance (\S+) m", out)]
-    np.testing.assert_allclose(distances, [0.5 * (9.81 - 1.62) * 0.1**2] * 2, rtol=2e-4)
+    np.testing.assert_allclose(distances, [0.5 * (9.81 - 1.62) * 0.1**2] * 3, rtol=2e-4)
     assert "t = 0.1 s" in out
     assert f"more: in {other} alone" in run(capsys, "compare", other, one)[1]
 
