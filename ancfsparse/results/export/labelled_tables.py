@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +22,6 @@ from ancfsparse.results.fields.quantities import (
     unit_of,
 )
 from ancfsparse.scene import Beam, Body, ElasticBody, Point, check_point
-from ancfsparse.scene.bodies.rigid_body import RigidBody
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,7 +40,8 @@ def make_frame(
         import pandas as pd
     except ImportError as missing:
         raise InputError(f"a data frame needs pandas, {ADVICE}") from missing
-    points = list(_default_points(run)) if points is None else points
+    if points is None:
+        points = [body.default_point for body in run.system.scene.bodies if body.default_point]
     for what, values, example in (
         ("points", points, "[rod.end]"), ("quantities", quantities, "['position']")
     ):  # fmt: skip
@@ -57,15 +57,6 @@ def make_frame(
     frame.columns.names = list(LEVELS)
     frame.attrs["units"] = {what: unit_of(what) for what in quantities}
     return frame
-
-
-def _default_points(run: Motion) -> Iterator[Point]:
-    """Return the end of each beam, and the origin of each rigid body."""
-    for body in run.system.scene.bodies:
-        if isinstance(body, Beam):
-            yield body.end
-        elif isinstance(body, RigidBody):
-            yield body.origin
 
 
 def make_dataset(run: Any, quantities: Sequence[str]) -> xr.Dataset:
@@ -105,12 +96,11 @@ def make_dataset(run: Any, quantities: Sequence[str]) -> xr.Dataset:
 def _nodal_motion(run: Motion, body: Body, what: str) -> tuple[Any, Vector, dict[str, str]]:
     """Return the motion of all nodes of a body, or of the origin of a rigid one."""
     table = {"position": run.q, "velocity": run.v, "acceleration": run.a}[what]
-    nodes = [body.node(k) for k in range(body.n_nodes)] if isinstance(body, ElasticBody) else None
-    points = [body.origin] if nodes is None else nodes  # type: ignore[attr-defined]
-    indices, weights = zip(*map(run.system.point, points), strict=True)
+    nodes = [body.node(k) for k in range(body.n_nodes)]
+    indices, weights = zip(*map(run.system.point, nodes), strict=True)
     values = np.einsum("jndp,np->jnd", np.asarray(table[..., np.stack(indices)]), np.stack(weights))
     units = {"units": UNITS[what]}
-    if nodes is None:
+    if not body.n_elements:
         return ("time", "axis"), values[:, 0], units
     return ("time", f"{body.name} node", "axis"), values, units
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
@@ -13,10 +14,7 @@ from ancfsparse.messages import format_value
 from ancfsparse.scene import ElasticBody, Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contacts import Contact
-from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
-    BeamContactContribution,
-)
-from ancfsparse.system.contributions.force_elements.contact.contacts import ContactContribution
+from ancfsparse.scene.loads.attachment import ContactLaw
 from ancfsparse.system.coordinates.coordinates import foreign_handle
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
@@ -84,21 +82,21 @@ def contact_force(
     """Return the forces of a contact, see `Solution.contact_force`."""
     if isinstance(contact, ElasticBody):
         return force_on_elements(system, contact, states)
-    if not isinstance(contact, Contact | BeamContact):
+    if not isinstance(contact, ContactLaw):
         raise InputError(
             "contact_force needs what scene.contact(...) returned, or a beam or a mesh, got "
             f"{format_value(contact)}"
         )
-    kinds = ContactContribution, BeamContactContribution
-    contributions = (each for each in system.contributions if isinstance(each, kinds))
+    contributions: list[Any] = [each for each in system.contributions if each.is_contact]
     contribution = next((each for each in contributions if each.contact is contact), None)
     if contribution is None:
         raise foreign_handle("the contact", "attachments[0]")
-    table = np.asarray(states.q), np.asarray(states.v), states.internal
-    if isinstance(contribution, BeamContactContribution):
-        return BeamContactForce(*contribution.forces(*table))
-    contact = contribution.contact
-    forces = contribution.forces(*table)
+    forces = contribution.forces(np.asarray(states.q), np.asarray(states.v), states.internal)
+    return RESULTS[type(contact)](contact, forces)
+
+
+def _obstacle_force(contact: Contact, forces: Vector) -> ContactForce:
+    """Return the forces of an obstacle from those on quadrature points, (k, 2, n, dim) [N]."""
     per_length = forces / contact.weights[:, None]
     return ContactForce(
         np.array([point.beam.arc(point) for point in contact.points]),
@@ -108,31 +106,32 @@ def contact_force(
     )
 
 
+RESULTS: dict[type, Callable[[Any, Any], ContactForce | BeamContactForce]] = {
+    Contact: _obstacle_force,
+    BeamContact: lambda _, forces: BeamContactForce(*forces),
+}
+"""Functions of a contact and the forces of its contribution, by the kind of contact."""
+
+
 def force_on_elements(system: System, of: ElasticBody, states: StateHistory) -> ContactForce:
     """Return the forces of all contacts on a body, as mean values of its elements."""
     body: Any = system.resolve(of)
     q, v, history = np.asarray(states.q), np.asarray(states.v), states.internal
     k, n, dim = len(q), len(system.elements(body)), system.scene.dim
     sizes, normal, friction = np.zeros((k, n)), np.zeros((k, n, dim)), np.zeros((k, n, dim))
-    for each in system.contributions:
-        if isinstance(each, ContactContribution) and body in each.contact.bodies:
-            own = each.contact.per_point([other is body for other in each.contact.bodies])
-            forces = each.forces(q, v, history)[:, :, own].reshape(k, 2, n, -1, dim)
-            sizes += np.linalg.norm(forces[:, 0], axis=-1).sum(axis=-1)
-            normal += forces[:, 0].sum(axis=2)
-            friction += forces[:, 1].sum(axis=2)
-        elif isinstance(each, BeamContactContribution) and body in each.contact.bodies:
-            first = each.contact.starts[each.contact.bodies.index(body)]
-            for row in range(k):
-                state = np.ascontiguousarray(q[row]), np.ascontiguousarray(v[row])
-                elements, _, force, _ = each.compiled.touches(*state)
-                along = each.friction(*state, None if history is None else history[row])
-                # The first element of a pair has the point, the second one its foot.
-                for element, sign in zip((elements - first).T, (1.0, -1.0), strict=True):
-                    here = (element >= 0) & (element < n)
-                    np.add.at(sizes[row], element[here], np.linalg.norm(force[here], axis=1))
-                    np.add.at(normal[row], element[here], sign * force[here])
-                    np.add.at(friction[row], element[here], sign * along[here])
+    contributions: list[Any] = [each for each in system.contributions if each.is_contact]
+    for each in contributions:
+        if body not in each.contact.bodies:
+            continue
+        first = each.contact.starts[each.contact.bodies.index(body)]
+        for row in range(k):
+            own_history = None if history is None else history[row]
+            for elements, force, along in each.forces_on_elements(q[row], v[row], own_history):
+                here = (elements >= first) & (elements < first + n)
+                own = elements[here] - first
+                np.add.at(sizes[row], own, np.linalg.norm(force[here], axis=1))
+                np.add.at(normal[row], own, force[here])
+                np.add.at(friction[row], own, along[here])
     return ContactForce(
         np.array([body.arc(Point(body, e, 0.5)) for e in range(n)]),
         sizes / body.lengths,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -51,10 +51,7 @@ class Touch:
     @property
     def where(self) -> str:
         """The location, as text."""
-        first, last = self.points
-        if isinstance(self.contact, BeamContact):
-            return f"{first!r}, {last!r}"
-        return f"{self.contact.obstacle.noun}, from {first!r} to {last!r}"
+        return self.contact.describe_touch(*self.points)
 
 
 class ContactTable(tuple[Touch, ...]):
@@ -89,17 +86,15 @@ def contact_table(
     """Return the places that touch in a state with coordinates q and velocities v, (n_all,)."""
     touches: list[Touch] = []
     for each in system.contributions:
-        if isinstance(each, ContactContribution):
-            touches += _stretches(each, q, v, history)
-        elif isinstance(each, BeamContactContribution):
-            touches += _pairs(system, each, q, v, history)
+        if each.is_contact:
+            touches += TOUCHES[type(each)](system, each, q, v, history)
     table = ContactTable(touches)
     table.notes = [note for each in system.attachments for note in each.notes(system.joints)]
     return table
 
 
 def _stretches(
-    contribution: ContactContribution, q: Vector, v: Vector, history: Vector | None
+    system: System, contribution: ContactContribution, q: Vector, v: Vector, history: Vector | None
 ) -> Iterator[Touch]:
     """Yield the stretches of consecutive quadrature points that touch an obstacle."""
     contact, points = contribution.contact, contribution.contact.points
@@ -156,3 +151,10 @@ def _pairs(
             float(np.linalg.norm(velocity - (normal @ velocity) * normal)),
             float(depths[rows].max()),
         )
+
+
+TOUCHES: dict[type, Callable[..., Iterator[Touch]]] = {
+    ContactContribution: _stretches,
+    BeamContactContribution: _pairs,
+}
+"""Functions that yield the places that touch, by the kind of contribution."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +12,6 @@ from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import Joint
-from ancfsparse.scene.force_elements.ropes import Rope
-from ancfsparse.scene.mechanisms.winch import Winch
 from ancfsparse.system.coordinates.coordinates import foreign_handle
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.recovery import joint_forces
@@ -59,16 +58,18 @@ def joint_force(system: System, joint: object, states: StateHistory, frame: str)
     return JointForce(np.einsum("kij,kj->ki", axes, force), rotated)
 
 
-def tension(system: System, rope: object, states: StateHistory) -> Vector:
+def tension(system: System, rope: Any, states: StateHistory) -> Vector:
     """Return the tension of a rope or of the rope of a winch, (k,) [N]."""
-    if isinstance(rope, Rope):
-        return joint_forces.rope_tension(system, rope, states)
-    if not isinstance(rope, Winch):
+    if not getattr(rope, "is_rope", False):
         raise InputError(
             "tension needs what scene.rope(...) or scene.winch(...) returned, got "
             f"{format_value(rope)}: take joint_force for other joints"
         )
-    rows = system.rows_of(rope)
-    if not rows:
-        raise foreign_handle("the winch", "joints[0]")
-    return states.lam[:, rows[0]]
+    if rows := system.rows_of(rope):
+        return states.lam[:, rows[0]]
+    amplitudes = system.loads.amplitudes(states.t)
+    for part in system.contributions:
+        tension = part.tension(rope, states.q, states.v, amplitudes)
+        if tension is not None:
+            return tension
+    raise foreign_handle("the rope or winch", "attachments[0] or .joints[0]")

@@ -16,7 +16,7 @@ from ancfsparse.kernels.fields import Points, axes, curvature as element_curvatu
 from ancfsparse.messages import format_value
 from ancfsparse.results.data.selected_columns import Readable
 from ancfsparse.results.fields.energy_balance import BLOCK_SIZE
-from ancfsparse.scene import ElasticBody, Mesh, Point
+from ancfsparse.scene import ElasticBody, Point
 from ancfsparse.scene.bodies.beam import NODE_TOLERANCE
 from ancfsparse.system.recovery.element_end_forces import element_end_forces
 from ancfsparse.system.system import System
@@ -194,9 +194,7 @@ def locate_points(
 
 
 def _points_on(body: ElasticBody, listed: SectionPoints) -> _ElementPoints:
-    forward = np.ones(body.n_elements)
-    if isinstance(body, Mesh):
-        forward[body.flipped] = -1.0
+    forward = body.directions
     if listed is None:
         elements = np.arange(body.n_elements)
         return _ElementPoints(elements, np.full(len(elements), 0.5), forward)
@@ -204,7 +202,7 @@ def _points_on(body: ElasticBody, listed: SectionPoints) -> _ElementPoints:
         places = [_locate_point(body, each) for each in listed]
         elements = np.array([e for e, _ in places], dtype=np.intp)
         return _ElementPoints(elements, np.array([xi for _, xi in places]), forward[elements])
-    if isinstance(body, Mesh):
+    if body.branches:
         raise InputError(
             f"s on {body.name} must be points on its edges, such as [mesh.at(edge, s)], or left "
             f"out for the middle of every edge, got {format_value(listed)}"
@@ -218,7 +216,7 @@ def _locate_point(body: ElasticBody, point: object) -> tuple[int, float]:
         raise InputError(f"s must be points of {body.name}, got {format_value(point)}")
     if point.xi:
         return point.index, point.xi
-    if isinstance(body, Mesh):
+    if body.branches:
         raise InputError(
             f"{point!r} is the end of edges whose forces differ: take a point inside an edge, "
             f"such as mesh.at(edge, 1e-6 * length)"

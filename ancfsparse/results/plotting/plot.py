@@ -29,8 +29,7 @@ from ancfsparse.results.geometry.scene_outline import Outline, make_outline
 from ancfsparse.results.plotting.canvas import Canvas
 from ancfsparse.results.plotting.colours import Colours, draw_coloured, evaluate_colours
 from ancfsparse.results.plotting.traced_scene import trace_scene
-from ancfsparse.scene import Body, ElasticBody, Point
-from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene import Body, Point
 from ancfsparse.system.coordinates.state import StateHistory
 from ancfsparse.system.system import System
 
@@ -290,7 +289,7 @@ def outline_for(system: System, of: object) -> Outline:
         raise InputError(
             f"a point has no shape: give {of.beam.name}, or leave it out for all bodies"
         )
-    if of is not None and not isinstance(of, ElasticBody | RigidBody):
+    if of is not None and not isinstance(of, Body):
         raise InputError(
             f"a beam, a mesh or a rigid body of the run is needed, got {format_value(of)}"
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ancfsparse.array_types import Integers, Vector
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite, check_vector
 from ancfsparse.errors import InputError
 from ancfsparse.kernels.element_kind import ElementKind
@@ -246,11 +246,6 @@ class Beam(ElasticBody):
         """Its length [m]."""
         return self.length
 
-    @property
-    def parts(self) -> Integers:
-        """Zero for every row: a beam is one part."""
-        return np.zeros(self.n_nodes, dtype=np.int32)
-
     def among(self, n_each: int, point: Point) -> PointRef:
         """Return a reference to the same point of a beam with another number of elements."""
         if n_each % self.n_elements and np.ptp(self.lengths) > NODE_TOLERANCE * self.shortest:
@@ -318,6 +313,11 @@ class Beam(ElasticBody):
     def end(self) -> Point:
         """The last node."""
         return self.node(self.n_elements)
+
+    @property
+    def default_point(self) -> Point:
+        """Its end."""
+        return self.end
 
     def node(self, i: int) -> Point:
         """Return a node; for a beam with an `offset`, the point of its line at the node.

@@ -130,6 +130,16 @@ class Body(ABC):
 
     @property
     @abstractmethod
+    def total_mass(self) -> float:
+        """Mass in the reference shape [kg]."""
+
+    @property
+    def default_point(self) -> Point | None:
+        """The point that tables and reports show by default, or None."""
+        return None
+
+    @property
+    @abstractmethod
     def speed(self) -> float | None:
         """Wave speed in its elements, the scale of velocities [m/s], or None."""
 
@@ -142,9 +152,19 @@ class Body(ABC):
         return None
 
     @property
-    @abstractmethod
+    def lines(self) -> Integers:
+        """Number of the line of every row, each with a continuous slope, (n_rows,): one line."""
+        return np.zeros(len(self.row_nodes), dtype=np.int32)
+
+    @property
     def parts(self) -> Integers:
-        """Number of the connected part of every row, (n_rows,)."""
+        """Number of the connected part of every row, (n_rows,), by default its line."""
+        return self.lines
+
+    @property
+    def n_cycles(self) -> int:
+        """Number of independent cycles of its elements if they are connected, or less."""
+        return max(0, self.n_elements - self.n_nodes + 1)
 
     @abstractmethod
     def arc(self, point: Point) -> float:

@@ -75,6 +75,23 @@ class ElasticBody(Body):
         """
         return ends
 
+    branches = False  # True if several edges may meet at its nodes
+
+    @property
+    def directions(self) -> Vector:
+        """1 for every element, or -1 if it was reversed, (n_elements,)."""
+        return np.ones(self.n_elements)
+
+    @property
+    def masses_per_length(self) -> Vector:
+        """Mass per length of every element, (n_elements,) [kg/m]."""
+        return np.broadcast_to(self.stiffnesses()["mass_per_length"], self.n_elements)
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of its elements [kg]."""
+        return float(self.masses_per_length @ self.lengths)
+
     @property
     def speed(self) -> float:
         """Speed of sound in its material [m/s]."""

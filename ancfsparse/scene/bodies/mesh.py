@@ -90,6 +90,7 @@ class Mesh(ElasticBody):
 
     edges: Integers
     flipped: np.ndarray[tuple[int], np.dtype[np.bool_]]
+    branches = True
 
     def __repr__(self) -> str:
         """Identify the mesh."""
@@ -100,6 +101,11 @@ class Mesh(ElasticBody):
             f"{self.n_lines} line(s), {self.length:.6g} m, "
             f"{'planar' if self.dim == 2 else 'spatial'}"
         )
+
+    @property
+    def directions(self) -> Vector:
+        """-1 for elements that were reversed, else 1, (n_elements,)."""
+        return np.where(self.flipped, -1.0, 1.0)
 
     @property
     def n_lines(self) -> int:

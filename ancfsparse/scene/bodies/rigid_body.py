@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.array_types import Integers, Vector
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_finite
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers
@@ -63,6 +63,11 @@ class RigidBody(Body):
         return self.spread
 
     @property
+    def total_mass(self) -> float:
+        """Its mass [kg]."""
+        return self.mass
+
+    @property
     def n_vectors(self) -> int:
         """Number of its vectors."""
         return int(self.vectors.shape[1])
@@ -89,14 +94,14 @@ class RigidBody(Body):
         return np.concatenate([self.positions + steps, self.positions - steps])
 
     @property
-    def parts(self) -> Integers:
-        """Zero: it is one part."""
-        return np.zeros(1, dtype=np.int32)
-
-    @property
     def origin(self) -> Point:
         """The origin of its frame."""
         return Point(self, 0)
+
+    @property
+    def default_point(self) -> Point:
+        """Its origin."""
+        return self.origin
 
     @property
     def centre(self) -> Point:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -79,11 +78,6 @@ class BeamContact(ContactLaw):
         """Return a point by the number of its element among those of all bodies."""
         k = int(np.searchsorted(self.starts, element, side="right")) - 1
         return Point(self.bodies[k], element - int(self.starts[k]), xi)
-
-    @cached_property
-    def starts(self) -> Indices:
-        """Numbers of the first element of each body among those of all."""
-        return np.cumsum([0, *(body.n_elements for body in self.bodies[:-1])])
 
 
 def check_pairs(contact: BeamContact, before: Iterable[Attachment]) -> None:

@@ -113,6 +113,10 @@ class Contact(ContactLaw):
         """Return the name, in messages, of the contact for some of its bodies."""
         return f"the contact of {names(bodies)} with the {self.obstacle.noun}"
 
+    def describe_touch(self, first: Point, last: Point) -> str:
+        """Return the stretch between two points, as text."""
+        return f"{self.obstacle.noun}, from {first!r} to {last!r}"
+
     @property
     def points(self) -> list[Point]:
         """Quadrature points on the axes of the bodies, in the order of their elements."""

@@ -93,6 +93,7 @@ class Rope(Attachment):
     change: PrescribedValue | None
     given: Any
     contribution = "force_elements.ropes"
+    is_rope = True
 
     @property
     def what(self) -> str:

@@ -40,10 +40,13 @@ class Joint(ABC):
         Name in messages.
     constrains_directions : bool
         True if it constrains directions too, and so transmits bending moments.
+    is_rope : bool
+        True if its only multiplier is the tension of a rope.
     """
 
     name: ClassVar[str]
     constrains_directions: ClassVar[bool] = True
+    is_rope: ClassVar[bool] = False
 
     @abstractmethod
     def lower(self, builder: ConstraintBuilder) -> None:

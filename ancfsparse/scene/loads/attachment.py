@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
-from ancfsparse.array_types import Vector
+import numpy as np
+
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.checks import MAX_MAGNITUDE, check_not_negative
 
 if TYPE_CHECKING:
@@ -31,10 +33,13 @@ class Attachment(ABC):
         Module of `ancfsparse.system.contributions` that adds it to the equations of motion.
     separates : bool
         True if bodies that begin inside each other are moved apart.
+    is_rope : bool
+        True if its contribution gives its tension.
     """
 
     contribution: ClassVar[str]
     separates = False
+    is_rope = False
 
     @property
     @abstractmethod
@@ -81,6 +86,15 @@ class ContactLaw(Attachment):
     def radius(self, body: ElasticBody) -> float:
         """Return the distance of the surface of one of the bodies from its axis [m]."""
         return self.radii[self.bodies.index(body)]
+
+    @cached_property
+    def starts(self) -> Indices:
+        """Numbers of the first element of each body among those of all."""
+        return np.cumsum([0, *(body.n_elements for body in self.bodies[:-1])])
+
+    def describe_touch(self, first: Point, last: Point) -> str:
+        """Return the place between two points that touch, as text."""
+        return f"{first!r}, {last!r}"
 
     @property
     def sticks(self) -> bool:

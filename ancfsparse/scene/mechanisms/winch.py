@@ -37,6 +37,7 @@ class Winch(Joint):
     name = "winch"
     constrains_directions = False
     has_multipliers = True
+    is_rope = True
 
     def lower(self, builder: ConstraintBuilder) -> None:
         """Add ``sum of d_i + radius angle - l = 0``, whose multiplier is the tension."""

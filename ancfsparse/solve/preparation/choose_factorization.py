@@ -9,7 +9,6 @@ from ancfsparse.array_types import Indices
 from ancfsparse.checks import check_choice
 from ancfsparse.errors import InputError
 from ancfsparse.nonlinear import Method
-from ancfsparse.scene import Mesh
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import LDL_ENTRY_BYTES
 from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS, leading
@@ -179,8 +178,7 @@ def _may_have_cycles(system: System) -> bool:
     """Return whether beams can form cycles in a scene with more than a few coordinates."""
     scene = system.scene
     return system.n_free > MAX_SMALL_COORDINATES and (
-        any(isinstance(body, Mesh) for body in scene.beams)
-        or any(joint.joins for joint in scene.joints)
+        any(body.n_cycles for body in scene.bodies) or any(joint.joins for joint in scene.joints)
     )
 
 

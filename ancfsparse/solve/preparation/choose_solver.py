@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ancfsparse.nonlinear import Method, ModifiedNewton, Newton, QuasiNewton
+from ancfsparse.nonlinear import Method, ModifiedNewton, QuasiNewton
 from ancfsparse.nonlinear.iteration import describe
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.preparation.solver_settings import check_solver
@@ -58,7 +58,7 @@ def choose_solver(
     check_solver(requested)
     incomplete = not isinstance(seed, SparseSeed)
     factor = f"with {'an incomplete' if incomplete else 'a sparse'} factorization"
-    if isinstance(requested, Newton | ModifiedNewton | QuasiNewton):
+    if not isinstance(requested, str):
         return requested, f"{describe(requested)}{f' {factor}' * incomplete}: requested"
     n, solve_flops = seed.n, seed.solve_flops
     method: Method

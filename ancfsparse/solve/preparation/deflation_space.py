@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ancfsparse.array_types import Indices, Vector
-from ancfsparse.scene import Mesh
 from ancfsparse.seeds import Slides
 from ancfsparse.system import System
 
@@ -150,10 +149,9 @@ class _Tangents:
 def _line_numbers(system: System) -> Indices:
     """Return the line of every nodal frame: one for a beam, the lines of a mesh."""
     lines, total = [], 0
-    for body, table in zip(system.scene.bodies, system.places, strict=True):
-        numbers = body.lines if isinstance(body, Mesh) else np.zeros(len(table), dtype=np.int64)
-        lines.append(total + numbers)
-        total += int(numbers.max()) + 1
+    for body in system.scene.bodies:
+        lines.append(total + body.lines)
+        total += int(body.lines.max()) + 1
     return np.concatenate(lines)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from ancfsparse.errors import InputError, MessageTemplate, Parameter
 from ancfsparse.kernels.layout import MIN_SHARED_BLOCKS
 from ancfsparse.nonlinear import Method, Newton
-from ancfsparse.scene import Beam, Mesh, Scene
+from ancfsparse.scene import Beam, Scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.complete.sparse_seed import CHOLMOD_ENTRY_BYTES
 from ancfsparse.seeds.interface.index_arrays import MAX_EQUATIONS
@@ -160,8 +160,7 @@ def _count_joints_with_multipliers(scene: Scene) -> int:
 
 def _count_cycles(scene: Scene) -> int:
     """Return the approximate number of edges of a scene beyond those of a tree."""
-    cycles = sum(joint.joins for joint in scene.joints)
-    return cycles + sum(m.n_elements - m.n_nodes for m in scene.beams if isinstance(m, Mesh))
+    return sum(joint.joins for joint in scene.joints) + sum(b.n_cycles for b in scene.bodies)
 
 
 def _cube_factor_bytes(entries: float, n_nodes: int) -> float:

@@ -7,8 +7,7 @@ import math
 from ancfsparse.checks import check_finite, check_positive
 from ancfsparse.errors import InputError, Parameter
 from ancfsparse.messages import format_value
-from ancfsparse.nonlinear import ModifiedNewton, Newton, QuasiNewton
-from ancfsparse.nonlinear.methods import BY_NAME, UPDATES
+from ancfsparse.nonlinear.methods import BY_NAME, UPDATES, NonlinearMethod
 
 # Solvers by name, as on the command line.
 SOLVERS = {
@@ -22,7 +21,7 @@ SOLVERS = {
 
 def check_solver(solver: object) -> None:
     """Check that a solver is a method or ``"auto"``."""
-    if isinstance(solver, Newton | ModifiedNewton | QuasiNewton):
+    if isinstance(solver, NonlinearMethod):
         return
     name = solver if isinstance(solver, str) else ""
     if name == "auto":

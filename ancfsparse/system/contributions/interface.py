@@ -81,6 +81,19 @@ class Contribution(ABC):
         """Return the potential of its contact, (k,) [J], q (k, n)."""
         return 0.0
 
+    def forces_on_elements(
+        self, q: Vector, v: Vector, history: Vector | None
+    ) -> Iterable[tuple[Indices, Vector, Vector]]:
+        """Return elements (p,), normal forces and friction (p, dim) [N] of its contact in a state.
+
+        Elements are numbered among those of all its bodies, and may occur several times.
+        """
+        return ()
+
+    def tension(self, rope: Any, q: Vector, v: Vector, amplitudes: Vector) -> Vector | None:
+        """Return the tension of a rope in states, (k,) [N], or None if it is not one of its own."""
+        return None
+
     def contact_losses(
         self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
     ) -> tuple[Vector | float, Vector | None]:

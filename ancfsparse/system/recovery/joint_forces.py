@@ -12,7 +12,6 @@ from ancfsparse.array_types import Integers, Vector
 from ancfsparse.errors import SingularSceneError
 from ancfsparse.kernels.element_kind import ElementKind
 from ancfsparse.scene import Point, Scene
-from ancfsparse.scene.force_elements.ropes import Rope
 from ancfsparse.scene.geometry.section_frames import normals
 from ancfsparse.scene.joints.frame_vectors import direction
 from ancfsparse.scene.joints.joint import Joint
@@ -20,7 +19,6 @@ from ancfsparse.scene.kinematics.joint_coordinates import JointCoordinate
 from ancfsparse.scene.kinematics.linear_forms import LINEAR, RheonomicTerm
 from ancfsparse.scene.kinematics.sliding_curve import CurveOffset
 from ancfsparse.scene.records.prescribed_motion import PrescribedMotion
-from ancfsparse.system.contributions.force_elements.ropes import RopeContribution
 from ancfsparse.system.coordinates.coordinates import foreign_handle
 from ancfsparse.system.coordinates.joint_lowering import Lowering
 from ancfsparse.system.coordinates.state import StateHistory
@@ -152,21 +150,6 @@ def joint_force(
     else:
         wrench = _forces_from_residual(system, joint, record, q, states)
     return *wrench, _axes(lowering, joint, q)
-
-
-def rope_tension(system: System, rope: Rope, states: StateHistory) -> Vector:
-    """Return the tension of a rope, (k,) [N].
-
-    Raises
-    ------
-    InputError
-        If the rope is of another scene.
-    """
-    for part in system.contributions:
-        if isinstance(part, RopeContribution) and part.has(rope):
-            amplitudes = system.loads.amplitudes(states.t)
-            return part.tension(rope, states.q, states.v, amplitudes)
-    raise foreign_handle("the rope", "attachments[0]")
 
 
 def _raw_coordinates(lowering: Lowering, system: System, q: Vector) -> Vector:

@@ -30,8 +30,7 @@ from ancfsparse.results.geometry.deformed_shape import read_rows, spread_rows
 from ancfsparse.results.geometry.scene_outline import make_outline
 from ancfsparse.results.geometry.tubes import count_pieces
 from ancfsparse.results.plotting.plot import draw_energies, plot_motion
-from ancfsparse.scene import Beam, ElasticBody, Point, check_point
-from ancfsparse.scene.bodies.rigid_body import RigidBody
+from ancfsparse.scene import Beam, Point, check_point
 from ancfsparse.system.coordinates.state import StateHistory
 
 MAX_FRAMES = 501  # of states that are often saved: the first, and 500 steps
@@ -104,12 +103,10 @@ def select_rows(run: ReportedRun, rows: NDArray[np.intp]) -> Any:
 
 
 def _check_points(run: ReportedRun, points: Sequence[Point] | None) -> list[Point]:
-    """Return the points of graphs, by default the ends of some beams and origins of bodies."""
+    """Return the points of graphs, by default those of some bodies."""
     if points is None:
         bodies = run.system.scene.bodies
-        ends = [body.end for body in bodies if isinstance(body, Beam)]
-        origins = [body.origin for body in bodies if isinstance(body, RigidBody)]
-        return [*ends, *origins][:N_POINTS]
+        return [body.default_point for body in bodies if body.default_point][:N_POINTS]
     if not isinstance(points, (list, tuple)):
         raise InputError(f"points must be a list such as [rod.end], got {format_value(points)}")
     return [check_point("a report", point) for point in points]
@@ -159,8 +156,7 @@ def _histories(run: ReportedRun, points: list[Point]) -> Iterator[str]:
     ends = float(run.t[0]), float(run.t[-1])
     yield "<div class='graphs'>"
     for point in points:
-        inside = isinstance(point.beam, ElasticBody) and point.beam.n_elements > 0
-        for what in ("position", "N")[: 1 + inside]:
+        for what in ("position", "N") if point.beam.n_elements else ("position",):
             yield make_graph(partial(plot_motion, some, what, point), ends)
     yield "</div>"
 

@@ -155,7 +155,7 @@ def _squared_difference_of_speeds(bodies: Sequence[ElasticBody]) -> float:
 
 
 def _mass_per_length(body: ElasticBody) -> float:
-    return float(np.max(body.stiffnesses()["mass_per_length"]))
+    return float(np.max(body.masses_per_length))
 
 
 def _bending_stiffness(body: ElasticBody) -> float:
@@ -205,9 +205,7 @@ def _point_load(system: Discretization) -> float:
 
 def _mass(body: Body) -> float:
     """Return the mass of a beam or a mesh, and zero for others [kg]."""
-    if not isinstance(body, ElasticBody):
-        return 0.0
-    return float(np.sum(body.stiffnesses()["mass_per_length"] * body.lengths))
+    return body.total_mass if isinstance(body, ElasticBody) else 0.0
 
 
 def _bound(load: TimeDependentValue) -> float:

@@ -94,14 +94,19 @@ class RopeContribution(Contribution):
         )
         return made
 
-    def tension(self, rope: Rope, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
-        """Return the tension of a rope in states (k, n_all), shape (k,) [N]."""
-        k = self._ropes.index(rope)
+    def tension(self, rope: Any, q: Vector, v: Vector, amplitudes: Vector) -> Vector | None:
+        """Return the tension of one of its ropes in states (k, n_all), shape (k,) [N]."""
+        if rope not in self._ropes:
+            return None
+        return self._tension(self._ropes.index(rope), q, v, amplitudes)
+
+    def _tension(self, k: int, q: Vector, v: Vector, amplitudes: Vector) -> Vector:
         path, rate = np.full(len(q), self._fixed[k]), np.zeros(len(q))
         for part in self._parts[k]:
             path += part.values(q)
             rate += part.rates(q, v)
         change = amplitudes[:, self._column[k]] if self._column[k] >= 0 else 0.0
+        rope = self._ropes[k]
         return rope.tension(path, rate, rope.length + change)
 
     def unilateral_forces(
@@ -109,13 +114,9 @@ class RopeContribution(Contribution):
     ) -> list[tuple[str, Vector]]:
         """Return the tensions of the ropes."""
         return [
-            (f"the tension of {each.what} [N]", self.tension(each, q, v, amplitudes))
-            for each in self._ropes
+            (f"the tension of {each.what} [N]", self._tension(k, q, v, amplitudes))
+            for k, each in enumerate(self._ropes)
         ]
-
-    def has(self, rope: Rope) -> bool:
-        """Return True for a rope of this system."""
-        return rope in self._ropes
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the gradient of each path; of a taut rope also the normals of each part."""

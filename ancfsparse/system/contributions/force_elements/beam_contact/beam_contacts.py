@@ -106,7 +106,7 @@ class BeamContactContribution(LimitedPenetration):
             np.concatenate([free_ends(body) for body in contact.bodies]),
             offsets_of(near),
             np.concatenate([np.empty(0, dtype=np.int32), *near]).astype(np.int32),
-            np.concatenate([masses_per_length(body) for body in contact.bodies]),
+            np.concatenate([body.masses_per_length for body in contact.bodies]),
             self.stiffness,
             contact.friction,
             contact.slip_speed,
@@ -117,7 +117,7 @@ class BeamContactContribution(LimitedPenetration):
             2.0 * BRISTLE_DAMPING,
             contact.restitution,
             SLOW_RATIO * contact.restitution,
-            np.array([masses_per_length(body) @ body.lengths for body in contact.bodies]),
+            np.array([body.total_mass for body in contact.bodies]),
         )
         if np.array_equal(system.q0, system.q_ref) and not self.separates:
             self._check_start(system.q0)
@@ -233,23 +233,27 @@ class BeamContactContribution(LimitedPenetration):
             deepest[k] = depths.max(initial=0.0)
         return resultant, *sizes, deepest
 
+    def forces_on_elements(
+        self, q: Vector, v: Vector, history: Vector | None
+    ) -> Iterator[tuple[Indices, Vector, Vector]]:
+        """Yield elements, normal forces and friction of all points in a state, then of the feet."""
+        q, v = map(np.ascontiguousarray, (q, v))
+        elements, _, force, _ = self.compiled.touches(q, v)
+        along = self.friction(q, v, history)
+        yield elements[:, 0], force, along
+        yield elements[:, 1], -force, -along
+
     def check_step(self, dt: float, phase: float) -> None:
         """Refuse a step that does not resolve impacts of parallel lines, or is not stable."""
-        impact = self.contact.what, self.stiffness, self._impact_time, dt
-        check_contact_step(*impact, phase)
-        check_impact_step(*impact, self.contact.restitution)
-
-    @property
-    def resolving_step(self) -> tuple[float, str]:
-        """Longest step that resolves impacts of parallel lines [s], and its name."""
-        return self._impact_time / IMPACT_STEPS, self.contact.what
-
-    @property
-    def _impact_time(self) -> float:
-        """Duration of an impact of parallel lines [s]."""
-        sides = self.contact.one, self.contact.other
-        masses = [min(masses_per_length(body).min() for body in side) for side in sides]
-        return math.pi / math.sqrt(self.stiffness * sum(1.0 / float(each) for each in masses))
+        contact = self.contact
+        masses = [
+            min(body.masses_per_length.min() for body in side)
+            for side in (contact.one, contact.other)
+        ]
+        mass = 1.0 / sum(1.0 / float(each) for each in masses)
+        impact_time = np.pi * np.sqrt(mass / self.stiffness)
+        check_contact_step(contact.what, self.stiffness, impact_time, dt, phase)
+        check_impact_step(contact.what, self.stiffness, impact_time, dt, contact.restitution)
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""
@@ -406,11 +410,6 @@ def _block_diagonal(blocks: Vector) -> Any:
     k, m, n = blocks.shape
     indptr = np.arange(k + 1)
     return sp.bsr_array((blocks, indptr[:-1], indptr), shape=(k * m, k * n)).tocsr()
-
-
-def masses_per_length(body: Any) -> Vector:
-    """Return the mass per length of each element, (n,) [kg/m]."""
-    return np.broadcast_to(body.stiffnesses()["mass_per_length"], body.n_elements)
 
 
 def _axis_indices(system: Discretization, body: Any) -> Integers:

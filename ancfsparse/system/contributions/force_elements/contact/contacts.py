@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,7 +17,6 @@ from ancfsparse.system import assembly
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
-    masses_per_length,
 )
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
@@ -177,7 +177,7 @@ class ContactContribution(LimitedPenetration):
 
     def _impact_times(self) -> Vector:
         """Return the duration of an impact at every point, (n,) [s]."""
-        masses = [masses_per_length(body) for body in self.contact.bodies]
+        masses = [body.masses_per_length for body in self.contact.bodies]
         of_points = np.repeat(np.concatenate(masses), GAUSS_POINTS)
         return np.asarray(np.pi * np.sqrt(of_points / self.contact.per_point(self.stiffness)))
 
@@ -219,6 +219,13 @@ class ContactContribution(LimitedPenetration):
         """
         rows = zip(q, v, self._own_history(history, len(q)), strict=True)
         return np.array([self._compiled.forces(*map(np.ascontiguousarray, row)) for row in rows])
+
+    def forces_on_elements(
+        self, q: Vector, v: Vector, history: Vector | None
+    ) -> Iterator[tuple[Indices, Vector, Vector]]:
+        """Yield elements, normal forces and friction of all points in a state."""
+        forces = self.forces(q[None], v[None], None if history is None else history[None])[0]
+        yield np.arange(forces.shape[1]) // GAUSS_POINTS, *forces
 
     def _own_history(self, history: Vector | None, k: int) -> Vector:
         """Return its history variables in k states, (k, n_history), empty without them."""
