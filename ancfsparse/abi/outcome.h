@@ -8,14 +8,11 @@ enum ancf_outcome {
     ANCF_TOO_MANY = 1,   /* iterations */
     ANCF_DIVERGED = 2,
     ANCF_NOT_FINITE = 3, /* the residual */
-    /* Detected by the time loop; the next two end a sequence of equal steps, not the run. */
-    ANCF_GAINED_ENERGY = 4,
-    ANCF_TOO_INACCURATE = 5,
-    ANCF_MAY_GROW = 6,   /* the step */
-    ANCF_INDEFINITE = 7, /* cause of an event: one of 1 to 3, with a factor of the wrong inertia */
-    ANCF_WOULD_GAIN = 8, /* every solution found for a step gains energy: it was not accepted */
-    ANCF_HAD_GAINED = 9, /* detected at the end of a run, for some earlier step */
-    ANCF_PASSES_THROUGH = 10 /* bodies in contact could pass through each other in the step */
+    ANCF_GAINED_ENERGY = 4, /* detected by the time loop */
+    ANCF_INDEFINITE = 5, /* cause of an event: one of 1 to 3, with a factor of the wrong inertia */
+    ANCF_WOULD_GAIN = 6, /* every solution found for a step gains energy: it was not accepted */
+    ANCF_HAD_GAINED = 7, /* detected at the end of a run, for some earlier step */
+    ANCF_PASSES_THROUGH = 8 /* bodies in contact could pass through each other in the step */
 };
 
 /* In the order in which they are tried; with incomplete seeds, descent follows a new seed. */

@@ -18,12 +18,10 @@ class Outcome(IntEnum):
     DIVERGED = 2, "diverged: the residual grew ten thousandfold"
     NOT_FINITE = 3, "left the range of numbers (infinite or undefined residual)"
     GAINED_ENERGY = 4, "gained energy that nothing had given"
-    TOO_INACCURATE = 5, "exceeded the tolerance of its error"
-    MAY_GROW = 6, "was more accurate than necessary"
-    INDEFINITE = 7, "did not converge on a seed whose pivots had a wrong sign"
-    WOULD_GAIN = 8, "would gain energy that nothing has given"
-    HAD_GAINED = 9, "had gained energy that nothing had given"
-    PASSES_THROUGH = 10, "would let beams pass through each other"
+    INDEFINITE = 5, "did not converge on a seed whose pivots had a wrong sign"
+    WOULD_GAIN = 6, "would gain energy that nothing has given"
+    HAD_GAINED = 7, "had gained energy that nothing had given"
+    PASSES_THROUGH = 8, "would let beams pass through each other"
 
     def __new__(cls, code: int, message: str = "") -> Outcome:
         """Make a member of its code and its description."""

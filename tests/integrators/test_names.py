@@ -45,7 +45,7 @@ def test_damped_newmark_is_of_first_order():
 @pytest.mark.parametrize(
     ("protocol", "module", "name"),
     [
-        (time_loops.ControlledLoop, "march", "March"),
+        (time_loops.NewmarkLoop, "march", "March"),
         (time_loops.ImplicitLoop, "conserving", "March"),
         (time_loops.ExplicitLoop, "explicit", "Explicit"),
         (nonlinear.NonlinearLoop, "iteration", "Iteration"),

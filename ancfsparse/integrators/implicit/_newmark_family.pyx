@@ -4,7 +4,7 @@
 For the formulas see `integrators.implicit.newmark_family`.
 """
 include "../time_loop/energy_watch.pxi"
-include "step_size_control.pxi"
+include "mean_jerk.pxi"
 
 
 cdef struct Weights:
@@ -23,7 +23,7 @@ cdef struct Scheme:
     double *alert  # number of steps whose energy is still checked after an impact
     double *b0  # a0 itself where it is the true acceleration
     bint shifted  # whether b0 differs from a0
-    Control control
+    MeanJerk jerk
     ptrdiff_t evaluated, matrices  # residuals and matrices so far
     ancf_watch refused  # the energy watch at the last solution that was rejected
     ancf_watch tried  # the same of the first step accepted on trial, see `try_it`
@@ -40,9 +40,7 @@ cdef ptrdiff_t HARD_STEP = 5, HARD_FOR_NEWTON = 3
 
 
 cdef class March(TimeLoop):
-    """Time loop of Newmark's family, see `TimeLoop`, with fixed or controlled steps."""
-
-    cdef object seed
+    """Time loop of Newmark's family, see `TimeLoop`, with equal or changed steps."""
 
     def __cinit__(self, system, dt, integrator, q, v, a, b, *_):
         cdef Scheme *scheme = &self.motion.scheme
@@ -56,34 +54,10 @@ cdef class March(TimeLoop):
         cdef double[::1] view = aside
         scheme.aside = &view[0]
 
-    def control(self, seed, const double[::1] weight, double constant, double limit, double easy,
-                int patience):
-        """Estimate the error of every step; stop at one above the limit, or after easy ones.
-
-        Parameters
-        ----------
-        seed : object with a ``capsule`` "ancf_seed"
-            Exact or approximate factor of the iteration matrix.
-        weight : (n_free,) float
-            Weights of the squared errors of the coordinates.
-        constant : float
-            Ratio of the error of a step to dt^2 times the change of the acceleration.
-        limit, easy : float
-            Error above which a step is rejected, and error below which it is easy [m].
-        patience : int
-            Number of consecutive easy steps after which the step size may grow.
-        """
-        cdef Control *control = &self.motion.scheme.control
-        cdef dict own = self.arrays
+    def follow_jerk(self):
+        """Keep the mean rate of the accelerations, which changes of the step size need."""
         self.motion.trend.used = False  # the size of steps changes too often
-        self.seed = seed
-        control.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
-        control.weight = kept(own, "weight", weight)
-        control.change = kept(own, "change", np.zeros(self.motion.n_all))
-        control.filtered = kept(own, "filtered", np.zeros(self.interface.n))
-        control.jerk = kept(own, "jerk", np.zeros(self.motion.n_all))
-        control.constant, control.limit, control.easy = constant, limit, easy
-        control.patience = patience
+        self.motion.scheme.jerk.mean = kept(self.arrays, "jerk", np.zeros(self.motion.n_all))
 
     def jump(self, change_a, amplitudes):
         """Continue after a jump of the loads, given the new loads and change of accelerations."""
@@ -94,11 +68,6 @@ cdef class March(TimeLoop):
         forget(&self.motion)
         self.arrays["amplitudes0"][: len(amplitudes)] = amplitudes
         self.motion.corrected = True  # otherwise the next start would assume that a equals a0
-
-    @property
-    def step_error(self):
-        """Estimated error of the last step that was assessed [m]."""
-        return self.motion.scheme.control.error
 
     @property
     def jerk(self):
@@ -256,8 +225,7 @@ cdef inline const double *start_velocity(const Motion *self) noexcept nogil:
 
 
 cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
-    """Solve a step and check its error and energy; return an outcome."""
-    cdef Control *control = &self.scheme.control
+    """Solve a step and check its energy; return an outcome."""
     cdef ptrdiff_t evaluated = self.scheme.evaluated, matrices = self.scheme.matrices
     cdef int outcome = solver.solve(solver.context)
     cdef bint hard
@@ -268,19 +236,16 @@ cdef int solve_step(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         return outcome
     if not is_admitted(self):
         return PASSES_THROUGH
-    if control.seed != NULL and not accurate(
-            control, self.system, self.dt, self.a0, self.a, self.r):
-        return TOO_INACCURATE
     evaluated, matrices = self.scheme.evaluated - evaluated, self.scheme.matrices - matrices
     hard = evaluated >= HARD_STEP or matrices >= HARD_FOR_NEWTON
-    if control.seed == NULL and is_energy_checked(self):
+    if self.scheme.jerk.mean == NULL and is_energy_checked(self):
         if repeat_gaining_step(self, solver, not hard):
             return 0
         hard = True
     if hard and not settle(self, solver):
         return WOULD_GAIN
-    if control.seed != NULL and follow(control, self.n_all, self.dt):
-        return MAY_GROW
+    if self.scheme.jerk.mean != NULL:
+        follow(&self.scheme.jerk, self.a0, self.a, self.n_all, self.dt)
     return 0
 
 

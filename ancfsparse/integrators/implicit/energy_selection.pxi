@@ -7,10 +7,11 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
     Such a step can have several solutions.  One whose energy rises is compared with others, and a
     saddle point of the potential gives way to a minimum below it.  One that gains energy is
     rejected while another may not, or the step can be shortened; if all gain energy, the one with
-    the smallest gain passes on trial unless that is large, and the next regular check decides.  Under step size control the step is shortened at once.
+    the smallest gain passes on trial unless that is large, and the next regular check decides.
+    Where the size of steps changes, the first that gains energy ends the run.
     """
     cdef ancf_watch before = self.watch, best
-    cdef bint varies = self.scheme.control.seed == NULL
+    cdef bint varies = self.scheme.jerk.mean == NULL
     cdef bint gains = see(self, solver.doubtful[0])
     cdef bint saddle = solver.saddle[0]
     if not gains and not (varies and ancf_watch_rises(&self.watch, &before)):

@@ -10,7 +10,7 @@ from ancfsparse.dispatch import compiled_module
 from ancfsparse.integrators.implicit.newmark_family import Implicit
 
 if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import ControlledLoop
+    from ancfsparse.integrators.interface.time_loops import NewmarkLoop
 
 
 class Mechanics(Protocol):
@@ -57,7 +57,7 @@ def make_time_loop(
     start: Start,
     largest_gain: float,
     noise: float,
-) -> ControlledLoop:
+) -> NewmarkLoop:
     """Build the compiled time loop; only Newmark's family admits step size control.
 
     Parameters
@@ -75,7 +75,7 @@ def make_time_loop(
     noise : float
         Energy increase by rounding [J].
     """
-    loop: ControlledLoop = compiled_module(integrator.loop).March(
+    loop: NewmarkLoop = compiled_module(integrator.loop).March(
         system,
         dt,
         integrator,

@@ -115,12 +115,8 @@ class ImplicitLoop(Loop, Protocol):
         """Return the values of its definite part."""
 
 
-class ControlledLoop(ImplicitLoop, Protocol):
-    """Time loop of Newmark's family, with step size control by the error (_newmark_family.pyx)."""
-
-    @property
-    def step_error(self) -> float:
-        """Estimated error of the last checked step [m]."""
+class NewmarkLoop(ImplicitLoop, Protocol):
+    """Time loop of Newmark's family, whose step size can change (_newmark_family.pyx)."""
 
     @property
     def jerk(self) -> Vector:
@@ -130,16 +126,8 @@ class ControlledLoop(ImplicitLoop, Protocol):
     def refused_gain(self) -> tuple[float, float]:
         """As `energy_gain`, for the last solution rejected by it [J]."""
 
-    def control(
-        self,
-        seed: object,
-        weight: Vector,
-        constant: float,
-        limit: float,
-        easy: float,
-        patience: int,
-    ) -> None:
-        """Estimate the error of every step; stop before one above a limit, or after easy ones."""
+    def follow_jerk(self) -> None:
+        """Keep the mean rate of the accelerations, which changes of the step size need."""
 
     def jump(self, change_a: Vector, amplitudes: Vector) -> None:
         """Continue after a jump of the loads."""

@@ -314,7 +314,7 @@ cdef class TimeLoop:
                 load(motion, &amplitudes[k, 0] if amplitudes.shape[1] > 0 else NULL)
                 begin(motion)
                 outcome = solve_step(motion, solver)
-                if outcome != 0 and outcome != MAY_GROW:
+                if outcome != 0:
                     break
                 accept(motion)
                 if (steps_done + k + 1) % save_every == 0:

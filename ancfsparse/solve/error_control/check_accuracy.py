@@ -94,11 +94,6 @@ def check_accuracy(
             "{accuracy} needs a factor that is renewed during the motion, and {solver!r} keeps its "
             "first: use solver='auto' or a number of pairs",
         ),
-        (
-            method is not None and method.frame == "rotating",
-            "{accuracy} estimates errors with a factor in fixed directions: leave out "
-            "seed_frame='rotating'",
-        ),
     )
     message = next((text for is_refused, text in refusals if is_refused), None)
     if message is None:

@@ -30,8 +30,6 @@ SAFETY_FACTOR = 0.7  # predicted error of a run over the accuracy
 MIN_DOUBTFUL_ERROR = 10.0  # error over the accuracy
 REPETITION_RATIO = 1.001  # step over the repeated step
 MAX_REPETITION_DIFFERENCE = 0.05  # difference over the error
-# Predicted evaluations of forces, beside which the hundred that cost as much as the set-up are few.
-MIN_SETUP_FORCES = 2000.0
 
 Plan = tuple[Explicit, float, float]
 """Integrator and step ratio of the next run, and the cost of all runs from it on."""
@@ -81,10 +79,7 @@ class ExplicitCandidate:
         self.steps, self.last_stats = 0, RunStats()
 
     def predicted_cost(self) -> float:
-        """Return the predicted cost until the accuracy is met, in the unit of `Costs`.
-
-        It is a lower bound before the set-up.
-        """
+        """Return the predicted cost until the accuracy is met, in the unit of `Costs`."""
         if self.failure is not None:
             return math.inf
         cost = self._plan()[2]
@@ -97,9 +92,6 @@ class ExplicitCandidate:
                 most=MAX_STEPS,
             )
             return math.inf
-        if not self._integration.is_set_up and cost > MIN_SETUP_FORCES * self.force_cost:
-            self._integration.set_up()
-            return self._plan()[2]
         return cost
 
     def warn(self) -> None:
@@ -118,11 +110,7 @@ class ExplicitCandidate:
         self._other = states
 
     def advance(self, budget: float) -> None:
-        """Make the next run, or only the set-up, after which the cost is known better."""
-        self.last_stats = RunStats(runs=0)
-        if not self._integration.is_set_up:
-            self._integration.set_up()
-            return
+        """Make the next run."""
         integrator, ratio, _ = self._plan()
         self.last_stats = RunStats()
         before = self._integration.step(integrator, 1.0)

@@ -67,7 +67,7 @@ class ExplicitIntegration:
     Attributes
     ----------
     omega : float
-        Highest frequency that steps must resolve [rad/s]; a lower bound before the set-up.
+        Highest frequency that steps must resolve [rad/s].
     force_cost : float
         Modelled cost of an evaluation of the forces.
     failure : InstabilityError or LoadError
@@ -85,39 +85,27 @@ class ExplicitIntegration:
             saddle_seed(system) if needs_saddle_point_factor(system, integrator) else None
         )
         self._sizes = None if self._saddle is None else constraint_magnitudes(system)
-        self._mass: SparseSeed | BlockInverse | None = None
-        self.omega = _frequency_bound(system)
         self.force_cost = _force_cost(system, self._seed, self._saddle)
         self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
-        self._interval = STABILITY_RATIO * integrator.tableau.interval
         self._unstable = 0
         self.rank_deficiency = RankDeficiency(system, self._sizes)
         self.failure: InstabilityError | LoadError | None = None
+        check_energy(system)
+        self._seed.factor(mass.data)
+        self._mass: SparseSeed | BlockInverse = self._saddle or cheapest_mass_inverse(
+            system, self._seed
+        )
+        self.omega = self._highest_frequency(STABILITY_RATIO * integrator.tableau.interval)
 
-    @property
-    def is_set_up(self) -> bool:
-        """True if the highest frequency is known."""
-        return self._mass is not None
-
-    def set_up(self) -> None:
-        """Invert the mass matrix and find the highest frequency.
-
-        Raises
-        ------
-        InputError
-            If the start leaves the range of floating-point numbers.
-        """
-        check_energy(self._system)
-        self._seed.factor(definite_mass(self._system, self._system.q0).data)
+    def _highest_frequency(self, interval: float) -> float:
+        """Return the highest frequency at the start, at least of a radian in the motion [rad/s]."""
         load, lam = load_amplitudes_at_start(self._system), None
-        if self._saddle is None:
-            self._mass = cheapest_mass_inverse(self._system, self._seed)
-        else:
-            lam, self._mass = initial_multipliers(self._system, self._saddle), self._saddle
-        self.omega = highest_frequency(self._system, self._seed, self._system.q0, load, lam)
+        if self._saddle is not None:
+            lam = initial_multipliers(self._system, self._saddle)
+        omega = highest_frequency(self._system, self._seed, self._system.q0, load, lam)
         if lam is not None:
-            self.omega = max(self.omega, self._interval * self._turning(lam, load))
-        self.omega = max(self.omega, 1.0 / self._task.length)  # also without stiffness
+            omega = max(omega, interval * self._turning(lam, load))
+        return max(omega, 1.0 / self._task.length)
 
     def _turning(self, lam: Vector, load: Vector) -> float:
         """Return the frequency of rotation of bodies, at most a radian per step [rad/s]."""
@@ -146,7 +134,6 @@ class ExplicitIntegration:
 
         After that the highest frequency is assumed to be larger.
         """
-        assert self._mass is not None
         system = self._system
         h = self.step(integrator, ratio)
         states = SampledStates.empty(self._task.t, system.n_all, system.n_multipliers)
@@ -264,9 +251,3 @@ def _force_cost(system: System, mass: SparseSeed, saddle: SparseSeed | None) -> 
     if saddle is None:
         return costs.total(1, 1 if is_linear else 1 + system.n_multipliers, 0)
     return costs.total(1, 1, 0 if is_linear else 1)
-
-
-def _frequency_bound(system: System) -> float:
-    """Return a lower bound of the highest frequency from the diagonals [rad/s]."""
-    stiffness = system.stiffness_diagonal(system.q0) / system.mass_diagonal
-    return math.sqrt(max(float(np.max(stiffness)), np.finfo(float).tiny))

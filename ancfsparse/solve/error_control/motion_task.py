@@ -47,6 +47,11 @@ class MotionTask:
         """Discontinuities of the loads."""
         return LoadDiscontinuities(self.system, float(self.t[0]), float(self.t[-1]))
 
+    @property
+    def spans(self) -> list[tuple[float, float]]:
+        """Begin and end of the intervals in which all loads are smooth [s]."""
+        return self.discontinuities.spans
+
     @cached_property
     def spectrum(self) -> ModalSpectrum | None:
         """Vibrations of the motion, if they are known."""

@@ -91,8 +91,7 @@ class RankDeficiency:
             warnings.warn(
                 f"constraints became dependent near t = {self.time:.6g} s, where explicit methods "
                 "lose their order: from then on the error is estimated by the differences of three "
-                "motions, and may be larger.  GeneralizedAlpha(0.9) takes shorter steps there, at "
-                "a higher cost",
+                "motions, and may be larger.  Compare GeneralizedAlpha(0.9), at a higher cost",
                 RedundantConstraintsWarning,
                 stacklevel=6,
             )

@@ -75,7 +75,7 @@ class StepPlan:
         """
         before, last = runs[0], runs[-1]
         plain = self._following(last, lambda n: self._suffices(n, accuracy))
-        near = last if len(runs) > 1 else MIN_STEP_RATIO * last
+        near = last if len(runs) > 1 else max(MIN_STEP_RATIO * last, self.min_steps)
         known = self.spectrum.extrapolated_error(self.run(before), self.run(near))
 
         def suffices_extrapolated(n: float) -> bool:
@@ -116,7 +116,7 @@ def find_smallest(
 
 
 def min_steps(discontinuities: LoadDiscontinuities, length: float) -> float:
-    """Return the fewest equal steps that resolve the loads; infinite if too many are required."""
+    """Return the fewest equal steps that resolve the loads, at most those of their sampling."""
     steps = max(MIN_STEPS, length / discontinuities.longest_step)
     times, values = discontinuities.times, discontinuities.amplitudes
     size = np.max(np.abs(values), axis=0, initial=0.0)
@@ -126,4 +126,4 @@ def min_steps(discontinuities: LoadDiscontinuities, length: float) -> float:
     rates = change.max(axis=0, initial=0.0)[size > 0.0] / size[size > 0.0]
     largest = float(np.max(rates, initial=0.0))
     steps = max(steps, math.ceil(len(change) * largest / MAX_LOAD_CHANGE))
-    return steps if 2.0 * steps < len(times) else math.inf
+    return max(min(steps, len(times)), length / discontinuities.longest_step)

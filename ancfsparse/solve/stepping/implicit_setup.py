@@ -34,7 +34,7 @@ from ancfsparse.system.rigid_motion.corotated_frames import make_corotated_frame
 
 if TYPE_CHECKING:
     from ancfsparse.abi.nodal_frames import Frame
-    from ancfsparse.integrators.interface.time_loops import ControlledLoop
+    from ancfsparse.integrators.interface.time_loops import NewmarkLoop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.seeds import Fill, Seed
 
@@ -48,7 +48,7 @@ DIFFERENCE_STEP = 1e-6  # step of finite differences over the size of an unknown
 class ImplicitSetup(NamedTuple):
     """Parts of an implicit run."""
 
-    time_loop: ControlledLoop
+    time_loop: NewmarkLoop
     iteration: NonlinearLoop
     seed: Seed  # the initial inverse of corrections
     criterion: ConvergenceCriterion  # of a step

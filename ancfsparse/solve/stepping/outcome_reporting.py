@@ -20,7 +20,7 @@ from ancfsparse.results import Event, RunStats, Trajectory
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import ControlledLoop
+    from ancfsparse.integrators.interface.time_loops import NewmarkLoop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.seeds import Seed
 
@@ -83,7 +83,7 @@ class FailedStep(NamedTuple):
 
     @classmethod
     def record(
-        cls, time_loop: ControlledLoop, iteration: NonlinearLoop, outcome: Outcome
+        cls, time_loop: NewmarkLoop, iteration: NonlinearLoop, outcome: Outcome
     ) -> FailedStep:
         """Return the record of the present state of both loops."""
         is_refused = outcome == Outcome.WOULD_GAIN

@@ -11,7 +11,7 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import ControlledLoop
+    from ancfsparse.integrators.interface.time_loops import NewmarkLoop
     from ancfsparse.seeds import Seed
 
 
@@ -32,7 +32,7 @@ class StepSizeChange:
     """
 
     def __init__(
-        self, system: System, integrator: Implicit, time_loop: ControlledLoop, seed: Seed
+        self, system: System, integrator: Implicit, time_loop: NewmarkLoop, seed: Seed
     ) -> None:
         self._system, self._integrator = system, integrator
         self._time_loop, self._seed = time_loop, seed

@@ -50,6 +50,13 @@ def test_the_accuracy_is_met(case, accuracy):
     assert 2 <= run.stats.runs <= 8
 
 
+@pytest.mark.parametrize("frame", ["fixed", "rotating", "auto"])
+def test_seeds_in_any_frame_meet_the_accuracy(case, frame):
+    make, exact = case
+    run = ancf.simulate(make(), T_END, accuracy=1e-4, solver=ancf.ModifiedNewton(seed_frame=frame))
+    assert distance(positions(run), exact) <= 1e-4
+
+
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
 def test_an_integrator_that_is_named_is_taken(case, accuracy):
     make, exact = case

@@ -53,12 +53,6 @@ def test_the_trapezoidal_rule_is_refused_where_steps_change_and_constraints_have
         ancf.simulate(swing(), 1.0, accuracy=1e-4, integrator=ancf.Newmark(0.0))
 
 
-def test_a_rotating_seed_is_refused():
-    solver = ancf.ModifiedNewton(seed_frame="rotating")
-    with pytest.raises(ancf.InputError, match="with a factor in fixed directions"):
-        ancf.simulate(swinging_pendulum(), 1.0, accuracy=1e-4, solver=solver)
-
-
 @pytest.fixture
 def runs_apart(monkeypatch):
     """Let all runs seem to be a metre apart."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.solve.error_control.step_size_controller import StepSizeController
+from ancfsparse.solve.error_control.implicit_integration import ImplicitIntegration
 from ancfsparse.system import System
 from benchmarks.random_scenes.scenes import (
     SAVED,
@@ -63,9 +63,9 @@ def test_waves_that_both_runs_dissipate_are_counted():
 
 @pytest.mark.slow
 def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
-    # A run of 41 steps completes, and one of 82 does not: the first is compared with 164 steps.
+    # A run of 42 steps completes, and one of 84 does not: the first is compared with 168 steps.
     # Some solutions of its steps gain energy; which are found is a matter of tolerances.
-    case, plain, begun = make(44), StepSizeController.run, []
+    case, plain, begun = make(44), ImplicitIntegration.run, []
 
     def second_fails(stepper):
         begun.append(stepper)
@@ -74,13 +74,13 @@ def test_a_run_that_completed_counts_where_the_next_one_fails(monkeypatch):
             raise ancf.EnergyIncreaseError(1.0, 2.0, 0.01, 0.1, 7, 1e-3)
         return states
 
-    monkeypatch.setattr(StepSizeController, "run", second_fails)
+    monkeypatch.setattr(ImplicitIntegration, "run", second_fails)
     system = System(case.scene)
     exact = positions(system, integrate_by_scipy(case, system, 1e-6))  # which is 4e-10 m off
     run = ancf.simulate(case.scene, case.t_end, case.t_end / SAVED, accuracy=1e-3)
     assert distance(positions(run.system, run.q), exact) <= 1e-3
     assert [event.rung for event in run.stats.events] == ["shorter steps"]
-    assert [stepper.stats.steps for stepper in begun] == [41, 82, 164]
+    assert [stepper.stats.steps for stepper in begun] == [42, 84, 168]
     assert run.stats.runs == 3
     assert run.stats.residual_evaluations < 800
 

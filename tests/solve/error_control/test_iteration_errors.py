@@ -1,6 +1,7 @@
 """Errors of the iteration in all steps of a run to an accuracy, which differ in length."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -60,9 +61,9 @@ def test_iterations_cause_a_small_fraction_of_the_accuracy_in_steps_of_any_lengt
         system, t = System(make(hold)), np.linspace(0.0, T_END, 21)
         task = MotionTask(system, t, ACCURACY, math.inf, lambda states: None)
         candidate = ImplicitCandidate(task, ancf.HHT(0.05), "auto", 1)
-        lengths = T_END / STEPS_OF_A_LENGTH * GROWTH / GROWTH.sum()
-        pattern = [[(dt, STEPS_OF_A_LENGTH) for dt in lengths.tolist()]]
-        return system, candidate._controller(pattern).run()
+        ends = np.append(0.0, T_END * np.cumsum(GROWTH) / GROWTH.sum()).tolist()
+        monkeypatch.setattr(MotionTask, "spans", list(pairwise(ends)))
+        return system, candidate._integration([STEPS_OF_A_LENGTH] * len(GROWTH)).run()
 
     system, found = states(1.0)
     _, exact = states(1e-3)

@@ -7,7 +7,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.solve.error_control.best_solution import add_counts
-from ancfsparse.solve.error_control.step_size_controller import StepSizeController
+from ancfsparse.solve.error_control.implicit_integration import ImplicitIntegration
 from ancfsparse.system import System
 
 
@@ -80,13 +80,13 @@ def test_runs_to_an_accuracy_name_their_events(monkeypatch):
     # Too few corrections for many steps; each is listed under its number among those accepted.
     scene, _ = clamped(1e8, lambda t: (0.0, -50.0 * math.sin(20.0 * t)), density=4000.0)
     runs = []
-    plain = StepSizeController.run
+    plain = ImplicitIntegration.run
 
     def watched(stepper):
         runs.append(stepper.stats)
         return plain(stepper)
 
-    monkeypatch.setattr(StepSizeController, "run", watched)
+    monkeypatch.setattr(ImplicitIntegration, "run", watched)
     run = ancf.simulate(scene, 0.2, accuracy=1e-4, solver=ancf.ModifiedNewton(max_iterations=2))
     events = run.stats.events
     assert run.stats.recoveries > 0
@@ -116,7 +116,7 @@ def test_no_more_than_a_thousand_events_are_kept():
 def test_an_abandoned_run_to_an_accuracy_is_an_event(monkeypatch):
     # Here the first run has gained energy; the next ones have shorter steps.
     scene, _ = clamped(1e8, (0.0, -0.5), density=4000.0)
-    plain, done = StepSizeController.run, []
+    plain, done = ImplicitIntegration.run, []
 
     def fails_once(stepper):
         if not done:
@@ -124,7 +124,7 @@ def test_an_abandoned_run_to_an_accuracy_is_an_event(monkeypatch):
             raise ancf.errors.EnergyIncreaseError(1.0, 2.0, 0.01, 0.1, 7, 1e-3)
         return plain(stepper)
 
-    monkeypatch.setattr(StepSizeController, "run", fails_once)
+    monkeypatch.setattr(ImplicitIntegration, "run", fails_once)
     run = ancf.simulate(scene, 0.1, accuracy=1e-4, integrator=ancf.GeneralizedAlpha(0.9))
     first = run.stats.events[0]
     assert (first.step, first.time, first.rung, first.cause) == (
