@@ -245,15 +245,21 @@ class BeamContactContribution(LimitedPenetration):
 
     def check_step(self, dt: float, phase: float) -> None:
         """Refuse a step that does not resolve impacts of parallel lines, or is not stable."""
-        contact = self.contact
-        masses = [
-            min(body.masses_per_length.min() for body in side)
-            for side in (contact.one, contact.other)
-        ]
-        mass = 1.0 / sum(1.0 / float(each) for each in masses)
-        impact_time = np.pi * np.sqrt(mass / self.stiffness)
-        check_contact_step(contact.what, self.stiffness, impact_time, dt, phase)
-        check_impact_step(contact.what, self.stiffness, impact_time, dt, contact.restitution)
+        impact = self.contact.what, self.stiffness, self._impact_time, dt
+        check_contact_step(*impact, phase)
+        check_impact_step(*impact, self.contact.restitution)
+
+    @property
+    def resolving_step(self) -> tuple[float, str]:
+        """Longest step that resolves impacts of parallel lines [s], and its name."""
+        return self._impact_time / IMPACT_STEPS, self.contact.what
+
+    @property
+    def _impact_time(self) -> float:
+        """Duration of an impact of parallel lines [s]."""
+        sides = self.contact.one, self.contact.other
+        masses = [min(body.masses_per_length.min() for body in side) for side in sides]
+        return math.pi / math.sqrt(self.stiffness * sum(1.0 / float(each) for each in masses))
 
     def contact_energy(self, q: Vector) -> Vector | float:
         """Return the potential of the pressures, (k,) [J]."""
