@@ -55,6 +55,10 @@ def test_orders_of_the_mesh_are_not_above_those_of_refined_motions(index):
     assert report.finds == []
 
 
+def test_small_rotations_in_a_step_are_within_the_range_of_every_plan():
+    assert interior_points.run(20003, 8).finds == []
+
+
 def test_forces_at_the_start_are_compared_where_explicit_steps_would_be_unstable():
     assert "InputError" not in plans.run(20104, 103).outcome
 

@@ -97,6 +97,7 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
                 break
         if len(runs) >= N_BOUND and step_growth > 1 and _are_steps_negligible(trials, runs):
             step_growth = 1
+            del runs[:-1]  # their differences contain errors of steps
             gradings, gain = grade_meshes(trials.scene, run)
             if gain >= MIN_GRADING_GAIN:
                 n_longest /= growth**2
