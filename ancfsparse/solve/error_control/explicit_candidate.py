@@ -19,7 +19,7 @@ from ancfsparse.solve.stepping.sampled_states import SampledStates, differs_by_r
 # Steps of a run over those of the next: the cheapest ratio with an error estimate.  A third run is
 # compared with two, so the root suffices.
 STEP_RATIO = 1.3
-# The same for the first run where its error is predicted: it saves 0.6 % of the work.
+# The same for the first run where its error is predicted: it saves 1 % of the work.
 PREDICTED_STEP_RATIO = 1.5
 MAX_STEP_RATIO = 2.2  # the same, above which the observed order need not hold
 SAFETY_FACTOR = 0.7  # predicted error of a run over the accuracy
@@ -109,7 +109,7 @@ class ExplicitCandidate:
             self._errors.dominant = dominant
         self._other = states
 
-    def advance(self, budget: float) -> None:
+    def advance(self) -> None:
         """Make the next run."""
         integrator, ratio, _ = self._plan()
         self.last_stats = RunStats()

@@ -122,7 +122,7 @@ class ImplicitCandidate:
     def warn(self) -> None:
         """Do nothing: errors at singular configurations are in the differences of runs."""
 
-    def advance(self, budget: float) -> None:
+    def advance(self) -> None:
         """Make the next run."""
         counts = self._next_counts(self._plan()[0])
         n = sum(counts)

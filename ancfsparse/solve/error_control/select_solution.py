@@ -80,7 +80,6 @@ def solve_accurately(
             costs = [candidate.predicted_cost() for candidate in candidates]
             first = int(np.argmin(costs))
             candidate = candidates[first]
-            others = min(costs[:first] + costs[first + 1 :], default=math.inf)
             # If explicit waves do not converge, no other candidate does.
             is_hopeless = isinstance(candidates[0], ExplicitCandidate) and isinstance(
                 candidates[0].failure, AccuracyError
@@ -90,7 +89,7 @@ def solve_accurately(
                     other.warn()
                 raise _candidate_error(candidates, accuracy, total)
             try:
-                candidate.advance(others)
+                candidate.advance()
             finally:
                 add_counts(total, candidate.last_stats)
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
