@@ -47,7 +47,7 @@ MAX_UNOBSERVED_RATIO = 1.5  # steps extrapolated without an observed order, over
 MAX_REFINEMENTS = 13
 SMALL_GROWTH = 1.1  # ratio of numbers of elements, until those of every part of a beam grow
 SHORT_RATIO = 0.5  # of lengths of elements, below which the errors of the longest ones dominate
-NEGLIGIBLE_FRACTION = 0.1  # of the tolerance, for a difference by steps that remain as they are
+NEGLIGIBLE_FRACTION = 0.03  # of the difference of two meshes, for the error of steps
 MAX_HALVINGS = 5  # of the steps alone
 # The undamped integrator conserves vibrations that long damped steps remove.  In 60 random plans
 # that were met, damping changed the quantity by .03 of the tolerance or less (.1 in one); in three
@@ -87,7 +87,10 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
         if len(runs) > 1:
             series = RunSeries(trials, runs[-N_BOUND:], order)
             if series.is_known and series.excess <= 1.0:
-                if agrees_with_undamped(trials, runs):
+                if step_growth == 1 and not _is_step_error_within(trials, run, series.margins):
+                    step_growth = STEP_GROWTH  # the mesh is fine enough, the steps no longer
+                    del runs[:-1]
+                elif agrees_with_undamped(trials, runs):
                     return series.combine()
             elif series.may_be_divided:
                 divided = _divide(trials, series, order)
@@ -95,7 +98,10 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
                     return divided
             if not series.is_regular and series.predicted_work > trials.budget:
                 break
-        if len(runs) >= N_BOUND and step_growth > 1 and _are_steps_negligible(trials, runs):
+        is_long = len(runs) >= N_BOUND and step_growth > 1 and bool(mesh.counts)
+        differences = history_differences(trials.goals, *runs[-2:]) if is_long else ()
+        negligible = [NEGLIGIBLE_FRACTION * each for each in differences]
+        if is_long and _is_step_error_within(trials, run, negligible):
             step_growth = 1
             del runs[:-1]  # their differences contain errors of steps
             gradings, gain = grade_meshes(trials.scene, run)
@@ -129,19 +135,18 @@ def _refine_mesh(
     return finer, n_longest
 
 
-def _are_steps_negligible(trials: TrialRuns, runs: Sequence[TrialRun]) -> bool:
-    """Return True if the steps of the last run are short enough for the tolerances.
+def _is_step_error_within(trials: TrialRuns, run: TrialRun, limits: Sequence[float]) -> bool:
+    """Return True if the error of the steps of a run is within limits, by half as many steps.
 
-    By one more run with the steps of the last but one.  Resonances move with the mesh, which is
-    then refined alone.
+    Resonances move with the mesh, which is refined alone while the difference of meshes dominates.
     """
-    before, last = runs[-2:]
-    between = trials.run(last.model, before.steps) if last.model.counts else None
-    if between is None:
+    other = trials.run(run.model, run.steps // STEP_GROWTH)
+    if other is None:
         return False
-    differences = history_differences(trials.goals, between, last)
-    pairs = zip(differences, absolute_tolerances(trials.goals, last), strict=True)
-    return all(difference <= NEGLIGIBLE_FRACTION * tolerance for difference, tolerance in pairs)
+    differences = history_differences(trials.goals, other, run)
+    factor = STEP_GROWTH**trials.step_order - 1.0
+    pairs = zip(differences, limits, strict=True)
+    return all(difference <= factor * limit for difference, limit in pairs)
 
 
 def agrees_with_undamped(trials: TrialRuns, runs: Sequence[TrialRun]) -> bool:

@@ -186,6 +186,12 @@ class RunSeries:
         return self.is_regular or may_be_compared(self.trials, self.runs[-1], differences)
 
     @property
+    def margins(self) -> list[float]:
+        """Errors of every quantity that may be added [its unit]."""
+        pairs = zip(self.tolerances, self.errors, strict=True)
+        return [SAFETY_FRACTION * tolerance - error for tolerance, error in pairs]
+
+    @property
     def may_be_divided(self) -> bool:
         """True if the error decreases regularly, but is far larger than the tolerance."""
         return self.is_regular and len(self.runs) > 2 and self.excess > MAX_NEAR_EXCESS
