@@ -47,7 +47,7 @@ def test_no_error_of_a_met_plan_exceeds_the_tolerance(seed, index):
     assert report.finds == []
 
 
-@pytest.mark.parametrize("index", [22, 57, 152])
+@pytest.mark.parametrize("index", [22, 42, 57, 152])
 def test_orders_of_the_mesh_are_not_above_those_of_refined_motions(index):
     """Order 4 was assumed where motions showed 2.5, or nothing yet: 1.8, 3.2 and 2.2 tolerances."""
     report = interior_points.run(20103, index)
