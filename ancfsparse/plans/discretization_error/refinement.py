@@ -26,14 +26,13 @@ from ancfsparse.plans.discretization_error.run_estimates import (
     step_estimates,
 )
 from ancfsparse.plans.discretization_error.run_series import (
+    LOW_ORDER,
     N_BOUND,
     STEP_GROWTH,
     Refinement,
     RunSeries,
 )
-from ancfsparse.plans.discretization_error.vibrations import (
-    resolves_vibrations,
-)
+from ancfsparse.plans.discretization_error.vibrations import resolves_vibrations
 from ancfsparse.plans.models.model import Model, element_lengths
 from ancfsparse.plans.trial_runs.run_differences import (
     absolute_tolerances,
@@ -42,7 +41,6 @@ from ancfsparse.plans.trial_runs.run_differences import (
 )
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 
-LOW_ORDER = 2
 MAX_UNOBSERVED_RATIO = 1.5  # steps extrapolated without an observed order, over those run
 MAX_REFINEMENTS = 13
 SMALL_GROWTH = 1.1  # ratio of numbers of elements, until those of every part of a beam grow
@@ -178,8 +176,7 @@ def _divide(trials: TrialRuns, series: RunSeries, order: int) -> Refinement | No
     if time is None:
         return None
     pair = time.runs[1], other
-    of_mesh = series.estimate_conservatively(mesh_estimates(trials, pair, order))
-    return Refinement(time, RunEstimates(of_mesh, pair))
+    return Refinement(time, RunEstimates(mesh_estimates(trials, pair, order), pair))
 
 
 def refine_steps(trials: TrialRuns, first: Sequence[TrialRun]) -> RunEstimates | None:

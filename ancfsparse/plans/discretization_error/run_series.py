@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 from ancfsparse.errors import PlanError
@@ -40,6 +40,7 @@ from ancfsparse.plans.trial_runs.run_differences import (
 from ancfsparse.plans.trial_runs.trial_runs import TrialRun, TrialRuns
 from ancfsparse.scene import Beam
 
+LOW_ORDER = 2  # in the length of the elements, of strings and of section forces
 STEP_GROWTH = 2  # ratio of the numbers of steps; of elements too, if they are of low order
 # Fraction of the order with which errors are assumed to decrease.
 UNOBSERVED_FRACTION = 0.75  # for two runs
@@ -145,27 +146,9 @@ class RunSeries:
         """
         if self.step_ratio == 1.0:
             return estimate([elements_of(run) for run in self.runs], over_time, order)
-        joint = min(order * self._steps_per_element, self.trials.step_order)
+        by_mesh = order * math.log(self.mesh_ratio, self.step_ratio)
+        joint = min(by_mesh, self.trials.step_order)
         return estimate([run.steps for run in self.runs], over_time, joint)
-
-    @property
-    def _steps_per_element(self) -> float:
-        """Ratio of an order in the steps to that in the elements; 1 if only these grow."""
-        return 1.0 if self.step_ratio == 1.0 else math.log(self.mesh_ratio, self.step_ratio)
-
-    def estimate_conservatively(self, of_mesh: Sequence[Estimate]) -> tuple[Estimate, ...]:
-        """Return estimates from two meshes, with errors by no higher order than the runs show.
-
-        A motion to 1 % was 3.2 tolerances off with order 4 assumed where they showed 2.5.
-        """
-        columns = zip(of_mesh, zip(*self.over_time, strict=True), self.orders, strict=True)
-        observed = (self._estimate(over_time, order).order for _, over_time, order in columns)
-        return tuple(
-            replace(
-                each, error=max(each.error, each.with_order(order / self._steps_per_element).error)
-            )
-            for each, order in zip(of_mesh, observed, strict=True)
-        )
 
     @property
     def step_ratio(self) -> float:
@@ -195,11 +178,16 @@ class RunSeries:
     def may_be_divided(self) -> bool:
         """True if the error decreases regularly, but is far larger than the tolerance.
 
-        Not with nodes inside beams, at which waves have kinks: meshes show order .6, and one of 18
-        elements was selected with an error of 2.3 tolerances.
+        Not of positions with nodes inside beams, at which waves have kinks: meshes show order .6 in
+        place of 4, and one of 18 elements was selected with an error of 2.3 tolerances.
         """
         is_far = len(self.runs) > 2 and self.excess > MAX_NEAR_EXCESS
-        return self.is_regular and is_far and not _has_inner_nodes(self.trials, self.runs[-1])
+        is_high = max(self.orders) > LOW_ORDER
+        return (
+            self.is_regular
+            and is_far
+            and not (is_high and _has_inner_nodes(self.trials, self.runs[-1]))
+        )
 
     @property
     def predicted_work(self) -> float:
