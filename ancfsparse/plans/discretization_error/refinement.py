@@ -94,7 +94,7 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
                 divided = _divide(trials, series, order)
                 if divided is not None:
                     return divided
-            if not series.is_regular and series.predicted_work > trials.budget:
+            if not series.is_decreasing and series.predicted_work > trials.budget:
                 break
         is_long = len(runs) >= N_BOUND and step_growth > 1 and bool(mesh.counts)
         differences = history_differences(trials.goals, *runs[-2:]) if is_long else ()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import pairwise, repeat
 
 from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import SAFETY_FRACTION
@@ -107,18 +107,22 @@ class RunSeries:
     def _is_regular(self) -> bool:
         """Return True if differences decrease in the asymptotic range."""
         last = self.runs[-1]
-        # Latest first.
-        pairs = pairwise(reversed(self.over_time))
-        limits = MAX_REDUCTION, MAX_EARLIER_REDUCTION
         return (
-            all(
-                new <= limit * old
-                for limit, pair in zip(limits, pairs, strict=False)
-                for new, old in zip(*pair, strict=True)
-            )
+            self.is_decreasing
+            and all(map(self._decreases, pairwise(self.over_time), repeat(MAX_EARLIER_REDUCTION)))
             and is_close(self.trials, last, self.over_time[-1])
             and resolves_vibrations(last, self.tolerances)
         )
+
+    @property
+    def is_decreasing(self) -> bool:
+        """True if the last difference is much smaller than the one before."""
+        last = self.over_time[-2:]
+        return len(last) < 2 or self._decreases(last, MAX_REDUCTION)
+
+    @staticmethod
+    def _decreases(pair: Sequence[Sequence[float]], ratio: float) -> bool:
+        return all(new <= ratio * old for old, new in zip(*pair, strict=True))
 
     def _error(self, over_time: Sequence[float], requested: Sequence[float], order: int) -> float:
         """Return the error of a quantity in the last run; infinite if it is unknown.

@@ -33,7 +33,7 @@ UNKNOWN_SCALE = 0.75  # the same if they are not known
 MAX_SECOND_SCALE = 30.0
 # Runs of 105 and 230 steps of order 4 differed by a vibration with phases of 1.8 and .8 rad in a
 # step, and converged with order 2.3: an estimate of .98 of the accuracy had an error of 2.6.
-MAX_STEP_PHASE = 1.0  # rad of a resolved vibration in a step
+MAX_STEP_PHASE = 1.5  # rad of a resolved vibration in a step
 MIN_ERROR_RATIO = 0.5  # error of a run over its difference from one of lower order
 
 
