@@ -36,7 +36,7 @@ WITHOUT: tuple[tuple[str, str, Any], ...] = (
     ("discretization_error.run_series", "MAX_REDUCTION", 1.0),
     ("discretization_error.run_series", "MAX_EARLIER_REDUCTION", 2.0),
     ("discretization_error.run_series", "MIN_REQUESTED_RATIO", 0.0),
-    ("discretization_error.refinement", "SHORT_RATIO", 1.0),
+    ("discretization_error.refinement", "SHORT_RATIO", 0.99),
     ("discretization_error.refinement", "MAX_UNOBSERVED_RATIO", 16.0),
     ("discretization_error.refinement", "MAX_DAMPING_FRACTION", math.inf),
     ("discretization_error.vibrations", "MAX_PHASE_ERROR", math.inf),
