@@ -86,7 +86,7 @@ def refine_together(trials: TrialRuns, model: Model, order: int) -> Refinement:
             series = RunSeries(trials, runs[-N_BOUND:], order)
             if series.is_known and series.excess <= 1.0:
                 if step_growth == 1 and not _is_step_error_within(trials, run, series.margins):
-                    step_growth = STEP_GROWTH  # the mesh is fine enough, the steps no longer
+                    step_growth = STEP_GROWTH  # their error exceeds the rest of the tolerance
                     del runs[:-1]
                 elif agrees_with_undamped(trials, runs):
                     return series.combine()
