@@ -22,7 +22,7 @@ def damped_span(**mesh):
     return scene, ancf.velocity(rod.at(0.3))
 
 
-@pytest.mark.parametrize("error", [0.1, 0.3, 0.36])
+@pytest.mark.parametrize("error", [0.1, 0.2, 0.3, 0.36])
 def test_errors_of_first_steps_are_predicted(error):
     scene, quantity = damped_span(n_elements="auto")
     run = ancf.plan(scene, T_END, quantity, f"{error} %").run()
@@ -33,5 +33,7 @@ def test_errors_of_first_steps_are_predicted(error):
     planned = prediction.goal.quantity.in_scene(run.system.scene)
     errors = np.linalg.norm(planned.history(run) - exact.history(reference), axis=1)
     assert errors.argmax() < 10  # the largest is in the first steps
-    assert 0.3 * prediction.error < errors.max() < 1.1 * prediction.error
+    assert errors.max() < 1.1 * prediction.error
+    if error != 0.2:  # there it is a bound of four motions, and five times the error
+        assert errors.max() > 0.3 * prediction.error
     assert errors.max() <= prediction.tolerance
