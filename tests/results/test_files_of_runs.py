@@ -2,6 +2,7 @@
 
 import dataclasses
 import errno
+import io
 import json
 import multiprocessing
 import os
@@ -19,6 +20,7 @@ import pytest
 import ancfsparse as ancf
 from ancfsparse.errors import InputError
 from ancfsparse.results.data import recoverable_file
+from ancfsparse.results.data.hdf5_format import open_file
 from ancfsparse.results.data.output_lock import check_replaceable
 from ancfsparse.results.data.recoverable_file import journal_of
 from ancfsparse.results.export import background_writer
@@ -218,6 +220,57 @@ def test_no_damage_of_a_file_is_read_as_a_run():
     assert [report.finds for report in reports if report.finds] == []
     refused = sum(report.outcome == "refused" for report in reports)
     assert refused > 90  # some places of a file hold nothing
+
+
+def test_zeros_in_place_of_a_part_of_a_file_are_not_read_as_numbers(tmp_path):
+    # Fletcher's checksum of zeros is zero, and equal for the words 0 and 0xffff.
+    path = tmp_path / "run.h5"
+    data, _ = files.good_file()
+    chunks, erased = parts_of(data), []
+    assert {"q", "v", "a", "lam", "last", "last_lam", "stats"} <= {name for name, *_ in chunks}
+    for _, begin, end in chunks:
+        begins = [k for k in range(begin, end - 1) if data[k : k + 2] == b"\xff\xff"]
+        for start, stop in ((begin, end), *((k, k + 2) for k in begins[:20])):
+            damaged = bytearray(data)
+            damaged[start:stop] = bytes(stop - start)
+            path.write_bytes(damaged)
+            erased.append(stop - start)
+            with pytest.raises(InputError, match="damaged"):
+                read_everything(path)
+    assert erased.count(2) > 10
+
+
+def parts_of(data):
+    """Return name, begin and end of the chunks of all tables of a file, in bytes."""
+    parts = []
+    with h5py.File(io.BytesIO(data), "r") as file:
+        for table in tables_of(file):
+            for k in range(table.id.get_num_chunks()):
+                chunk = table.id.read_direct_chunk(table.id.get_chunk_info(k).chunk_offset)[1]
+                assert data.count(chunk) == 1
+                begin = data.index(chunk)
+                parts.append((table.name.removeprefix("/"), begin, begin + len(chunk)))
+    return parts
+
+
+def tables_of(file):
+    items = []
+    file.visit(lambda name: items.append(file[name]))
+    return [item for item in items if isinstance(item, h5py.Dataset)]
+
+
+def read_everything(path):
+    with open_file(path) as file:
+        for table in tables_of(file):
+            table[()]
+
+
+def test_a_motion_without_velocities_is_read_as_it_was_written(tmp_path):
+    path = tmp_path / "run.h5"
+    scene = ancf.Scene((0.0, 0.0))
+    scene.add_beam("thin", (0, 0), (2, 0), 2, ancf.Circle(0.01), ancf.Material(1e8, 4000.0))
+    ancf.simulate(scene, 0.01, 1e-3, output=path)
+    assert not load(path).v[:].any()
 
 
 def load_with_damaged_chunks(path):

@@ -19,7 +19,7 @@ from ancfsparse.errors import InputError, OutputError
 from ancfsparse.file_names import RUN_MARK
 from ancfsparse.results.data.checkpoint_file import checkpoint_of, read_checkpoint, write_checkpoint
 from ancfsparse.results.data.disk_space import allocate_disk
-from ancfsparse.results.data.hdf5_format import FORMAT, USER_BLOCK
+from ancfsparse.results.data.hdf5_format import CHECKED, FORMAT, USER_BLOCK
 from ancfsparse.results.data.output_lock import OutputLock
 from ancfsparse.results.data.recoverable_file import RecoverableFile, recover
 from ancfsparse.results.data.run_statistics import RunStats
@@ -202,7 +202,7 @@ class Writer:
             self._table(name, (columns,), (high, wide))
         self._table("t", (), (CHUNK_SIZE,))
         if self._columns is not None:
-            self._file.create_dataset("places", data=self._columns, fletcher32=True)
+            self._file.create_dataset("places", data=self._columns, **CHECKED)
         for name, text in texts.items():
             self._text(name, text)
         self._file.attrs["mark"] = np.bytes_(RUN_MARK)
@@ -222,20 +222,18 @@ class Writer:
             float,
             maxshape=(None, *columns),
             chunks=chunks,
-            fletcher32=True,
             fillvalue=np.nan,
+            **CHECKED,
         )
 
     def _text(self, name: str, text: str) -> None:
         values = np.frombuffer(text.encode(), np.uint8)
-        self._file.create_dataset(
-            name, data=values, compression="gzip", compression_opts=1, fletcher32=True
-        )
+        self._file.create_dataset(name, data=values, compression="gzip", compression_opts=1)
 
     def add_reference(self, q_ref: Vector) -> None:
         """Add the stress-free shape of a run that starts in another shape, (n_all,) [m, 1]."""
         with self._adding(q_ref.nbytes):
-            self._file.create_dataset(REFERENCE, data=q_ref, fletcher32=True)
+            self._file.create_dataset(REFERENCE, data=q_ref, **CHECKED)
 
     def add_outline(self, outline: Outline) -> None:
         """Add the outline of the scene for plots."""
@@ -318,7 +316,7 @@ class Writer:
         with self._adding(size if size > FILE_METADATA // 2 else None):
             self._remove_ending()
             for name, table in tables.items():
-                self._file.create_dataset(name, data=table, fletcher32=table.size > 0)
+                self._file.create_dataset(name, data=table, **(CHECKED if table.size else {}))
             for name, text in texts.items():
                 self._text(name, text)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import h5py
 
 FORMS = ("inertia", "rod", "box", "sphere", "cylinder x", "cylinder y", "cylinder z", "lines")
-PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True, "fletcher32": True}
+PACKED: dict[str, Any] = {"compression": "gzip", "shuffle": True}
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from ancfsparse.results.hdf5_reader import load
 from ancfsparse.scene.storage.toml_text import toml, written_as_toml
 from tests.soak.report import Report
 
-DAMAGES = ("bits", "zeros", "noise", "cut", "hole", "swap")
+DAMAGES = ("bits", "zeros", "words", "noise", "cut", "hole", "swap")
 SCENES = (
     "pendulum", "catenary", "cable_drop", "heavy_top", "crane", "sliding_bead", "pile", "octet",
     "bricard", "moving_supports", "cantilever_on_cylinders",
@@ -95,6 +95,8 @@ def damaged_by(damage, rng, data):
             data[place] ^= 1 << int(rng.integers(8))
     elif damage == "zeros":
         data[start : start + length] = bytes(length)
+    elif damage == "words":  # which a checksum of sums modulo 65535 does not distinguish
+        data[start : start + length] = data[start : start + length].replace(b"\xff\xff", bytes(2))
     elif damage == "noise":
         data[start : start + length] = rng.bytes(length)
     elif damage == "cut":
