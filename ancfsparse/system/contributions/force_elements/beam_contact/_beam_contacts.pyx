@@ -175,9 +175,8 @@ cdef class BeamContact(CompiledContribution):
 
     def __dealloc__(self):
         cdef Data *data = &self.data
-        free(data.search.cell)
+        free(data.search.entry)
         free(data.search.bucket)
-        free(data.search.order)
         free(data.search.pair)
         free(data.at_now.touch)
         free(data.at_begin.touch)

@@ -3,6 +3,7 @@
 A box holds the control points of an element, and thereby its axis, in one or two states, and a skin
 around them.  The list is complete while all control points are in their boxes.
 """
+from libc.float cimport FLT_EPSILON
 from libc.math cimport floor, fmax, fmin
 from libc.stdlib cimport calloc, free, realloc
 from libc.string cimport memset
@@ -13,6 +14,15 @@ cdef enum:
     MOST_PER_ELEMENT = 400
 
 
+# 44 bytes, in the order of the buckets: comparisons read memory in sequence.
+cdef struct Entry:
+    int32_t cell[3]
+    int32_t element
+    int32_t first  # axes of whose cells it is in the first, as bits
+    float low[3]  # corners of the box with the radius, rounded outwards
+    float high[3]
+
+
 cdef struct Search:
     ptrdiff_t n
     const double *radius  # of the elements
@@ -21,11 +31,10 @@ cdef struct Search:
     const int32_t *near
     double skin
     double *box  # (n, 6): lower and upper corners without radii
-    int32_t *cell  # (entries, 4): cell and element
-    int32_t *bucket  # (buckets + 1,)
-    int32_t *order
+    Entry *entry  # elements in cells
+    int32_t *bucket  # (buckets,): ends of the buckets in entries
     int32_t *pair  # (n_pairs, 2)
-    ptrdiff_t n_pairs, room_for_pairs, room_for_cells, room_for_buckets
+    ptrdiff_t n_pairs, room_for_pairs, room_for_entries, room_for_buckets
     bint listed  # whether there is a list
     ptrdiff_t renewals
 
@@ -91,25 +100,25 @@ cdef bint renew(Search *self, const double *one, const double *other) noexcept n
         for c in range(3):
             if not (fabs(self.box[6 * e + c]) < 1e9 * size and fabs(self.box[6 * e + 3 + c]) < 1e9 * size):
                 return False
-            cells *= last_cell(self, e, c, size) - first_cell(self, e, c, size) + 1.0
+            cells *= 1.0 + last_cell(self, e, c, size) - first_cell(self, e, c, size)
         total += <ptrdiff_t>fmin(cells, 1e15)
         if total > MOST_PER_ELEMENT * self.n + 1000:
             return False
     if not make_room(self, total, buckets):
         return False
     fill(self, size, buckets)
-    if not pair_up(self, size, total, buckets):
+    if not pair_up(self, buckets):
         return False
     self.listed = True
     return True
 
 
-cdef inline double first_cell(const Search *self, ptrdiff_t e, int c, double size) noexcept nogil:
-    return floor((self.box[6 * e + c] - self.radius[e]) / size)
+cdef inline int32_t first_cell(const Search *self, ptrdiff_t e, int c, double size) noexcept nogil:
+    return <int32_t>floor((self.box[6 * e + c] - self.radius[e]) / size)
 
 
-cdef inline double last_cell(const Search *self, ptrdiff_t e, int c, double size) noexcept nogil:
-    return floor((self.box[6 * e + 3 + c] + self.radius[e]) / size)
+cdef inline int32_t last_cell(const Search *self, ptrdiff_t e, int c, double size) noexcept nogil:
+    return <int32_t>floor((self.box[6 * e + 3 + c] + self.radius[e]) / size)
 
 
 cdef inline ptrdiff_t hashed(const int32_t *cell, ptrdiff_t buckets) noexcept nogil:
@@ -119,20 +128,15 @@ cdef inline ptrdiff_t hashed(const int32_t *cell, ptrdiff_t buckets) noexcept no
 
 cdef bint make_room(Search *self, ptrdiff_t total, ptrdiff_t buckets) noexcept nogil:
     """Enlarge the arrays of the grid where they are too small; return False without memory."""
-    cdef void *cell
-    cdef void *order
+    cdef void *entry
     cdef void *bucket
-    if total > self.room_for_cells:
-        cell = realloc(self.cell, 8 * total * sizeof(int32_t))
-        if cell == NULL:
+    if total > self.room_for_entries:
+        entry = realloc(self.entry, 2 * total * sizeof(Entry))
+        if entry == NULL:
             return False
-        self.cell = <int32_t *>cell
-        order = realloc(self.order, 2 * total * sizeof(int32_t))
-        if order == NULL:
-            return False
-        self.order, self.room_for_cells = <int32_t *>order, 2 * total
+        self.entry, self.room_for_entries = <Entry *>entry, 2 * total
     if buckets > self.room_for_buckets:
-        bucket = realloc(self.bucket, (buckets + 1) * sizeof(int32_t))
+        bucket = realloc(self.bucket, buckets * sizeof(int32_t))
         if bucket == NULL:
             return False
         self.bucket, self.room_for_buckets = <int32_t *>bucket, buckets
@@ -140,41 +144,59 @@ cdef bint make_room(Search *self, ptrdiff_t total, ptrdiff_t buckets) noexcept n
 
 
 cdef void fill(Search *self, double size, ptrdiff_t buckets) noexcept nogil:
-    """Enter every element in the cells that it reaches, and sort these by buckets."""
-    cdef ptrdiff_t e, k = 0, b
-    cdef int32_t x, y, z
-    cdef int32_t *cell
-    memset(self.bucket, 0, (buckets + 1) * sizeof(int32_t))
+    """Enter every element in the cells that it reaches, sorted by buckets."""
+    cdef ptrdiff_t b
+    cdef int32_t count, start = 0
+    memset(self.bucket, 0, buckets * sizeof(int32_t))
+    enter(self, size, buckets, False)
+    for b in range(buckets):
+        count, self.bucket[b] = self.bucket[b], start
+        start += count
+    enter(self, size, buckets, True)
+
+
+cdef void enter(Search *self, double size, ptrdiff_t buckets, bint stores) noexcept nogil:
+    """Advance the bucket of each cell that an element reaches, and store the entries."""
+    cdef ptrdiff_t e, b
+    cdef int32_t first[3]
+    cdef int32_t last[3]
+    cdef Entry entry
+    cdef int c
     for e in range(self.n):
-        for x in range(<int32_t>first_cell(self, e, 0, size), <int32_t>last_cell(self, e, 0, size) + 1):
-            for y in range(<int32_t>first_cell(self, e, 1, size), <int32_t>last_cell(self, e, 1, size) + 1):
-                for z in range(<int32_t>first_cell(self, e, 2, size), <int32_t>last_cell(self, e, 2, size) + 1):
-                    cell = self.cell + 4 * k
-                    cell[0], cell[1], cell[2], cell[3] = x, y, z, <int32_t>e
-                    self.bucket[hashed(cell, buckets)] += 1
-                    k += 1
-    for b in range(1, buckets + 1):
-        self.bucket[b] += self.bucket[b - 1]
-    while k > 0:  # backwards, so that each bucket is in ascending order
-        k -= 1
-        b = hashed(self.cell + 4 * k, buckets)
-        self.bucket[b] -= 1
-        self.order[self.bucket[b]] = <int32_t>k
+        entry.element = <int32_t>e
+        for c in range(3):
+            first[c], last[c] = first_cell(self, e, c, size), last_cell(self, e, c, size)
+            entry.low[c] = <float>below(self.box[6 * e + c] - self.radius[e])
+            entry.high[c] = -<float>below(-self.box[6 * e + 3 + c] - self.radius[e])
+        for entry.cell[0] in range(first[0], last[0] + 1):
+            for entry.cell[1] in range(first[1], last[1] + 1):
+                for entry.cell[2] in range(first[2], last[2] + 1):
+                    b = hashed(entry.cell, buckets)
+                    if stores:
+                        entry.first = 0
+                        for c in range(3):
+                            entry.first |= (entry.cell[c] == first[c]) << c
+                        self.entry[self.bucket[b]] = entry
+                    self.bucket[b] += 1
 
 
-cdef bint pair_up(Search *self, double size, ptrdiff_t total, ptrdiff_t buckets) noexcept nogil:
+cdef inline double below(double x) noexcept nogil:
+    """Return a number that is not above x when it is rounded to single precision."""
+    return x - FLT_EPSILON * fabs(x)
+
+
+cdef bint pair_up(Search *self, ptrdiff_t buckets) noexcept nogil:
     """List the pairs of each cell; return False if there are too many."""
-    cdef ptrdiff_t b, i, j, end, room
-    cdef const int32_t *one
-    cdef const int32_t *other
+    cdef ptrdiff_t b, i, j, room, begin = 0
+    cdef const Entry *one
+    cdef const Entry *other
     cdef void *pairs
     for b in range(buckets):
-        end = self.bucket[b + 1] if b + 1 < buckets else total
-        for i in range(self.bucket[b], end):
-            one = self.cell + 4 * self.order[i]
-            for j in range(i + 1, end):
-                other = self.cell + 4 * self.order[j]
-                if not is_pair(self, one, other, size):
+        for i in range(begin, self.bucket[b]):
+            one = self.entry + i
+            for j in range(i + 1, self.bucket[b]):
+                other = self.entry + j
+                if not is_close(one, other) or not is_pair(self, one.element, other.element):
                     continue
                 if self.n_pairs == self.room_for_pairs:
                     room = 2 * self.room_for_pairs + 64
@@ -184,26 +206,36 @@ cdef bint pair_up(Search *self, double size, ptrdiff_t total, ptrdiff_t buckets)
                     if pairs == NULL:
                         return False
                     self.pair, self.room_for_pairs = <int32_t *>pairs, room
-                self.pair[2 * self.n_pairs] = one[3]
-                self.pair[2 * self.n_pairs + 1] = other[3]
+                self.pair[2 * self.n_pairs] = one.element
+                self.pair[2 * self.n_pairs + 1] = other.element
                 self.n_pairs += 1
+        begin = self.bucket[b]
     return True
 
 
-cdef bint is_pair(const Search *self, const int32_t *one, const int32_t *other,
-                  double size) noexcept nogil:
-    """Return True if boxes overlap, for the cell of the lower corner of their overlap only."""
-    cdef ptrdiff_t a = one[3], b = other[3], k
+cdef inline bint is_close(const Entry *one, const Entry *other) noexcept nogil:
+    """Return True if rounded boxes overlap, for the cell of the lower corner of their overlap only."""
+    cdef int c
+    if (one.first | other.first) != 7:
+        return False
+    for c in range(3):
+        if (one.cell[c] != other.cell[c] or one.low[c] > other.high[c]
+                or other.low[c] > one.high[c]):
+            return False
+    return True
+
+
+cdef bint is_pair(const Search *self, ptrdiff_t a, ptrdiff_t b) noexcept nogil:
+    """Return True if boxes of elements on both sides overlap that are not neighbours."""
     cdef const double *box = self.box + 6 * a
     cdef const double *next_box = self.box + 6 * b
     cdef double reach = self.radius[a] + self.radius[b]
+    cdef ptrdiff_t k
     cdef int c
-    if a == b or self.side[a] | self.side[b] != 3:  # both on one side
+    if self.side[a] | self.side[b] != 3:  # both on one side
         return False
     for c in range(3):
-        if one[c] != other[c] or box[c] > next_box[3 + c] + reach or next_box[c] > box[3 + c] + reach:
-            return False
-        if fmax(first_cell(self, a, c, size), first_cell(self, b, c, size)) != one[c]:
+        if box[c] > next_box[3 + c] + reach or next_box[c] > box[3 + c] + reach:
             return False
     for k in range(self.near_start[a], self.near_start[a + 1]):
         if self.near[k] == b:
