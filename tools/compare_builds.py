@@ -105,7 +105,8 @@ def sample(
     chosen: list[Case], pythons: dict[str, str], repeats: int
 ) -> dict[Case, dict[str, dict[str, float]]]:
     """Run the cases in a process of each build, in turn; return the least times of each."""
-    command = ["-P", str(Path(__file__).resolve()), "--serve"]
+    # Without the variables of Python, which could name the package of one build for both.
+    command = ["-E", "-P", str(Path(__file__).resolve()), "--serve"]
     processes = {
         name: subprocess.Popen(
             [python, *command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
