@@ -198,7 +198,8 @@ cdef int again(void *context, int reason) noexcept nogil:
     cdef Loop *self = <Loop *>context
     cdef int used = 0
     tally(self, -1)
-    if self.rung < NEWTON and not self.newton:
+    if self.rung < NEWTON and not (self.newton and self.leapt == self.equations.leaps):
+        # By Newton's method too if it retreated: only its damped corrections began at this predictor.
         reason = climb(self, NEWTON, reason, &used)
         if reason == CONVERGED:
             return CONVERGED
