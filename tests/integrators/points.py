@@ -212,6 +212,33 @@ class Point:
         return *(table[1 : taken + 1] for table in out), outcome
 
 
+def bar_by_hand(point, integrator, dt, n, a, b):
+    """Places and velocities (n, 2) of a bar worked out by hand, from its first accelerations a, b.
+
+    The new place is along the sum of all that is known: ``q (1 + k e(q)) = known`` with
+    ``k = scale EA / (m L)`` is a cubic equation for the length; its largest root is the bar that
+    turns without turning over.
+    """
+    q, v, length = point.q0, point.v0, point.length
+    m, f, beta, gamma = (getattr(integrator, x) for x in ("alpha_m", "alpha_f", "beta", "gamma"))
+    scale = integrator.scale * dt**2
+    k = scale * point.stiffness / (point.mass * length)
+    places, velocities = [], []
+    for _ in range(n):
+        rest = (f * a - m * b) / (1.0 - m)
+        known = q + dt * v + dt**2 * ((0.5 - beta) * b + beta * rest)
+        size = np.linalg.norm(known)
+        roots = np.roots([0.5 * k / length**2, 0.0, 1.0 - 0.5 * k, -size])
+        q = max(roots.real[np.abs(roots.imag) < 1e-9]) / size * known
+        a = (q - known) / scale
+        new = rest + (1.0 - f) / (1.0 - m) * a
+        v = v + dt * ((1.0 - gamma) * b + gamma * new)
+        b = new
+        places.append(q)
+        velocities.append(v)
+    return np.array(places), np.array(velocities)
+
+
 def on_circle(angle, speed, gravity=9.81):
     """A pendulum of 1 m and 1 kg, the angle from straight down [rad], turning at speed [rad/s]."""
     q = np.array([np.sin(angle), -np.cos(angle)])

@@ -116,6 +116,8 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
         # Newton's corrections from the default predictor lead step 21 to a solution that gains
         # less; only damped ones began there, since full ones had failed from the other predictor.
         (20005, 6564),
+        # A stiff beam with damping turned without stress at first, and gained 16 % in that step.
+        (20106, 2783),
     ],
 )
 def test_motions_that_once_were_found_are_not(seed, index):
@@ -245,7 +247,7 @@ def test_a_hidden_scale_is_found(monkeypatch):
 
 @pytest.mark.parametrize(
     ("seed", "index"),
-    [(301, 614), (2202, 443), (8901, 134)],  # enlarged 1e9 times, failing, and counted
+    [(301, 614), (2202, 443), (8901, 155)],  # enlarged 1e9 times, failing, and counted
 )
 def test_what_rounding_decides_is_told_from_what_units_decide(seed, index):
     assert units.run(seed, index).outcome == "rounding decides"

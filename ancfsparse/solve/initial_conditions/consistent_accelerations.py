@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 # The cube root of rounding, where a central difference is most accurate.
 DIFFERENCE_RATIO = 6e-6  # motion for differences of stiff forces, over the size of the body
+# The fourth root of rounding, where a second difference is most accurate.
+SECOND_DIFFERENCE_RATIO = 1e-4  # motion for second differences of stiff forces, over that size
+MAX_CURVATURE_CHANGE = 0.25  # with twice that motion, relative; at a kink it is a half
 MAX_FRICTION_ITERATIONS = 100  # between friction and joint forces
 FRICTION_TOLERANCE = 1e-12  # relative change of the multipliers
 
@@ -123,6 +126,46 @@ def initial_jerk(
             system, (last.a - first.a) / dt, (last.s_second - first.s_second) / dt
         )
     return solve_constrained(system, seed, -force_rate, constraint_rate)[0]
+
+
+def stiff_acceleration(
+    system: System, seed: Seed, v: Vector, stiffness: float, damping: float
+) -> Vector:
+    """Return the accelerations of stiff modes that follow the initial motion, (n_all,).
+
+    A stiff bar that rotates at a rate w has the acceleration w^2 r towards its centre, though it
+    begins without stress.  That is ``-S^-1 (stiffness Q''[v, v] + damping (C v)'[v])`` with the
+    forces at rest, Q, and those of damping, C v; of slow modes it is a small part.  It is zero if
+    forces set in at the start, as those of a contact: their kinks have no curvature.
+
+    Parameters
+    ----------
+    system : System
+        At its initial state.
+    seed : SparseSeed or IncompleteSeed
+        With the factor of the matrix S of a step.
+    v : (n_all,) float
+        Velocities [m/s, 1/s].
+    stiffness, damping : float
+        Factors of both in that matrix [s2, s].
+    """
+    n, none = system.n_free, np.zeros(system.n_all)
+    if not v.any():
+        return none
+    out = none.copy(), none.copy()
+    time = SECOND_DIFFERENCE_RATIO / np.maximum(_relative_rate(system, v), np.finfo(float).tiny)
+    lam = np.zeros(system.n_multipliers)
+    with np.errstate(all="ignore"):
+        for a, t in zip(out, (time, 2.0 * time), strict=True):
+            states = [system.q0 + k * t * v for k in (-1.0, 0.0, 1.0)]
+            before, now, after = (_forces(system, q, 0.0 * v, lam, 0.0) for q in states)
+            force = stiffness / t**2 * (after - 2.0 * now + before)
+            if system.damped:
+                first, _, last = (_forces(system, q, v, lam, 0.0) for q in states)
+                force += damping / (2.0 * t) * ((last - after) - (first - before))
+            a[:n] = -seed.solve(np.append(force[:n], lam))[:n]
+        size, change = (a @ system.assembly.inertia(a) for a in (out[0], out[1] - out[0]))
+    return out[0] if change <= MAX_CURVATURE_CHANGE**2 * size else none
 
 
 def _third_derivative_terms(system: System, v: Vector, a: Vector) -> Vector:

@@ -20,6 +20,7 @@ from ancfsparse.solve.initial_conditions.consistent_accelerations import (
     prescribed_values_at_start,
     range_error,
     solve_constrained,
+    stiff_acceleration,
 )
 from ancfsparse.solve.initial_conditions.restart import continues_run
 from ancfsparse.system import System
@@ -275,8 +276,11 @@ def starting_state(
         # The stress exceeds what the mass can balance: only a definite matrix is a filter.
         seed.factor(system.assembly.material(1.0, scale, system.q0, damping_factor=damping))
     # 1 - (1 - S^-1 M)^2: with damping, the filter alone would have an error of first order.
-    once = low_frequency_part(system, seed, begin, (scale, damping))
-    smooth = b = 2.0 * once - low_frequency_part(system, seed, once, (scale, damping))
+    factors = scale, damping
+    slow = low_frequency_part(system, seed, v, factors)
+    stiff = stiff_acceleration(system, seed, slow, *factors)
+    once = stiff + low_frequency_part(system, seed, begin, factors)
+    smooth = b = once + low_frequency_part(system, seed, begin - once, factors)
     if jerk is not None and integrator.shift != 0.0:
         # Damping makes the jerk larger than the accelerations by the rate of decay, which no step
         # limits: the filter is applied three times.

@@ -7,7 +7,7 @@ import ancfsparse as ancf
 from ancfsparse.nonlinear import Attempt, Outcome
 from ancfsparse.solve.initial_conditions.consistent_accelerations import initial_jerk
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
-from tests.integrators.points import Point
+from tests.integrators.points import Point, bar_by_hand
 
 LENGTH, MASS = 3.0443, 10.0
 
@@ -46,37 +46,40 @@ def test_the_march_starts_with_what_its_step_can_follow(integrator):
     assert start.b[0] == pytest.approx(start.a[0], rel=1e-9)  # at rest nothing changes
 
 
-def of_a_cubic(point, integrator, dt, n):
-    """The march of a bar worked out by hand: the new place is along the sum of all that is known.
+@pytest.mark.parametrize("integrator", [ancf.Newmark(), ancf.GeneralizedAlpha(0.0)], ids=repr)
+@pytest.mark.parametrize("dt", [1e-4, 1e-2])
+def test_a_bar_that_turns_starts_with_the_acceleration_towards_the_pin(integrator, dt):
+    # The solution of (M + scale K) a = -scale Q''[v, v], Q'' = EA v^2 / L^2 and K = EA / L along
+    # the bar, keeps the part 1 - 1/(1 + scale omega^2) of v^2 / L, and the filter as much of that.
+    point = bar(1e8)
+    start, a = starting_state(point, point.seed(), integrator, dt)
+    assert not a.any()  # there is no stress
+    left = 1.0 / (1.0 + integrator.scale * dt**2 * 1e8 / (LENGTH * MASS))
+    towards = -((1.0 - left) ** 2) * 7.72**2 / LENGTH
+    np.testing.assert_allclose(start.a, [towards, 0.0], rtol=1e-6, atol=1e-9)
 
-    ``q (1 + k e(q)) = known`` with ``k = scale EA / (m L)`` is a cubic equation for the length;
-    its largest root is the bar that turns without turning over.
-    """
-    start, _ = starting_state(point, point.seed(), integrator, dt)
-    q, v, a, b = start.q, start.v, start.a, start.b
-    m, f, beta, gamma = (getattr(integrator, x) for x in ("alpha_m", "alpha_f", "beta", "gamma"))
-    scale = integrator.scale * dt**2
-    k = scale * point.stiffness / (MASS * LENGTH)
-    places = []
-    for _ in range(n):
-        rest = (f * a - m * b) / (1.0 - m)
-        known = q + dt * v + dt**2 * ((0.5 - beta) * b + beta * rest)
-        size = np.linalg.norm(known)
-        roots = np.roots([0.5 * k / LENGTH**2, 0.0, 1.0 - 0.5 * k, -size])
-        q = max(roots.real[np.abs(roots.imag) < 1e-9]) / size * known
-        a = (q - known) / scale
-        new = rest + (1.0 - f) / (1.0 - m) * a
-        v = v + dt * ((1.0 - gamma) * b + gamma * new)
-        b = new
-        places.append(q)
-    return np.array(places)
+
+class Rope(Point):
+    """A point on a spring without compression."""
+
+    def force(self, q):
+        return super().force(q) if q @ q > self.length**2 else np.zeros(2)
+
+
+@pytest.mark.parametrize("along", [-1.0, 1.0])
+def test_a_force_that_sets_in_adds_no_acceleration_to_the_start(along):
+    # Its second difference is the force after some millionth of a second over the square of that.
+    rope = Rope((LENGTH, 0.0), (along, 7.72), MASS, 0.0, None, 1e8, LENGTH)
+    start, _ = starting_state(rope, rope.seed(), ancf.Newmark(), 1e-2)
+    assert not start.a.any()
 
 
 @pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.5), ancf.HHT(0.3)], ids=repr)
 @pytest.mark.parametrize("dt", [0.01, 0.1])
 def test_steps_of_a_stiff_bar_are_roots_of_a_cubic(integrator, dt):
     n = round(1.0 / dt)
-    expected = of_a_cubic(bar(), integrator, dt, n)
+    start, _ = starting_state(bar(), bar().seed(), integrator, dt)
+    expected, _ = bar_by_hand(bar(), integrator, dt, n, start.a, start.b)
     q, *_, outcome = bar().march(dt, n, integrator)
     assert outcome == Outcome.CONVERGED
     np.testing.assert_allclose(q, expected, rtol=0, atol=1e-7)

@@ -7,11 +7,21 @@ import ancfsparse as ancf
 from benchmarks.stability.scenes import pushed, truss
 
 
+def stretching(speed):
+    """A stiff bar that turns, and stretches at first at a speed [m/s]."""
+    scene, rod = truss(1e10).scene, truss(1e10).rod
+
+    def velocity(points):
+        return rod.velocity(points) + speed * points / rod.length
+
+    return scene.replaced(scene.beams[0], velocity=velocity)
+
+
 def test_stiff_vibrations_that_alternate_are_foreseen():
     # The stretching of a stiff bar changes sides in each step of the trapezoidal rule.  Started
     # from the last acceleration alone, steps took 3.2 corrections.
     run = ancf.simulate(
-        truss(1e10).scene, 2.0, 0.01, integrator=ancf.Newmark(0.0), solver=ancf.Newton()
+        stretching(1e-3), 2.0, 0.01, integrator=ancf.Newmark(0.0), solver=ancf.Newton()
     )
     last, before = (np.linalg.norm(run.a[k:] - run.a[:-k], axis=1) for k in (1, 2))
     assert np.median(before[1:]) < 0.5 * np.median(last)
@@ -22,7 +32,7 @@ def test_a_vibration_that_alternates_is_foreseen_after_two_steps():
     # The first step stores the acceleration before it, the second compares, the third is closer.
     iterations = [
         ancf.simulate(
-            truss(1e10).scene, n * 0.01, 0.01, integrator=ancf.Newmark(0.0), solver=ancf.Newton()
+            stretching(5e-3), n * 0.01, 0.01, integrator=ancf.Newmark(0.0), solver=ancf.Newton()
         ).stats.iterations
         for n in (1, 2, 3, 4)
     ]
