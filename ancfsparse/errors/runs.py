@@ -59,6 +59,11 @@ class StepError(AncfError, RuntimeError):
         super().__post_init__()
         self.reason = str(self.reason)
 
+    def replace_advice(self, advice: str) -> None:
+        """Set other advice, for a run whose settings the user has not chosen."""
+        self.args = tuple(advice if each is self.advice else each for each in self.args)
+        self.advice = advice
+
     def message(self, style: MessageStyle = python_style) -> str:
         """Return the message in a style."""
         template = self.args[0]

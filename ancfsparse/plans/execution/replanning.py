@@ -89,13 +89,19 @@ def _execute_method(
 
 def _run_with_halvings(plan: P, options: Mapping[str, Any]) -> tuple[P, Trajectory]:
     """Integrate in time, with half the step from where a step fails."""
-    scene = plan.build()
+    scene, selected = plan.build(), plan.choice
     done: Trajectory | None = None
     for halvings in range(MAX_CHANGES + 1):
         try:
             run = _continue(plan, scene, done, options)
         except StepError as failure:
             if halvings == MAX_CHANGES:
+                failure.replace_advice(
+                    f"The plan had selected {selected}, and {2**MAX_CHANGES} times shorter steps "
+                    "fail as well: give the material axial_damping and bending_damping, request a "
+                    "shorter time, or plan with integrator=GeneralizedAlpha(0.5) or "
+                    "EnergyMomentum()."
+                )
                 raise
             _warn(
                 f"at t = {failure.time:.6g} s a step of {plan.dt or 0.0:.3g} s failed; the run "

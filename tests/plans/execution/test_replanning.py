@@ -1,11 +1,13 @@
 """Runs that leave the range of their plan state it, and are planned again."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.plans.execution import replanning
 from ancfsparse.plans.execution.validity_range import ValidityRange, validity_range
 from ancfsparse.plans.trial_runs.solution_methods import Statics
 from ancfsparse.problems import pendulum
@@ -35,6 +37,23 @@ def test_a_step_that_fails_is_halved_and_what_is_done_is_kept():
     with pytest.warns(ancf.PlanChangedWarning, match="continues"):
         again = long.run(save_every=1)
     assert again.t[1] < 0.04
+
+
+def test_a_run_whose_steps_all_fail_names_the_selection_and_what_to_try(monkeypatch):
+    monkeypatch.setattr(replanning, "MAX_CHANGES", 0)
+    scene, rod = pendulum("thin", "auto")
+    plan = ancf.plan(scene, 2.0, ancf.position(rod.end), 1e-2, integrator=ancf.Newmark())
+    model = plan.model.with_counts({rod.name: 24})
+    long = replace(plan, model=model, steps=50, result=None, validity_range=None)
+    with pytest.raises(ancf.EnergyIncreaseError) as failure:
+        long.run()
+    message = str(failure.value)
+    assert "stopped at step" in message
+    assert f"The plan had selected {long.choice}, and 1 times shorter steps fail" in message
+    assert "plan with integrator=GeneralizedAlpha(0.5)" in message
+    assert "max_halvings" not in message
+    assert "The states up to here" in message
+    assert str(pickle.loads(pickle.dumps(failure.value))) == message
 
 
 def test_a_run_with_larger_strains_is_refined_until_two_agree():
