@@ -8,7 +8,7 @@ from typing import Any
 # Converged elements differ by how bending depends on stretch, so no selection avoids this effect.
 FLOOR = "stretch"
 # Effects that every element neglects in a motion without time integration.
-METHOD_EFFECTS = frozenset({"inertia", "nonlinearity", "modes"})
+METHOD_EFFECTS = frozenset({"inertia", "start", "nonlinearity", "modes"})
 SOURCE_NAMES = {
     "mesh": "mesh",
     "time": "steps",
@@ -19,6 +19,7 @@ SOURCE_NAMES = {
     "rotary inertia": "neglected rotary inertia",
     "bending": "neglected bending",
     "inertia": "neglected inertia",
+    "start": "vibrations of the start, which start='equilibrium' avoids",
     "nonlinearity": "nonlinear forces",
     "flexibility": "flexibility of rigid rods",
     "modes": "modes left out",

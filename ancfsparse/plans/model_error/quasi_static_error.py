@@ -28,10 +28,10 @@ def inertia_error(run: Trajectory, quantity: Quantity) -> float:
 
     Notes
     -----
-    The sum of the static response to the forces ``M a + C v`` along the path, and of vibrations:
-    about the first equilibrium, if the motion does not begin there, and by every change of its rate
-    over the lowest angular frequency.  If that frequency is not positive, motions have no
-    equilibrium to follow, and the estimate is infinite.
+    The sum of the static response to the forces ``M a + C v`` along the path, and of vibrations by
+    every change of its rate over the lowest angular frequency.  If that frequency is not positive,
+    motions have no equilibrium to follow, and the estimate is infinite.  Vibrations about the first
+    equilibrium add to it, see `start_error`.
     """
     omega = lowest_frequency(run)
     if not omega > 0.0:
@@ -43,8 +43,20 @@ def inertia_error(run: Trajectory, quantity: Quantity) -> float:
     # slope may, which excites one by the acceleration.
     vibration = changes * max(1.0 / (omega**2 * dt), 1.0 / omega)
     vibration += float(np.linalg.norm(rates[0])) / omega
-    at_start = _distance_from_equilibrium(run, quantity, values[:1])
-    return vibration + at_start + _dynamic_response(run, quantity, values)
+    return vibration + _dynamic_response(run, quantity, values)
+
+
+def start_error(run: Trajectory, quantity: Quantity) -> float:
+    """Return the amplitude of vibrations of a motion that does not begin at equilibrium.
+
+    That is the difference of a quantity between the start and the first equilibrium [its unit].
+    """
+    assert isinstance(run.system, System)
+    start = run.system.q0[None]
+    rest = np.zeros_like(start)
+    states = select_states(run, slice(1), q=start, v=rest, a=rest)
+    first = quantity.history(select_states(run, slice(1)))
+    return quantity.largest_difference(quantity.history(states), first)
 
 
 def is_dynamic(scene: Scene, t_end: float, changes: Sequence[Vector], limit: float) -> bool:
@@ -98,15 +110,6 @@ def lowest_frequency(run: Trajectory) -> float:
         at = run.system.state(float(run.t[k]), run.q[k], run.v[k], run.a[k], run.lam[k])
         squares.append(_lowest_eigenvalue(run.system.scene, at))
     return float(np.sqrt(max(min(squares), 0.0)))
-
-
-def _distance_from_equilibrium(run: Trajectory, quantity: Quantity, first: Vector) -> float:
-    """Return the difference of a quantity between the start and the first equilibrium."""
-    assert isinstance(run.system, System)
-    start = run.system.q0[None]
-    rest = np.zeros_like(start)
-    at_start = select_states(run, slice(1), q=start, v=rest, a=rest)
-    return quantity.largest_difference(quantity.history(at_start), first)
 
 
 def _dynamic_response(run: Trajectory, quantity: Quantity, values: Vector) -> float:

@@ -174,7 +174,7 @@ def _resolve_vibrations(trials: TrialRuns, equilibria: TrialRuns) -> TrialRuns:
         return trials
     effects = _neglected_by_method(equilibria, trial.run)
     pairs = zip(effects, absolute_tolerances(trials.goals, trial), strict=True)
-    if all(each["inertia"] <= VIBRATION_FRACTION * tolerance for each, tolerance in pairs):
+    if all(sum(each.values()) <= VIBRATION_FRACTION * tolerance for each, tolerance in pairs):
         return trials
     steps = steps_resolving_vibration(lowest_frequency(trial.run), t_end, trials.base)
     return replace(trials, base=steps)

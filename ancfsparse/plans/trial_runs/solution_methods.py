@@ -28,6 +28,7 @@ from ancfsparse.plans.model_error.quasi_static_error import (
     is_dynamic,
     lowest_frequency,
     max_load_acceleration,
+    start_error,
 )
 from ancfsparse.plans.quantities.quantity import Quantity
 from ancfsparse.plans.quantities.tolerances import Goal
@@ -168,9 +169,10 @@ class Statics(SolutionMethod):
         return FACTOR_OVERHEAD * stats.factorizations
 
     def neglected(self, run: Trajectory, quantity: Quantity) -> dict[str, float]:
-        """Estimate the effect of inertia and damping."""
-        # Where an equilibrium ceases to exist, the motion to another one is fast.
-        return {"inertia": np.inf if run.stats.recoveries else inertia_error(run, quantity)}
+        """Estimate the effects of inertia and damping, and of a start without equilibrium."""
+        if run.stats.recoveries:  # where an equilibrium ceases to exist, the motion is fast
+            return {"inertia": np.inf}
+        return {"inertia": inertia_error(run, quantity), "start": start_error(run, quantity)}
 
     def steps_to_verify(self, run: Trajectory, error: float) -> float:
         """Return the number of steps that resolves the slowest vibration."""

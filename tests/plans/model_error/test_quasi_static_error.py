@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
-from ancfsparse.plans.model_error.quasi_static_error import inertia_error, is_dynamic
+from ancfsparse.plans.model_error.quasi_static_error import (
+    inertia_error,
+    is_dynamic,
+    start_error,
+)
 from ancfsparse.plans.models.model import Model
 from ancfsparse.plans.quantities.tolerances import check_goals
 from ancfsparse.plans.selection.method_selection import _resolve_vibrations
 from ancfsparse.plans.trial_runs.solution_methods import Statics, _time_dependent_loads
+from ancfsparse.plans.trial_runs.trial_runs import TrialRuns
 from ancfsparse.system import System
 from tests.beams import build_beam
 from tests.plans.comparison import (
@@ -54,7 +59,33 @@ def test_a_cable_that_is_pulled_slowly_is_solved_as_statics(time, error):
     assert achieved <= asked
     assert plan.is_met
     assert run.measured[0] == pytest.approx(achieved, rel=0.6)
-    assert plan.predictions[0].sources["inertia"] >= 0.3 * achieved
+    sources = plan.predictions[0].sources
+    assert sources["inertia"] + sources["start"] >= 0.3 * achieved
+
+
+def test_a_start_without_equilibrium_is_named_and_refused_early(monkeypatch):
+    steps, run = [], TrialRuns._run
+
+    def counted(trials, model, n):
+        steps.append(n)
+        return run(trials, model, n)
+
+    monkeypatch.setattr(TrialRuns, "_run", counted)
+    scene, point = pulled(20.0)
+    named = "mostly by vibrations of the start, which start='equilibrium' avoids"
+    with pytest.raises(ancf.PlanError, match=named):
+        ancf.plan(scene, 20.0, ancf.position(point), "1 %")
+    assert max(steps) <= 102400  # not 409600, which took five times as long
+    assert ancf.plan(scene, 20.0, ancf.position(point), "1 %", start="equilibrium").is_met
+
+
+def test_vibrations_of_the_start_have_its_distance_from_equilibrium():
+    scene, point = pulled(20.0, "thin", 8)
+    path = ancf.quasi_static(scene, 20.0, 1.0)
+    distance = np.linalg.norm(point.position - ancf.solve_static(scene).position(point))
+    assert start_error(path, ancf.position(point)) == pytest.approx(distance, rel=1e-6)
+    begun = ancf.quasi_static(scene, 20.0, 1.0, start=ancf.solve_static(scene))
+    assert start_error(begun, ancf.position(point)) < 1e-6 * distance
 
 
 def test_what_is_not_slow_enough_is_marched():
