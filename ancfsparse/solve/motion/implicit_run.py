@@ -205,6 +205,8 @@ class ImplicitRun(FixedStepRun):
         self.stats.steps, self._projection_step = back.step, back.next_projection
         if self._compliant:
             self._compliant.steps_to_projection = back.projection_interval
+        if self._halving:
+            self._halving.last_level = 0
 
     def return_to(self, back: Checkpoint) -> None:
         """Return to a checkpoint of this run."""

@@ -13,6 +13,8 @@ from ancfsparse.solve.stepping.outcome_reporting import RECOVERABLE_OUTCOMES
 class StepHalving(StepRecovery):
     """Takes a step in 2, 4, 8 ... parts, each attempt from the state that the last one reached.
 
+    It begins with half as many parts as served in the last failed step.
+
     Pseudo-acceleration and multipliers are not corrected for the change of the step size: for some
     steps the multipliers are of first order.
 
@@ -20,6 +22,8 @@ class StepHalving(StepRecovery):
     ----------
     short_steps : int
         Accepted parts of steps.
+    last_level : int
+        Binary logarithm of the parts of the last step that succeeded in parts; 0 for none.
     """
 
     name = "shorter steps"
@@ -29,11 +33,12 @@ class StepHalving(StepRecovery):
         self._criterion, self._limit, self._dt = run.setup.criterion, run.max_halvings, run.clock.dt
         self._time_loop.may_shorten()
         self._iteration.halves = True
-        self.short_steps = 0
+        self.short_steps = self.last_level = 0
 
     def solve(self, step: int, outcome: Outcome) -> Outcome:
         """Advance the time loop by a step; parameters as of `attempt`."""
-        cause, rate, level, remaining = outcome, self._iteration.contraction, 0, 1
+        cause, rate, level = outcome, self._iteration.contraction, max(self.last_level - 2, 0)
+        remaining = 2**level
         # Compliant constraints are tried for whole steps only: a part goes on to Newton's method.
         yields, self._iteration.yields = self._iteration.yields, False
         while remaining and outcome in RECOVERABLE_OUTCOMES and level < self._limit:
@@ -52,6 +57,7 @@ class StepHalving(StepRecovery):
         self._change(self._dt)
         self.is_inside_step = level > 0 and remaining > 0
         if outcome == Outcome.CONVERGED:
+            self.last_level = level
             name = f"{2**level} steps of {self._dt / 2**level:.3g} s"
             self._record(step, name, cause, rate)
         return outcome

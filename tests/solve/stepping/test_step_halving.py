@@ -1,5 +1,6 @@
 """Steps that cannot be solved are crossed in shorter ones, if that is allowed, and listed."""
 
+import itertools
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import double_pendulum_bob, pendulum
+from ancfsparse.solve.recovery.step_halving import StepHalving
 
 FEW = ancf.Newton(max_iterations=2)  # not enough for a step of 8 ms, enough for one of 1 ms
 ONE = ancf.Newton(max_iterations=1)  # nor are the four of the last attempt enough for 40 ms
@@ -42,6 +44,21 @@ def test_crossed_steps_follow_the_motion_and_are_listed():
     assert max(event.step for event in found.stats.events) <= 100
     # As exact as steps of that length are: 8 ms make 1e-2 m of error.
     assert np.abs(tip - exact[::32]).max() < 2e-2
+
+
+def test_a_step_is_divided_into_half_as_many_parts_as_the_last_one_at_first(monkeypatch):
+    change, tried = StepHalving._change, [[]]
+
+    def record(halving, dt):
+        parts = round(4e-2 / dt)
+        tried.append([]) if parts == 1 else tried[-1].append(parts)
+        change(halving, dt)
+
+    monkeypatch.setattr(StepHalving, "_change", record)
+    run(4e-2, 6)
+    assert any(parts[-1] == 8 for parts in tried[:-2])
+    for last, parts in itertools.pairwise(tried[:-1]):
+        assert parts[0] == max(last[-1] // 2, 2)
 
 
 def test_states_are_saved_at_the_same_times():
