@@ -101,7 +101,7 @@ def simulate(
         the work of a load that jumps within a step is tolerated.  ``inf`` disables the check.
     max_halvings : int, optional
         Maximum number of halvings of a step that cannot be solved, or only with a spurious increase
-        of energy; each is listed in ``stats.events``.  By default 6 in scenes with contact, whose
+        of energy; each is listed in ``stats.events``.  By default 10 in scenes with contact, whose
         bodies begin to touch within steps; in others such a step ends the run.  Before that, other
         solvers than `Newton` repeat the last steps by Newton's method, which may avoid the failed
         step.  Only for implicit integrators with a fixed step.

@@ -18,7 +18,7 @@ from benchmarks.stability.map_spec import MapSpec
 from benchmarks.stability.stability_map import Stability
 
 SAMPLES = 4  # of the way of a point in a step, where penetrations are measured
-MAX_DEPTH = 0.3  # penetration over the radius with the default stiffness, see docs/contact.md
+MAX_DEPTH = 0.3  # penetration over the radius with the reference stiffness
 
 
 def measure(path: Trajectory, case: ContactCase) -> tuple[float, float, float]:
@@ -121,11 +121,11 @@ def findings(result: Stability) -> list[str]:
             for each in groups
         )
         + ".",
-        f"At {len(unsolved)} points no solver comes to the end, at {len(soft)} with the default "
-        "stiffness or less.",
+        f"At {len(unsolved)} points no solver comes to the end, at {len(soft)} with the "
+        "reference stiffness or less.",
         *(f"No solver comes to the end: {name}." for name in soft[:MAX_LISTED]),
         "Largest penetration over the radius of a run that came to its end, by the stiffness over "
-        f"the default one: {', '.join(deepest)}. Beyond {MAX_DEPTH:g} over the root of that "
+        f"the reference one: {', '.join(deepest)}. Beyond {MAX_DEPTH:g} over the root of that "
         f"stiffness are {len(deep)} of {len(complete)} runs (target: none, {verdict(not deep)}).",
         *(
             f"Sank in: {describe(result, run.map_point)}: {run.measures['depth']:.2g} radii."

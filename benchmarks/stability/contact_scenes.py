@@ -130,7 +130,9 @@ SHAPES: dict[str, Callable[[], Parts]] = {
 }
 
 
-def add_contact(shape: str, friction: str, stiffness: float | None) -> ContactCase:
+def add_contact(
+    shape: str, friction: str, stiffness: float | None, restitution: float | None = None
+) -> ContactCase:
     """Set up a scene with the stiffness of its contact [N/m2], or the default one."""
     parts = SHAPES[shape]()
     options = FRICTIONS[friction]
@@ -141,20 +143,24 @@ def add_contact(shape: str, friction: str, stiffness: float | None) -> ContactCa
         stiffness=stiffness,
         friction=options.get("friction", 0.0),
         slip_speed=options.get("slip_speed"),
+        restitution=restitution,
     )
     return ContactCase(parts.scene, contact)
 
 
 @cache
-def compute_default_stiffness(shape: str) -> float:
-    """Return the default stiffness of the contact of a scene [N/m2]."""
-    case = add_contact(shape, "no friction", None)
+def compute_reference_stiffness(shape: str) -> float:
+    """Return the stiffness for 10 % of the radius in an impact and 1 % at rest [N/m2].
+
+    It is the default one of a contact with a restitution.
+    """
+    case = add_contact(shape, "no friction", None, restitution=1.0)
     return default_stiffness(System(case.scene), case.contact, 0)
 
 
 def scale_stiffness(shape: str, friction: str, ratio: float) -> ContactCase:
-    """Set up a scene with a multiple of the default stiffness of its contact [-]."""
-    return add_contact(shape, friction, ratio * compute_default_stiffness(shape))
+    """Set up a scene with a multiple of the reference stiffness of its contact [-]."""
+    return add_contact(shape, friction, ratio * compute_reference_stiffness(shape))
 
 
 SCENES: dict[str, Callable[[float], ContactCase]] = {
@@ -162,4 +168,4 @@ SCENES: dict[str, Callable[[float], ContactCase]] = {
     for shape, friction in itertools.product(SHAPES, FRICTIONS)
     if shape != "level fall" or friction == "no friction"  # it does not slide
 }
-"""Each takes the stiffness of its contact over the default one [-]."""
+"""Each takes the stiffness of its contact over the reference one [-]."""

@@ -235,8 +235,9 @@ class Contacts(SceneBase):
             it sinks in by w/k, one under the tension T around a drum of radius R by T/(R k).  By
             default 2 (w + T/R) over 1 % of the radius, with the initial tension, all weights, and
             all point forces that are constants or signals in T, or more, so that an impact after a
-            fall from where the body begins sinks in by a tenth of the radius.  Between bodies a
-            crossing is assumed to bear the weight of a line over the extent of a body.
+            fall from where the body begins sinks in by at most 1 % of the radius, with a
+            restitution by 10 %.  Between bodies a crossing is assumed to bear the weight of a line
+            over the extent of a body.
         radius : float, optional
             Distance of the surface of the body from its axis [m]; by default half the diameter of a
             round section, and needed for others.  If given, it is that of all bodies.

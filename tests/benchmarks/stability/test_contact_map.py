@@ -20,7 +20,8 @@ from benchmarks.stability.contact_scenes import (
     FALL_HEIGHT,
     GRAVITY,
     SCENES,
-    compute_default_stiffness,
+    add_contact,
+    compute_reference_stiffness,
 )
 from benchmarks.stability.report import CONTACT_STUDY, integrator_chart, solver_chart
 from benchmarks.stability.stability_map import Stability, read
@@ -62,11 +63,11 @@ def test_steps_that_no_solver_solves_end_where_they_are_halved(shipped):
         assert path.t[-1] == pytest.approx(t_end)
 
 
-def test_the_default_stiffness_is_that_of_the_package():
+def test_the_reference_stiffness_is_that_for_a_tenth_of_the_radius():
     # An impact at sqrt(2 g h) is to sink in by a tenth of the radius of 5 mm.
     mass = 2e3 * np.pi * 5e-3**2
     expected = mass * 2.0 * GRAVITY * FALL_HEIGHT / 5e-4**2
-    assert compute_default_stiffness("level fall") == pytest.approx(expected, rel=1e-6)
+    assert compute_reference_stiffness("level fall") == pytest.approx(expected, rel=1e-6)
     case = SCENES["level fall, no friction"](10.0)
     assert case.contact.stiffness == pytest.approx(10.0 * expected, rel=1e-6)
 
@@ -82,6 +83,16 @@ def test_an_impact_sinks_in_by_a_tenth_of_the_radius():
     gain, loss = energy_changes(path)
     assert gain < 1e-8
     assert loss < 1e-8
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_with_default_arguments_every_run_ends_with_penetrations_of_at_most_a_hundredth(name):
+    for integrator in CONTACTS.integrators.values():
+        for dt in (1e-3, 5e-3):
+            case = add_contact(*name.split(", "), None)
+            t_end = round(CONTACTS.t_end / dt) * dt
+            path = ancf.simulate(case.scene, t_end, dt, integrator=integrator)
+            assert largest_depth(path, case) < 0.01
 
 
 def test_a_point_that_passes_through_within_a_step_is_deep():

@@ -8,7 +8,7 @@ import ancfsparse as ancf
 from tests.soak import scenes
 
 GRAVITY = 9.81  # [m/s2]
-SINKING = 0.1  # of a given stiffness in an impact, over the radius, as of the default one
+SINKING = 0.1  # of a given stiffness in an impact, over the radius
 REST = 0.01  # and under loads at rest
 MAX_STEPS = 4000  # of a run
 RESOLVED = 12.0  # steps of an impact times its restitution, which contact needs

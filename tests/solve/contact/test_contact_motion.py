@@ -91,18 +91,21 @@ def test_the_matrix_of_a_damped_impact_is_the_derivative_of_its_residual():
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
 def test_by_default_a_cable_sinks_in_by_little_at_rest_and_in_an_impact(unit):
-    """Half of 1 % of its radius at rest, a tenth after a fall; also with lengths in millimetres."""
+    """Half of 1 % of its radius at rest, a third of 1 % after a level fall; also in millimetres.
+
+    The soft layer adds half of its thickness of 1e-3 radii.
+    """
     section = ancf.Circle(0.01 * unit)
     depths = {}
-    for height in (0.0, 0.2 * unit):
+    for height, t_end, dt in ((0.0, 0.25, 5e-5), (0.2 * unit, 0.21, 5e-6)):
         scene = ancf.Scene((0.0, -9.81 * unit))
         start = 0.005 * unit + height
         rod = scene.add_beam("thin", (0, start), (unit, start), 8, section, MATERIAL)
         scene.contact(rod, FLOOR)
-        run = ancf.simulate(scene, 0.25, 5e-5, integrator=ancf.EnergyMomentum())
+        run = ancf.simulate(scene, t_end, dt, integrator=ancf.EnergyMomentum())
         depths[height] = 1.0 - run.position(rod.at(0.5 * unit))[:, 1] / (0.005 * unit)
     assert 0.004 < depths[0.0].mean() < 0.007
-    assert depths[0.2 * unit].max() == pytest.approx(0.1, rel=0.02)
+    assert depths[0.2 * unit].max() == pytest.approx(0.01 / 3.0 + 0.0005, rel=0.05)
 
 
 def test_by_default_a_loaded_wire_sinks_into_a_drum_by_little():
@@ -355,7 +358,7 @@ def test_sections_that_are_not_round_need_a_radius():
 
 @pytest.mark.parametrize("element", ["thin", "thick"])
 @pytest.mark.parametrize(("radius", "drum", "modulus"), [(0.004, 0.1, 1e8), (0.4, 7.25, 5.6e9)])
-def test_a_bent_beam_that_springs_off_a_drum_sinks_in_by_less_than_a_tenth(
+def test_a_bent_beam_that_springs_off_a_drum_sinks_in_by_less_than_a_hundredth(
     element, radius, drum, modulus
 ):
     """Its bending energy alone presses it."""
@@ -371,4 +374,4 @@ def test_a_bent_beam_that_springs_off_a_drum_sinks_in_by_less_than_a_tenth(
     run = ancf.simulate(scene, time, time / 400)
     distances = [np.linalg.norm(run.position(point), axis=1) for point in contact.points]
     deepest = reach - np.min(distances)
-    assert 0.01 * radius < deepest < 0.1 * radius
+    assert 3e-4 * radius < deepest < 0.01 * radius

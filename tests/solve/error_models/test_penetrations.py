@@ -94,7 +94,7 @@ def test_a_motion_that_sinks_in_deeper_than_the_radius_is_reported(length, kind,
     assert depth == pytest.approx(ratio * radius, rel=0.01)
     assert t == pytest.approx(half_period(length, 0.75), rel=0.03)
     assert run(depth=0.45) is None
-    assert enough / stiffness == pytest.approx(15.0 ** (2.5 if kind == "rod" else 2.0), rel=0.05)
+    assert enough / stiffness == pytest.approx(150.0 ** (2.5 if kind == "rod" else 2.0), rel=0.05)
     assert run(factor=enough / stiffness) is None
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
 from ancfsparse.scene.bodies.body import Body
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
@@ -18,12 +19,21 @@ from ancfsparse.scene.loads.loads import DistributedForce, PointForce
 from ancfsparse.scene.records.signal import Signal
 from ancfsparse.scene.records.time_dependent import TimeDependentValue
 from ancfsparse.system.contributions.force_elements.penetrations import (
-    IMPACT_RATIO,
-    REST_RATIO,
+    DEPTH_RATIO,
+    impact_ratio,
 )
 from ancfsparse.system.coordinates.discretization import Discretization
 
 LOAD_FACTOR = 2.0  # largest pressure over its mean: 1.25 to 1.5 along a wire around a drum
+# Largest speed in an impact over that of a level fall, where the impact is not damped: 2 at the end
+# of a rod whose other end touched first.  Cables that whip onto a floor need 2.8 for DEPTH_RATIO.
+SPEED_FACTOR = 3.0
+# Energy of a crossing over that of the length which bending waves reach: with 1 cables sink in by
+# up to 1.15 DEPTH_RATIO.
+CROSSING_FACTOR = 1.5
+# Arc along which a turning obstacle can increase the tension; three turns with a friction of .5
+# would ask for 12 000 times the stiffness [rad].
+MAX_ARC = 2.0 * math.pi
 ROUNDING = 1e-12  # of strains and angles that follow from positions [-]
 
 
@@ -33,7 +43,8 @@ def default_stiffness(system: Discretization, contact: Contact, number: int) -> 
     A line of the weight w per length sinks in by w/k at rest, one under the tension T around a
     round obstacle of radius R by T/(R k), and one of the mass mu per length that arrives with the
     speed v by v sqrt(mu/k).  One with the curvature kappa at the start and the bending stiffness EI
-    springs back at a speed of about kappa sqrt(EI/mu).
+    springs back at a speed of about kappa sqrt(EI/mu).  A turning obstacle increases the tension
+    along the angle phi of its arc by up to exp(friction phi).
 
     Raises
     ------
@@ -44,18 +55,24 @@ def default_stiffness(system: Discretization, contact: Contact, number: int) -> 
     gravity = float(np.linalg.norm(system.scene.gravity))
     mass = _mass_per_length(body)
     pressure = mass * gravity + _distributed_load(system)
+    gaps = obstacle.distances(body.positions) - radius
     if not obstacle.is_flat:
         weight = gravity * sum(_mass(each) for each in system.bodies)
         tension = _initial_tension(body) + _point_load(system) + weight
-        pressure += tension / (obstacle.bend_radius + radius)
-    gaps = obstacle.distances(body.positions) - radius
+        bend_radius = obstacle.bend_radius + radius
+        if np.any(obstacle.spin):
+            arc = min(_length_near(body, gaps, radius) / bend_radius, MAX_ARC)
+            tension *= math.exp(contact.friction * arc)
+        pressure += tension / bend_radius
     squared_speed = 2.0 * gravity * float(np.max(gaps, initial=0.0))
     if body.velocity is not None:
         squared_speed += float(np.max(np.sum(body.velocity(body.positions) ** 2, axis=1)))
     squared_speed += _squared_release_speed(body)
+    if not contact.restitution:
+        squared_speed *= SPEED_FACTOR**2
     stiffness = max(
-        LOAD_FACTOR * pressure / (REST_RATIO * radius),
-        mass * squared_speed / (IMPACT_RATIO * radius) ** 2,
+        LOAD_FACTOR * pressure / (DEPTH_RATIO * radius),
+        mass * squared_speed / (impact_ratio(contact.restitution) * radius) ** 2,
     )
     return _check_known(stiffness, contact.name_with((body,)))
 
@@ -76,7 +93,8 @@ def default_stiffness_between(system: Discretization, contact: BeamContact) -> f
         If there are neither loads, tensions nor speeds.
     """
     radius, bodies = min(contact.radii), contact.bodies
-    rest, impact, distance = REST_RATIO * radius, IMPACT_RATIO * radius, 2.0 * radius
+    rest, distance = DEPTH_RATIO * radius, 2.0 * radius
+    impact = impact_ratio(contact.restitution) * radius
     gravity = np.array(system.scene.gravity)
     size = float(np.linalg.norm(gravity))
     load = _point_load(system) + max(_initial_tension(body) for body in bodies)
@@ -101,12 +119,19 @@ def default_stiffness_between(system: Discretization, contact: BeamContact) -> f
         mass = _reduced_mass(
             contact, lambda body: _mass_per_length(body) * _moved_length(body, time)
         )
+        if not contact.restitution:
+            mass *= CROSSING_FACTOR
         stiffness = max(
             stiffness,
             line * squared_speed / impact**2,
             1.875 * 0.5 * mass * squared_speed / (math.sqrt(2.0 * distance) * impact**2.5),
         )
     return _check_known(stiffness, contact.what)
+
+
+def _length_near(body: ElasticBody, gaps: Vector, limit: float) -> float:
+    """Return the length of the elements both of whose ends have a smaller gap than a limit [m]."""
+    return float(body.lengths @ (gaps[body.row_nodes[body.ends]] < limit).all(axis=1))
 
 
 def _check_known(stiffness: float, what: str) -> float:

@@ -13,9 +13,13 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, PenetrationWarning
 from ancfsparse.system.contributions.interface import Contribution
 
-REST_RATIO = 0.01  # penetration at rest with the default stiffness, over the radius of the body
-IMPACT_RATIO = 0.1  # penetration in an impact with it, over this radius
-MAX_EXCESS = 3.0  # limit of penetrations, over those for which the default stiffness is chosen
+DEPTH_RATIO = 0.01  # penetration with the default stiffness, over the radius of the body
+# The same in an impact with a restitution, whose duration all steps must resolve: with .01 they
+# would be 10 to 30 times as short.
+RESTITUTION_DEPTH_RATIO = 0.1
+MAX_REST_RATIO = 0.03  # limit of penetrations at rest with the default stiffness, over the radius
+# The same in a run: in a rope that is bent to its own radius single points reach .17 for a moment.
+MAX_RUN_RATIO = 0.3
 # Limit of penetrations with a given stiffness, over the radius.  Beyond it the axis is inside:
 # round obstacles press a body that passes their middle to the other side.
 MAX_SOFT_RATIO = 1.0
@@ -54,16 +58,19 @@ class PenetrationLimit:
         Whether the stiffness follows from loads and speeds at the start.
     exponent : float
         Of the penetration in the force: 1 along a line, 3/2 where two lines cross.
+    restitution : float
+        Coefficient of restitution, 0 for none.
     """
 
     what: str
     is_default: bool
     exponent: float
+    restitution: float
 
     def allows(self, deepest: Penetration, at_rest: bool) -> bool:
         """Return whether a penetration needs no warning."""
-        largest = MAX_EXCESS * _goal(at_rest) if self.is_default else MAX_SOFT_RATIO
-        return deepest.depth <= largest * deepest.radius
+        largest = MAX_REST_RATIO if at_rest else MAX_RUN_RATIO
+        return deepest.depth <= (largest if self.is_default else MAX_SOFT_RATIO) * deepest.radius
 
     def warning(self, deepest: Penetration, when: str, at_rest: bool) -> PenetrationWarning:
         """Return the warning of a penetration at a time or a load.
@@ -73,7 +80,7 @@ class PenetrationLimit:
         """
         ratio = deepest.depth / deepest.radius
         power = self.exponent if at_rest else self.exponent + 1.0
-        enough = deepest.stiffness * (ratio / _goal(at_rest)) ** power
+        enough = deepest.stiffness * (ratio / self._goal(at_rest)) ** power
         cause = (
             f"the default stiffness of {deepest.stiffness:.3g} N/m2 follows from the loads and "
             "speeds known at the start"
@@ -87,9 +94,13 @@ class PenetrationLimit:
             f"stiffness={enough:.2g}"
         )
 
+    def _goal(self, at_rest: bool) -> float:
+        return DEPTH_RATIO if at_rest else impact_ratio(self.restitution)
 
-def _goal(at_rest: bool) -> float:
-    return REST_RATIO if at_rest else IMPACT_RATIO
+
+def impact_ratio(restitution: float) -> float:
+    """Return the penetration in an impact with the default stiffness, over the radius."""
+    return RESTITUTION_DEPTH_RATIO if restitution else DEPTH_RATIO
 
 
 class LimitedPenetration(Contribution):

@@ -32,12 +32,12 @@ def crossing(height, angle=90.0, gravity=9.81, velocity=None, material=RUBBER):
 
 @pytest.mark.parametrize("angle", [0.0, 30.0, 90.0])
 @pytest.mark.parametrize("height", [0.03, 0.5])
-def test_a_cable_that_falls_on_another_one_sinks_in_by_a_tenth_of_its_radius(height, angle):
+def test_a_cable_that_falls_on_another_one_sinks_in_by_a_hundredth_of_its_radius(height, angle):
     scene, contact = crossing(height, angle)
     run = ancf.simulate(
         scene, round(math.sqrt(0.2 * height) + 0.05, 3), 5e-4, integrator=ancf.EnergyMomentum()
     )
-    assert 0.005 < run.contact_force(contact).penetration.max() / RADIUS < 0.11
+    assert 5e-4 < run.contact_force(contact).penetration.max() / RADIUS < 0.01
 
 
 @pytest.mark.parametrize("speed", [1.0, 10.0])
@@ -46,7 +46,7 @@ def test_a_cable_that_is_thrown_at_another_one(speed, material):
     """A part of its mass meets the other one: what bending waves reach during the impact."""
     scene, contact = crossing(0.0101, 90.0, 0.0, (0.0, 0.0, -speed), material)
     run = ancf.simulate(scene, 0.01, 5e-5, integrator=ancf.EnergyMomentum())
-    assert 0.04 < run.contact_force(contact).penetration.max() / RADIUS < 0.14
+    assert 2e-3 < run.contact_force(contact).penetration.max() / RADIUS < 0.01
 
 
 def test_a_force_on_a_long_beam_accelerates_the_length_that_bending_waves_reach():
@@ -61,7 +61,7 @@ def test_a_force_on_a_long_beam_accelerates_the_length_that_bending_waves_reach(
     assert run.velocity(beam.at(1.0))[3:, 1] == pytest.approx(expected[3:], rel=0.01)
 
 
-def test_cables_of_a_heap_at_rest_sink_in_by_one_percent():
+def test_cables_of_a_heap_sink_in_by_less_than_one_percent():
     scene, cables = ancf.Scene((0.0, 0.0, -9.81)), []
     for k in range(20):
         layer, rank = divmod(k, 5)
@@ -76,8 +76,8 @@ def test_cables_of_a_heap_at_rest_sink_in_by_one_percent():
     among = scene.contact(cables, cables, friction=0.3)
     run = ancf.simulate(scene, 0.3, 1e-3, integrator=ancf.GeneralizedAlpha(0.5))
     depth = run.contact_force(among).penetration / RADIUS
-    assert 1e-3 < depth[-1] < 0.01
-    assert depth.max() < 0.1
+    assert 1e-4 < depth[-1] < 0.01
+    assert depth.max() < 0.01
     assert run.stats.iterations < 5 * run.stats.steps
 
 

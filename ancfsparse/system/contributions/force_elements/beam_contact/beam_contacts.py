@@ -67,7 +67,9 @@ class BeamContactContribution(LimitedPenetration):
         # Of the bristles of pairs among the history variables of the system.
         self._first_history = first_history
         self.stiffness = contact.stiffness or default_stiffness_between(system, contact)
-        self.penetration_limit = PenetrationLimit(contact.what, contact.stiffness is None, 1.5)
+        self.penetration_limit = PenetrationLimit(
+            contact.what, contact.stiffness is None, 1.5, contact.restitution
+        )
         self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
         self.compiled: CompiledBeamContact
 

@@ -104,7 +104,9 @@ class ContactContribution(LimitedPenetration):
         is_default = contact.stiffness is None
         # The pressure of a flat obstacle is right at any depth, so a given stiffness can be soft.
         if is_default or not contact.obstacle.is_flat:
-            self.penetration_limit = PenetrationLimit(contact.what, is_default, exponent=1.0)
+            self.penetration_limit = PenetrationLimit(
+                contact.what, is_default, exponent=1.0, restitution=contact.restitution
+            )
         relative: list[tuple[float, Point]] = []
         vectors: list[int] = []
         if contact.on is not None:
