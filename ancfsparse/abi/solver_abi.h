@@ -74,6 +74,14 @@ typedef struct {
     /* Whether bodies touch in other places than in the last accepted state, by the last residual;
      * null: never. */
     int (*contacts_changed)(void *context);
+    /* Add the pressures of the last residual, times a part of an explicit step, to their impulses in it.
+     * Null, like the next one, without contacts. */
+    void (*add_impulses)(void *context, double weight);
+    /* End such a step; the weight is the part of it that the pressures at its start have.  Add the energy
+     * that points which separate have gained since they touched to `gain`, and forces that pull them
+     * back to out[n_all]; return whether any point touches in the step. */
+    int (*end_impulses)(void *context, double weight, const ancf_state *x0, const ancf_state *x1,
+                        double *gain, double *out);
     /* values += factor more, of two matrices without a residual in between */
     void (*add)(void *context, double factor, const double *more, double *values);
 } ancf_system;

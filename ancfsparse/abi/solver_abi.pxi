@@ -35,6 +35,9 @@ cdef extern from "solver_abi.h":
         void (*set_step)(void *, double) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
         int (*contacts_changed)(void *) noexcept nogil
+        void (*add_impulses)(void *, double) noexcept nogil
+        int (*end_impulses)(void *, double, const ancf_state *, const ancf_state *, double *,
+                            double *) noexcept nogil
         void (*add)(void *, double, const double *, double *) noexcept nogil
 
     ctypedef struct ancf_coupling:

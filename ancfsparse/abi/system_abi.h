@@ -64,6 +64,9 @@ typedef struct {
     int (*admits)(void *context, const double *q0, const double *q1);
     /* As in ancf_system */
     int (*contacts_changed)(void *context);
+    void (*add_impulses)(void *context, double weight);
+    int (*end_impulses)(void *context, double weight, const ancf_state *x0, const ancf_state *x1,
+                        double *gain, double *out);
 } ancf_contribution;
 
 #endif

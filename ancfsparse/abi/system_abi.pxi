@@ -33,3 +33,6 @@ cdef extern from "system_abi.h":
         void (*tune)(void *, const double *) noexcept nogil
         int (*admits)(void *, const double *, const double *) noexcept nogil
         int (*contacts_changed)(void *) noexcept nogil
+        void (*add_impulses)(void *, double) noexcept nogil
+        int (*end_impulses)(void *, double, const ancf_state *, const ancf_state *, double *,
+                            double *) noexcept nogil

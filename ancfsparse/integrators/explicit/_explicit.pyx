@@ -10,7 +10,7 @@ and the last acceleration is the first one of the next step.  If forces depend o
 there are constraints (held.pxi), stages have velocities too, V_i = v + h sum_{j < i} B_ij a_j.
 """
 from cpython.pycapsule cimport PyCapsule_GetPointer
-from libc.math cimport INFINITY, fabs, sqrt
+from libc.math cimport INFINITY, fabs, isinf, sqrt
 from libc.stdint cimport int32_t
 from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy, memset
@@ -88,7 +88,8 @@ cdef class Explicit:
     cdef Drives drives
     cdef ptrdiff_t n, n_all, stages, padded
     cdef double dt
-    cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam
+    cdef double lifted, gained  # energy of the dead load in the present contacts, and of past ones [J]
+    cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam, change, rest
     cdef double[:, ::1] pull, swing, rate, history, accelerations
     cdef bint swings  # whether stages have velocities
     # Two buffers for the state, current and next.
@@ -135,6 +136,7 @@ cdef class Explicit:
         self.q, self.v, self.rate = places, speeds, np.zeros((self.stages, self.padded))
         self.lam, self.phi = np.zeros((2, max(len(constraints.offset), 1)))
         self.none = np.zeros(max(len(constraints.offset), 1))
+        self.change, self.rest = np.zeros((2, width))
         if sizes is None:
             self.owner = (system, seed, set_held(
                 &self.held, self.seed, self.n, constraints, &self.q[0, 0], &self.lam[0]))
@@ -168,7 +170,7 @@ cdef class Explicit:
     def memory(self):
         """Return the memory of the loop besides the state: energy watch, history of the loads."""
         out = {"watch": watch_memory(&self.watch), "amplitudes0": np.array(self.load)}
-        out["power0"] = self.drives.power0
+        out["power0"], out["lifted"], out["gained"] = self.drives.power0, self.lifted, self.gained
         for row, name in enumerate(REMEMBERED):
             out[name] = np.array(self.history[row])
         return out
@@ -176,6 +178,7 @@ cdef class Explicit:
     def recall(self, memory):
         """Restore the `memory` of a time loop that reached the current state."""
         recall_watch(&self.watch, memory["watch"])
+        self.lifted, self.gained = memory.get("lifted", 0.0), memory.get("gained", 0.0)
         np.asarray(self.load)[:] = memory["amplitudes0"]
         for row, name in enumerate(REMEMBERED):
             np.asarray(self.history[row])[:] = memory[name]
@@ -229,6 +232,8 @@ cdef class Explicit:
                         load = &inputs[k * last + i - 1, 0]
                     if not self.accelerate(i, next, load):
                         outcome = self.trouble
+                    if self.system.add_impulses != NULL:
+                        self.system.add_impulses(self.system.context, -self.kick[i])
                     work += self.kick[i] * drives.power
                 if outcome:
                     break
@@ -238,6 +243,8 @@ cdef class Explicit:
                 if drives.n + self.saddle.n_led > 0:
                     follow(drives, load, &self.q[next, 0], &self.v[next, 0])
                     self.watch.work -= work
+                if self.system.add_impulses != NULL and not isinf(self.watch.limit):
+                    remove_gain(self, next)
                 if not dot(&self.v[next, 0], &self.v[next, 0], self.n) < INFINITY:
                     outcome = NOT_FINITE
                     break

@@ -58,7 +58,7 @@ cdef class Assembly:
                   const int64_t[::1] indptr, contributions):
         cdef Flat *flat = &self.flat
         cdef const ancf_contribution *each
-        cdef bint keeps = False, works = False, steps = False, chooses = False, touches = False
+        cdef bint keeps = False, works = False, steps = False, chooses = False, touches = False, presses = False
         # Kept alive: the structures below hold pointers to these.
         self.contributions, self.indptr = tuple(contributions), indptr
         flat.n_contributions = len(self.contributions)
@@ -78,6 +78,7 @@ cdef class Assembly:
             steps |= each.set_step != NULL
             chooses |= each.admits != NULL
             touches |= each.contacts_changed != NULL
+            presses |= each.add_impulses != NULL
         flat.couplings = <ancf_coupling **>calloc(
             max(flat.n_contributions, 1), sizeof(ancf_coupling *))
         if flat.couplings == NULL:
@@ -110,6 +111,9 @@ cdef class Assembly:
             self.interface.admits = admits
         if touches:
             self.interface.contacts_changed = contacts_changed
+        if presses:
+            self.interface.add_impulses = add_impulses
+            self.interface.end_impulses = end_impulses
         self.capsule = PyCapsule_New(&self.interface, "ancf_system", NULL)
 
     def __dealloc__(self):

@@ -298,3 +298,26 @@ cdef int contacts_changed(void *context) noexcept nogil:
         if each.contacts_changed != NULL and each.contacts_changed(each.context):
             return True
     return False
+
+
+cdef void add_impulses(void *context, double weight) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t k
+    for k in range(self.n_contributions):
+        each = self.contributions[k]
+        if each.add_impulses != NULL:
+            each.add_impulses(each.context, weight)
+
+
+cdef int end_impulses(void *context, double weight, const ancf_state *x0, const ancf_state *x1,
+                      double *gain, double *out) noexcept nogil:
+    cdef const Flat *self = <const Flat *>context
+    cdef const ancf_contribution *each
+    cdef ptrdiff_t k
+    cdef int touches = False
+    for k in range(self.n_contributions):
+        each = self.contributions[k]
+        if each.end_impulses != NULL:
+            touches |= each.end_impulses(each.context, weight, x0, x1, gain, out)
+    return touches

@@ -36,6 +36,9 @@ cdef struct Data:
     double *slides  # of each point, 1 if its bristle slides there, otherwise 0; null without `friction0`
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
+    # Of each point, see impact_gains.pxi: energy gained in the present contact [J], impulse in the step [N s].
+    double *gain
+    double *impulse
     double *deepest  # penetration of an accepted state that is largest over its layer [m], its point
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
@@ -174,12 +177,13 @@ cdef class Contact(CompiledContribution):
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         has_two = data.grip > 0.0 and friction0 > friction
         self.interface.n_history += n * has_two
-        self.interface.n_memory = self.interface.n_history + 2 * n + 2
+        self.interface.n_memory = self.interface.n_history + 3 * n + 2
         data.z = self.copy(np.zeros(self.interface.n_memory))
         data.slides = data.z + n * data.points.dim if has_two else NULL
         data.before = data.z + self.interface.n_history
         data.last = data.before + n
-        data.deepest = data.last + n
+        data.gain, data.impulse = data.last + n, self.copy(np.zeros(n))
+        data.deepest = data.gain + n
         data.base, data.normal = self.copy(in_space(base)), self.copy(in_space(normal))
         data.projector, data.spin = self.copy(in_space(projector)), self.copy(in_space(spin))
         data.turning, data.on_body = integers(turning), np.any(turning)
@@ -217,6 +221,7 @@ cdef class Contact(CompiledContribution):
         self.interface.memory = data.z
         self.interface.begin, self.interface.accept = begin, accept
         self.interface.set_step, self.interface.contacts_changed = set_step, contacts_changed
+        self.interface.add_impulses, self.interface.end_impulses = add_impulses, end_impulses
         if friction > 0.0:
             self.interface.work = work
 
@@ -389,3 +394,4 @@ include "residual/three_points.pxi"
 include "residual/contact_residual.pxi"
 include "contact_matrix.pxi"
 include "losses.pxi"
+include "impact_gains.pxi"

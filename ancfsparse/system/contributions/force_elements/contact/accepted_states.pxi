@@ -44,6 +44,7 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
             k = self.groups.first[g] + p
             self.before[k] = here[p].e
             self.last[k] = saved_force(self, k, &here[p], x.v)
+            self.gain[k] = self.impulse[k] = 0.0
 
 
 cdef void accept_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *call,
