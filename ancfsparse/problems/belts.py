@@ -171,8 +171,7 @@ class Belt:
                 limit = SLIDING_FRACTION * contact.friction * force.pressure
                 slides = np.linalg.norm(force.friction, axis=2) > np.maximum(limit, 1e-9)
                 stretch = 1.0 + _forces(run, contact.bodies[0]) / self.data.axial_stiffness
-                lengths = (slides * contact.weights).reshape(*stretch.shape, -1).sum(axis=2)
-                length += np.sum(lengths * stretch, axis=1)
+                length += np.sum(slides * contact.weights * stretch[:, contact.elements], axis=1)
             return np.degrees(length / pulley.radius)
 
         return arc

@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from ancfsparse.scene import Circle, Material, Scene
-from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS
+from ancfsparse.scene.force_elements.contact_points import POINTS_PER_PART
 from ancfsparse.scene.force_elements.obstacles import HalfSpace
 from ancfsparse.solve import simulate
 from ancfsparse.system import System
@@ -117,9 +117,9 @@ def _time_points(runs: tqdm[Any]) -> list[PointCost]:
     for n, case in product(SIZES, CASES):
         contact = best[n, case] - best[n, "elements"]
         ratios = contact / (best[n, "elements"] - best[n, "call"])
-        factor = 1e9 / (GAUSS_POINTS * n)
+        factor = 1e9 / (POINTS_PER_PART * n)
         costs.append(
-            PointCost(case, GAUSS_POINTS * n, *(factor * contact).tolist(), *ratios.tolist())
+            PointCost(case, POINTS_PER_PART * n, *(factor * contact).tolist(), *ratios.tolist())
         )
     return costs
 

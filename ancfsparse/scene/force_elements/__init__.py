@@ -16,6 +16,9 @@ if TYPE_CHECKING:
         check_on as check_on,
         radius_of as radius_of,
     )
+    from ancfsparse.scene.force_elements.contact_points import (
+        distribute_points as distribute_points,
+    )
     from ancfsparse.scene.force_elements.fixed_ends import (
         describe_left_out as describe_left_out,
         fixed_points as fixed_points,
@@ -29,6 +32,7 @@ __getattr__ = on_demand(
     {
         "beam_contacts": "BeamContact check_pairs",
         "contact_checks": "check_bodies check_contact check_law check_on radius_of",
+        "contact_points": "distribute_points",
         "fixed_ends": "describe_left_out fixed_points is_left_out joined_points near_elements",
     },
 )

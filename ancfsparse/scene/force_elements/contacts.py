@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancfsparse.array_types import Vector
+from ancfsparse.array_types import Indices, Vector
 from ancfsparse.checks import check_flag, check_moderate
 from ancfsparse.errors import InputError
 from ancfsparse.messages import format_numbers, format_value
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from ancfsparse.scene.force_elements.obstacles import Obstacle
     from ancfsparse.scene.joints.joint import Joint
 
-GAUSS_POINTS = 3  # per element, which are exact to degree five
 # Thickness of the layer in which the pressure begins, over the radius of the beam: a tenth of a
 # penetration of 1 % of the radius, whose position of rest it shifts by a twentieth.
 LAYER_RATIO = 1e-3
@@ -91,6 +90,8 @@ class Contact(ContactLaw):
         Likewise; by default both frictions are equal.
     separates
         `push_out`.
+    added_joints : tuple of Joint
+        Joints of the scene that were added before.
     """
 
     bodies: tuple[ElasticBody, ...]
@@ -103,6 +104,7 @@ class Contact(ContactLaw):
     restitution: float
     static_friction: float
     separates: bool
+    added_joints: tuple[Joint, ...] = field(default=(), repr=False)
 
     @property
     def what(self) -> str:
@@ -120,14 +122,29 @@ class Contact(ContactLaw):
     @property
     def points(self) -> list[Point]:
         """Quadrature points on the axes of the bodies, in the order of their elements."""
-        xi = (0.5 + 0.5 * _gauss_rule()[0]).tolist()
         return [
-            Point(body, e, x) for body in self.bodies for e in range(body.n_elements) for x in xi
+            Point(body, e, x)
+            for body, (elements, xi, _) in zip(self.bodies, self._point_data, strict=True)
+            for e, x in zip(elements.tolist(), xi.tolist(), strict=True)
+        ]
+
+    @cached_property
+    def _point_data(self) -> list[tuple[Indices, Vector, Vector]]:
+        """Elements, positions and lengths of the points of each body, see `distribute_points`."""
+        return [
+            force_elements.distribute_points(body, radius, self.obstacle, self.added_joints)
+            for body, radius in zip(self.bodies, self.radii, strict=True)
         ]
 
     def per_point(self, values: ArrayLike) -> Vector:
         """Return values of the bodies, repeated for each quadrature point, (k,)."""
-        return np.repeat(values, [GAUSS_POINTS * body.n_elements for body in self.bodies])
+        return np.repeat(values, [len(elements) for elements, _, _ in self._point_data])
+
+    @property
+    def elements(self) -> Indices:
+        """Elements of the quadrature points, numbered among those of all bodies, (k,)."""
+        first = self.per_point(self.starts).astype(np.int64)
+        return np.asarray(first + np.concatenate([each[0] for each in self._point_data]))
 
     def notes(self, joints: Iterable[Joint]) -> list[str]:
         """Return sentences on the parts that it leaves out."""
@@ -153,14 +170,7 @@ class Contact(ContactLaw):
     @property
     def weights(self) -> Vector:
         """Lengths that the quadrature points represent, (k,) [m]."""
-        lengths = np.concatenate([body.lengths for body in self.bodies])
-        return np.outer(lengths, 0.5 * _gauss_rule()[1]).ravel()
-
-
-@cache
-def _gauss_rule() -> tuple[Vector, Vector]:
-    """Return points and weights on the interval from -1 to 1."""
-    return np.polynomial.legendre.leggauss(GAUSS_POINTS)
+        return np.concatenate([lengths for _, _, lengths in self._point_data])
 
 
 class Contacts(SceneBase):
@@ -278,7 +288,8 @@ class Contacts(SceneBase):
 
         Notes
         -----
-        The force is evaluated at three Gauss points of each element.  Without a `restitution`,
+        The force is evaluated at three Gauss points of each element, or of each part of it at free
+        ends and where elements are long for a round obstacle.  Without a `restitution`,
         `EnergyMomentum` conserves the energy of an impact with any step.  With other implicit
         integrators an impact loses energy if it takes few steps: 1 % with 15, all with two.  In
         equilibria bristles are deflected by displacements since the last equilibrium, and friction
@@ -313,7 +324,16 @@ class Contacts(SceneBase):
             if on is not None:
                 self._own("a contact", force_elements.check_on(obstacle, on))
             radii = tuple(force_elements.radius_of(each, radius) for each in one)
-            contact = Contact(one, obstacle, stiffness, radii, on=on, separates=push_out, **law)
+            contact = Contact(
+                one,
+                obstacle,
+                stiffness,
+                radii,
+                on=on,
+                separates=push_out,
+                added_joints=tuple(self.joints),
+                **law,
+            )
             force_elements.check_contact(contact, self.joints, self.attachments)
         elif isinstance(obstacle, ElasticBody | list | tuple):
             other = force_elements.check_bodies(obstacle, self._own)

@@ -38,6 +38,7 @@ def test_the_points_of_an_element_form_a_group():
     steel = ancf.Material(1e9, 1e3)
     rod = scene.add_beam("thin", (0, 1), (1, 1), 7, ancf.Circle(0.01), steel)
     scene.pin(rod.start)
+    scene.pin(rod.end)
     disc = scene.add_body(mass=1.0, inertia=1.0, position=(0.5, 0.5))
     scene.contact(rod, ancf.Drum((0.5, 0.5), 0.3), on=disc)
     system = System(scene)

@@ -11,7 +11,8 @@ from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
-from ancfsparse.scene.force_elements.contacts import GAUSS_POINTS, GRIP_RATIO, LAYER_RATIO, Contact
+from ancfsparse.scene.force_elements.contact_points import POINTS_PER_PART
+from ancfsparse.scene.force_elements.contacts import GRIP_RATIO, LAYER_RATIO, Contact
 from ancfsparse.scene.force_elements.fixed_ends import fixed_points, is_left_out
 from ancfsparse.system import assembly
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
@@ -136,7 +137,7 @@ class ContactContribution(LimitedPenetration):
             points.start,
             points.place,
             points.weight,
-            *points.groups(GAUSS_POINTS, self._n_all),
+            *points.groups(POINTS_PER_PART, self._n_all),
             points.slots(pattern, self._n_free),
             contact.per_point(self.stiffness) * contact.weights * ~self._left_out,
             np.full(n, np.inf) if contact.restitution else self._impact_times(),
@@ -166,7 +167,7 @@ class ContactContribution(LimitedPenetration):
 
     def divide(self, n_free: int, n_all: int, threads: int) -> bool:
         """Assign the elements to threads, unless too many share coordinates."""
-        _, term, indices, _ = self._points.groups(GAUSS_POINTS, n_all)
+        _, term, indices, _ = self._points.groups(POINTS_PER_PART, n_all)
         # Coordinates of each group; those with fewer repeat their first one.
         longest = np.arange(np.diff(term).max())
         rows = term[:-1, None] + np.where(longest < np.diff(term)[:, None], longest, 0)
@@ -180,7 +181,7 @@ class ContactContribution(LimitedPenetration):
     def _impact_times(self) -> Vector:
         """Return the duration of an impact at every point, (n,) [s]."""
         masses = [body.masses_per_length for body in self.contact.bodies]
-        of_points = np.repeat(np.concatenate(masses), GAUSS_POINTS)
+        of_points = np.concatenate(masses)[self.contact.elements]
         return np.asarray(np.pi * np.sqrt(of_points / self.contact.per_point(self.stiffness)))
 
     def _settling_times(self) -> Vector:
@@ -227,7 +228,7 @@ class ContactContribution(LimitedPenetration):
     ) -> Iterator[tuple[Indices, Vector, Vector]]:
         """Yield elements, normal forces and friction of all points in a state."""
         forces = self.forces(q[None], v[None], None if history is None else history[None])[0]
-        yield np.arange(forces.shape[1]) // GAUSS_POINTS, *forces
+        yield self.contact.elements, *forces
 
     def _own_history(self, history: Vector | None, k: int) -> Vector:
         """Return its history variables in k states, (k, n_history), empty without them."""
