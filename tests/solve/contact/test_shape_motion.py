@@ -44,6 +44,7 @@ FRICTION = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:.*no force on a part of the axis:ancfsparse.PenetrationWarning")
 @pytest.mark.parametrize("friction", FRICTION)
 @pytest.mark.parametrize("is_moving", [False, True])
 @pytest.mark.parametrize("name", ORIENTED)
@@ -81,6 +82,7 @@ EQUAL = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:.*no force on a part of the axis:ancfsparse.PenetrationWarning")
 @pytest.mark.parametrize("friction", FRICTION)
 @pytest.mark.parametrize("integrator", [ancf.EnergyMomentum(), ancf.GeneralizedAlpha(0.9)])
 @pytest.mark.parametrize(

@@ -75,3 +75,47 @@ def test_a_coarse_cable_that_falls_on_a_drum_does_not_enter_it(n):
             distance = np.linalg.norm(run.position(cable.at(s)), axis=1) - size
             deepest = max(deepest, 1.0 - distance.min() / RADIUS)
     assert 0.0 < deepest < 0.3
+
+
+@pytest.mark.parametrize("is_on_body", [False, True])
+def test_a_narrow_block_between_two_points_is_reported(is_on_body):
+    """The axis is 7.5 mm from its side then; shorter elements touch it."""
+
+    def run(n):
+        scene = ancf.Scene((0.0, -9.81))
+        cable = scene.add_beam("thin", (-0.5, 0.03), (0.5, 0.03), n, SECTION, MATERIAL)
+        on = None
+        if is_on_body:
+            on = scene.add_body(mass=10.0, inertia=1.0, position=(0.19, -0.3), orientation=0.5)
+            scene.pin(on.origin)
+        block = ancf.Block((0.19, -0.3), (0.02, 0.6))
+        contact = scene.contact(cable, block, stiffness=1e5, on=on)
+        path = ancf.simulate(scene, 0.15, 5e-4, integrator=ancf.EnergyMomentum())
+        return path.contact_force(contact).pressure.max()
+
+    with pytest.warns(ancf.PenetrationWarning, match="between two points with forces") as caught:
+        assert run(4) == 0.0
+    assert "0.0075 m inside" in str(caught[0].message)
+    assert run(40) > 0.0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_depths_of_the_axis_are_those_in_the_frame_of_a_body_that_turns(dim):
+    scene, z = ancf.Scene((0.0,) * dim), (0.02,) * (dim - 2)
+    cable = scene.add_beam("thin", (-0.5, 0.1, *z), (0.5, 0.1, *z), 6, SECTION, MATERIAL)
+    spin = {"inertia": 1.0, "angular_velocity": 2.0}
+    if dim == 3:
+        spin = {"inertia": (1.0, 1.0, 1.0), "angular_velocity": (1.0, -2.0, 1.5)}
+    start = np.array((0.1, -0.3, *z))
+    body = scene.add_body(mass=1.0, position=start, velocity=(0.2, 0.1, *z), **spin)
+    block = ancf.Block((0.15, -0.2, *z), (0.3, 0.4, 0.2)[:dim], radius=0.05)
+    scene.contact(cable, block, on=body, stiffness=1e-6)
+    run = ancf.simulate(scene, 1.0, 0.05, integrator=ancf.EnergyMomentum(), max_energy_gain=np.inf)
+    part = next(each for each in run.system.contributions if each.is_contact)
+    origin = run.position(body.origin)
+    axes = np.stack([run.position(body.at(unit)) - origin for unit in np.eye(dim)], axis=1)
+    x = np.stack([run.position(cable.at(s)) for s in np.linspace(0.0, 1.0, 49)], axis=1)
+    for k in range(0, 21, 5):
+        local = start + (x[k] - origin[k]) @ axes[k].T
+        depths = 1.0 - block.distances(local) / RADIUS
+        assert part._axis_depths.deepest(run.q[k])[0] == pytest.approx(depths.max(), rel=1e-7)

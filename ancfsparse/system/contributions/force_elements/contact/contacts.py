@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cached_property, partial
 from typing import Any, Protocol
 
 import numpy as np
 
 from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
+from ancfsparse.errors import InputError
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.scene.force_elements.contact_points import POINTS_PER_PART
@@ -19,6 +21,7 @@ from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts import (
     BeamContactContribution,
 )
+from ancfsparse.system.contributions.force_elements.contact.axis_depths import AxisDepths
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
     IMPACT_STEPS,
@@ -37,6 +40,9 @@ from ancfsparse.system.contributions.force_elements.penetrations import (
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
+
+# Saved states of a run whose axes are checked between points: as many take 10 ms for 100 elements.
+CHECKED_STATES = 100
 
 
 class CompiledContact(Compiled, Protocol):
@@ -122,6 +128,7 @@ class ContactContribution(LimitedPenetration):
         for number, vector in enumerate(vectors, 1):
             self._turning[self._points.place[0] == vector] = number
         self._compiled: CompiledContact
+        self._make_axis_depths = partial(AxisDepths, system, contact, self._left_out)
 
     def cliques(self) -> list[Indices]:
         """Return the coordinates of each point and of the body of the obstacle."""
@@ -273,6 +280,28 @@ class ContactContribution(LimitedPenetration):
     def forget_deepest(self) -> None:
         """Discard the penetrations of earlier states."""
         self._compiled.forget_deepest()
+
+    def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
+        """Return a warning if a point, or the axis between two points, was too deep."""
+        deepest = self.deepest_of_motion
+        rows = np.unique(np.linspace(0, len(t) - 1, CHECKED_STATES).astype(int)).tolist()
+        try:
+            of_axis = self._axis_depths.warnings(
+                rows, q, deepest.depth / deepest.radius, lambda k: f"at t = {t[k]:.4g} s,"
+            )
+        except InputError:  # not all coordinates were saved
+            of_axis = []
+        return super().run_warnings(t, q) or of_axis
+
+    def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
+        """Return a warning if a point, or the axis between two points, is too deep."""
+        deepest = self.deepest_at(q[self._deepest_state(q)])
+        of_axis = self._axis_depths.warnings(range(len(q)), q, deepest.depth / deepest.radius, when)
+        return super().rest_warnings(q, when) or of_axis
+
+    @cached_property
+    def _axis_depths(self) -> AxisDepths:
+        return self._make_axis_depths()
 
     def begin_equilibria(self, q: Vector) -> None:
         """Let bristles be deflected by displacements from a state on, without deflections there."""

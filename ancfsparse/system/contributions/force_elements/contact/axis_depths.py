@@ -1,0 +1,115 @@
+"""Depth of the axes of a contact in its obstacle between the points with a contact force."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ancfsparse.array_types import Indices, Vector
+from ancfsparse.errors import PenetrationWarning
+from ancfsparse.kernels.hermite import position_weights
+from ancfsparse.scene import Point
+from ancfsparse.scene.force_elements.contacts import Contact
+from ancfsparse.system.contributions.force_elements.penetrations import MAX_SOFT_RATIO
+from ancfsparse.system.contributions.point_weights import PointSums
+from ancfsparse.system.coordinates.discretization import Discretization
+
+# Points of an element, from end to end.  Its contact points are .39 of it apart; with five points
+# the edge of a block can be between two of these too.
+POINTS_PER_ELEMENT = 9
+
+
+class AxisDepths:
+    """Depths of points of the axes, also between contact points.
+
+    Parameters
+    ----------
+    system : Discretization
+        The system.
+    contact : Contact
+        The contact.
+    is_left_out : (n,) bool
+        Whether a point of the contact has no force, since a joint fixes the axis there.
+    """
+
+    def __init__(self, system: Discretization, contact: Contact, is_left_out: Indices) -> None:
+        self._contact = contact
+        self._positions = np.linspace(0.0, 1.0, POINTS_PER_ELEMENT)
+        self._axes = [self._axis_of(system, body) for body in contact.bodies]
+        sizes = [body.n_elements for body in contact.bodies]
+        self._radii = np.repeat(np.repeat(contact.radii, sizes), POINTS_PER_ELEMENT)
+        self._is_left_out = np.zeros(sum(sizes), dtype=bool)
+        self._is_left_out[contact.elements[is_left_out]] = True
+        self._body: PointSums | None = None
+        if contact.on is not None:
+            at = [contact.on.origin, *(contact.on.at(unit) for unit in np.eye(system.dim))]
+            self._body = PointSums.of(
+                system, [[(1.0, point)] for point in (contact.base_point, *at)]
+            )
+
+    def _axis_of(self, system: Discretization, body: Any) -> tuple[Indices, Vector]:
+        """Return coordinates (n, 2 or 4, dim) and weights (n, k, 2 or 4) of the points."""
+        body = system.resolve(body)
+        kind, is_string = system.kind_of(body), system.kind_of(body).is_string
+        columns = [kind.columns("r")] if is_string else [kind.columns("r"), kind.columns("r_x")]
+        ends = system.elements(body).reshape(body.n_elements, 2, -1)
+        indices = np.stack([ends[:, :, each] for each in columns], axis=2)
+        indices = indices.reshape(body.n_elements, -1, system.dim)
+        return indices, position_weights(self._positions, body.lengths[:, None], is_string)
+
+    def deepest(self, q: Vector) -> tuple[float, int]:
+        """Return the largest depth over the radius in a state, and the number of its point."""
+        contact, dim = self._contact, self._contact.obstacle.dim
+        positions = np.concatenate(
+            [(weights @ q[indices]).reshape(-1, dim) for indices, weights in self._axes]
+        )
+        if self._body is not None and contact.on is not None:
+            terms = self._body.weight * q[self._body.place]
+            base, origin, *ends = np.add.reduceat(terms, self._body.start[:-1], axis=1).T
+            turned = (positions - base) @ (np.array(ends) - origin).T @ contact.on.vectors[0]
+            positions = np.array(contact.obstacle.base) + turned
+        ratios = 1.0 - contact.obstacle.distances(positions) / self._radii
+        ratios[np.repeat(self._is_left_out, POINTS_PER_ELEMENT)] = -np.inf
+        k = int(np.argmax(ratios))
+        return float(ratios[k]), k
+
+    def warnings(
+        self, rows: Iterable[int], q: Any, of_points: float, when: Callable[[int], str]
+    ) -> list[Warning]:
+        """Return a warning if an axis is deeper in one of the states than all points with a force.
+
+        Parameters
+        ----------
+        rows : iterable of int
+            Numbers of the states.
+        q : (n, n_all) array_like
+            All states.
+        of_points : float
+            Largest penetration of points with a force, over the radius [-].
+        when : function
+            Returns the time or load of a state in words.
+        """
+        ratio, k, row = max((*self.deepest(np.asarray(q[row])), row) for row in rows)
+        if ratio <= max(of_points, 0.0) + MAX_SOFT_RATIO:
+            return []
+        element, which = divmod(k, POINTS_PER_ELEMENT)
+        point, times = self._point(element, which), int(np.ceil(ratio))
+        return [
+            PenetrationWarning(
+                f"{self._contact.what} has no force on a part of the axis that is "
+                f"{(ratio - 1.0) * self._radii[k]:.3g} m inside, {when(row)} at {point!r}, between "
+                f"two points with forces: take at least {times} times as many elements, "
+                f"{times * point.beam.n_elements}"
+            )
+        ]
+
+    def _point(self, element: int, which: int) -> Point:
+        """Return a point of an element, numbered among those of all bodies."""
+        contact = self._contact
+        number = int(np.searchsorted(contact.starts, element, side="right")) - 1
+        body, element = contact.bodies[number], element - int(contact.starts[number])
+        if 0 < which < POINTS_PER_ELEMENT - 1:
+            return Point(body, element, float(self._positions[which]))
+        return Point(body, int(body.row_nodes[body.ends[element, int(which > 0)]]))
