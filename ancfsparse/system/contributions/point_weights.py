@@ -91,6 +91,33 @@ class PointSums:
             in_row.astype(np.int32),
         )
 
+    def alike(self, groups: tuple[Integers, ...], numbers: Sequence[Vector]) -> Integers:
+        """Return the first of the consecutive groups that are like each one, (g,) int32.
+
+        Alike are groups of three sums of four vectors in space whose weights and numbers are equal
+        and whose coordinates are in places at equal distances. Other groups have -1.
+
+        Parameters
+        ----------
+        groups : tuple of arrays
+            As `groups` returns them.
+        numbers : sequence of (n,) float
+            Numbers of each sum.
+        """
+        first, term, place, in_row = groups
+        like = np.full(len(in_row), -1, dtype=np.int32)
+        chosen = np.flatnonzero((in_row != 0) & (np.diff(first) == 3))
+        sums = first[chosen][:, None] + np.arange(3)
+        weights = self.weight[self.start[sums][:, :, None] + np.arange(4)]
+        own = np.concatenate([weights, np.stack(numbers, axis=-1)[sums]], axis=2)
+        places = place[term[chosen][:, None] + np.arange(4), 0]
+        joins = np.zeros(len(chosen), dtype=bool)
+        joins[1:] = (np.diff(chosen) == 1) & (own[1:] == own[:-1]).all(axis=(1, 2))
+        joins[2:] &= (np.diff(places, 2, axis=0) == 0).all(axis=1)
+        own_number = np.where(joins, 0, np.arange(len(chosen)))
+        like[chosen] = chosen[np.maximum.accumulate(own_number)]
+        return like
+
     def cliques(self, n_free: int, together: bool = False) -> list[Indices]:
         """Return the unknowns of each sum, or of all together, (1, dim p)."""
         starts = self.start[[0, -1]] if together else self.start

@@ -44,3 +44,28 @@ def test_the_points_of_an_element_form_a_group():
     system = System(scene)
     (contact,) = (each for each in system.contributions if hasattr(each, "contact"))
     assert np.array_equal(contact._points.groups(3, system.n_all)[0], np.arange(0, 22, 3))
+
+
+def test_groups_that_are_alike_have_equal_numbers_and_places_at_equal_distances():
+    scene = ancf.Scene((0, 0, -9.81))
+    steel = ancf.Material(1e9, 1e3)
+    for y, length, n in ((0, 1, 7), (1, 1, 7), (2, 2, 9)):
+        rod = scene.add_beam("thin", (0, y, 0), (length, y, 0), n, ancf.Circle(0.01), steel)
+        if y == 0:
+            scene.pin(rod.start)
+    scene.contact(scene.beams, ancf.HalfSpace((0, 0, -1), (0, 0, 1)))
+    system = System(scene)
+    (contact,) = (each for each in system.contributions if hasattr(each, "contact"))
+    points, numbers = contact._points, np.zeros(3 * 23)
+    numbers[3 * 4 + 1] = 1.0  # of one point of the fifth group
+    first, term, place, in_row = groups = points.groups(3, system.n_all)
+    alike = points.alike(groups, [numbers])
+    assert in_row.sum() == np.sum(alike >= 0) == 22  # of the last one, no fourth number can be read
+    places = place[term[:-1, None] + np.arange(4), 0]
+    weights = points.weight[points.start[first[:-1]][:, None] + np.arange(12)]
+    for g, a in enumerate(alike):
+        if g > a >= 0:
+            assert np.array_equal(places[g], places[a] + (g - a) * (places[a + 1] - places[a]))
+            assert np.array_equal(weights[g], weights[a])
+            assert not numbers[3 * a : 3 * g + 3].any()
+    assert len(np.unique(alike)) < 14

@@ -53,7 +53,7 @@ cdef struct Data:
     bint on_body  # whether the obstacle is on a body: any of `turning` is not zero
     bint is_round
     bint is_flat  # whether it is a plane at rest: all points have one normal, and places do not matter
-    bint is_plain  # whether residual/three_points.pxi applies
+    bint is_plain  # whether residual/points_in_lanes.pxi applies
     bint has_frame  # whether geometry/shapes.pxi applies, with the fields up to `frame_moves`
     const double *frame  # axes of the obstacle as rows, along its body, (dim, dim)
     const double *bounds  # of the core in it, (2, dim) [m]
@@ -79,7 +79,7 @@ cdef struct Data:
     ptrdiff_t n_all
     ptrdiff_t n_state  # numbers in `q0` and `x0`, 0 without bristles
     double *q0  # coordinates in the last accepted state
-    double *x0  # and positions of the points in it, (n, 4), the last of them unused [m]
+    double *x0  # and positions of the points in it, (n, 3) [m]
     double *share  # of each point: part of its displacement since the last equilibrium in contact
     double *trial  # of the last residual: displacements of bristles that stick, (n, 3) [m]
     # Of the last residual: penetrations where its matrix is requested, halfway a step from state to
@@ -113,8 +113,8 @@ cdef class Contact(CompiledContribution):
     ----------
     start, place, weight, slot
         The points as sums of coordinates, see points.pxi.
-    first, term, group_place, in_row
-        Points with the same coordinates, see `PointSums.groups`.
+    first, term, group_place, in_row, alike
+        Points with the same coordinates, see `PointSums.groups` and `PointSums.alike`.
     stiffness, impact_time : (n,) float
         Stiffness of each point [N/m], 0 if it does not touch, and the duration of an impact there [s].
     base, normal : (dim,) float
@@ -156,29 +156,26 @@ cdef class Contact(CompiledContribution):
     cdef double[::1] workspace
     cdef const int64_t[::1] first_slot
 
-    def __cinit__(self, start, place, weight, first, term, group_place, in_row, slot, stiffness,
-                  impact_time, base, normal, projector, spin, turning, bint is_round, frame,
+    def __cinit__(self, start, place, weight, first, term, group_place, in_row, alike, slot,
+                  stiffness, impact_time, base, normal, projector, spin, turning, bint is_round, frame,
                   bounds, double ring, grid, double cell, reach, layer,
                   double friction, double slip_speed, double friction0,
                   double grip, settling, double restitution, slow, ptrdiff_t n_all):
         cdef Data *data = &self.data
         cdef ptrdiff_t n
         take_points(&data.points, start, place, weight)
-        take_groups(&data.groups, first, term, group_place, in_row)
-        three, weight_of_three = weights_of_three(start, weight, first, in_row)
-        take_weights_of_three(&data.groups, three, weight_of_three)
-        self.owners += [three, weight_of_three]
+        take_groups(&data.groups, first, term, group_place, in_row, alike)
         data.slot = integers(slot)
-        data.stiffness = self.copy(np.append(stiffness, 0.0))  # rows of four numbers are read
-        data.rate, n = self.copy(np.append(STEPS_PER_IMPACT / impact_time, 0.0)), data.points.n
+        data.stiffness = self.copy_with_rest(stiffness, 0.0)
+        data.rate, n = self.copy_with_rest(STEPS_PER_IMPACT / impact_time, 0.0), data.points.n
         data.gamma = damped_share(restitution)
-        data.slow, data.settling = self.copy(slow), self.copy(np.append(settling, 0.0))
+        data.slow, data.settling = self.copy(slow), self.copy_with_rest(settling, 0.0)
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         has_two = data.grip > 0.0 and friction0 > friction
         self.interface.n_history += n * has_two
         self.interface.n_memory = self.interface.n_history + 3 * n + 2
-        data.z = self.copy(np.zeros(self.interface.n_memory))
+        data.z = self.copy_with_rest(np.zeros(self.interface.n_memory), 0.0)
         data.slides = data.z + n * data.points.dim if has_two else NULL
         data.before = data.z + self.interface.n_history
         data.last = data.before + n
@@ -193,7 +190,7 @@ cdef class Contact(CompiledContribution):
         self.first_slot = np.cumsum(np.append(0, np.diff(first) * (sizes * (sizes + 1) // 2)))
         data.first_slot = &self.first_slot[0]
         data.is_round = is_round
-        data.reach, data.layer = self.copy(np.append(reach, 0.0)), self.copy(np.append(layer, 1.0))
+        data.reach, data.layer = self.copy_with_rest(reach, 0.0), self.copy_with_rest(layer, 1.0)
         data.has_frame, data.ring = len(frame) > 0, ring
         data.frame_moves = data.has_frame and np.any(turning)
         if data.has_frame:
@@ -202,18 +199,19 @@ cdef class Contact(CompiledContribution):
             data.grid, data.cell = reals(grid), cell
             data.shape[0], data.shape[1], data.shape[2] = (*grid.shape, 1)[:3]
         data.friction, data.slip_speed, data.friction0 = friction, slip_speed, friction0
-        data.at = self.copy(np.full((3, data.points.n), np.nan))
-        data.force, data.slope = data.at + data.points.n, data.at + 2 * data.points.n
+        data.at = self.copy_with_rest(np.full(n, np.nan), 0.0)
+        data.force = self.copy_with_rest(np.full(n, np.nan), 0.0)
+        data.slope = self.copy_with_rest(np.full(n, np.nan), 0.0)
         data.n_all = n_all if data.grip > 0.0 else 0
-        data.n_state = (data.n_all + 4 * n) * (data.grip > 0.0)
-        data.q0 = self.copy(np.zeros(data.n_state + 1))
+        data.n_state = (data.n_all + 3 * n) * (data.grip > 0.0)
+        data.q0 = self.copy_with_rest(np.zeros(data.n_state), 0.0)
         data.x0 = data.q0 + data.n_all
         data.interval = data.turn = 0.0
         data.omega = np.linalg.norm(spin) / np.sqrt(2.0)
         data.is_plain = not (data.on_body or data.has_frame or data.gamma > 0.0)
         data.is_flat = not (is_round or data.has_frame or data.omega > 0.0)
         if data.grip > 0.0:
-            data.trial, data.share = self.copy(np.zeros((n, 3))), self.copy(np.ones(n))
+            data.trial, data.share = self.copy_with_rest(np.zeros(3 * n), 0.0), self.copy(np.ones(n))
         self.divide(np.array([0, 1, 1], np.int32), np.array([[0, 0, data.groups.n]], np.int32))
         self.interface.context, self.interface.damped = data, slip_speed > 0.0 or data.gamma > 0.0
         self.interface.residual, self.interface.between = residual, between
@@ -224,6 +222,15 @@ cdef class Contact(CompiledContribution):
         self.interface.add_impulses, self.interface.end_impulses = add_impulses, end_impulses
         if friction > 0.0:
             self.interface.work = work
+
+    cdef double *copy_with_rest(self, values, double rest) except NULL:
+        """Return the address of a copy on cache lines, followed by what vectors read beyond its end."""
+        room = np.full(len(values) + CACHE_LINE + 3 * LANES, rest)
+        cdef double[::1] view = room
+        cdef ptrdiff_t begin = CACHE_LINE - <ptrdiff_t>&view[0] // <ptrdiff_t>sizeof(double) % CACHE_LINE
+        room[begin:begin + len(values)] = values
+        self.owners.append(room)
+        return &view[begin]
 
     def divide(self, run_start, runs):
         """Distribute the groups of points among threads, as `partition_blocks` does."""
@@ -390,7 +397,8 @@ include "accepted_states.pxi"
 include "restitution.pxi"
 include "sliding.pxi"
 include "bristles.pxi"
-include "residual/three_points.pxi"
+include "residual/law_in_lanes.pxi"
+include "residual/points_in_lanes.pxi"
 include "residual/contact_residual.pxi"
 include "contact_matrix.pxi"
 include "losses.pxi"

@@ -20,12 +20,12 @@ cdef void keep_state(Data *self, const double *q) noexcept nogil:
     cdef ptrdiff_t g
     memcpy(self.q0, q, self.n_all * sizeof(double))
     for g in range(self.groups.n):
-        sum_group(self, g, q, self.x0 + 4 * self.groups.first[g], 4)
+        sum_group(self, g, q, self.x0 + 3 * self.groups.first[g], 3)
 
 
 cdef inline void recall(const Data *self, ptrdiff_t k, Place *out) noexcept nogil:
     """Find a point in that state."""
-    memcpy(out.x, self.x0 + 4 * k, sizeof(out.x))
+    memcpy(out.x, self.x0 + 3 * k, 3 * sizeof(double))
     if self.frame_moves:
         take_vectors(self, k, self.q0, out)
     measure(self, k, out)
@@ -61,7 +61,7 @@ cdef void accept_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *
             if self.grip > 0.0:
                 if self.interval > 0.0:
                     deflect(self, k, call.x.q, &here[p], force)
-                memcpy(self.x0 + 4 * k, here[p].x, sizeof(here[p].x))
+                memcpy(self.x0 + 3 * k, here[p].x, 3 * sizeof(double))
             self.last[k] = force
             self.before[k] = here[p].e
 

@@ -1,13 +1,18 @@
 """Contribution of a contact to the iteration matrix; included by `_contacts.pyx`."""
 
 
+cdef inline bint is_of_residual(const Data *self, ptrdiff_t k, const Place *here) noexcept nogil:
+    """Return whether a penetration is that of the last residual, but for rounding."""
+    return fabs(here.e - self.at[k]) <= SAME * self.layer[k]
+
+
 cdef inline bint respond(const Data *self, ptrdiff_t k, const Place *here, double *pressure,
                         double *slope) noexcept nogil:
     """Set pressure and stiffness of a point; return whether one of them is positive.
 
     In the state of the last residual they are taken from the residual, with damping.
     """
-    if here.e == self.at[k]:
+    if is_of_residual(self, k, here):
         pressure[0], slope[0] = self.force[k], self.slope[k]
     else:
         pressure[0] = self.stiffness[k] * law_force(here.e, self.layer[k])
@@ -78,7 +83,7 @@ cdef void add_blocks(const Data *self, ptrdiff_t k, int part, bint presses, bint
     cdef double[9] rubbing
     cdef double pressure, slope
     cdef bint sticks = part != DAMPING and (self.is_sticking or (
-        self.grip > 0.0 and self.interval > 0.0 and here.e == self.at[k]))
+        self.grip > 0.0 and self.interval > 0.0 and is_of_residual(self, k, here)))
     cdef ptrdiff_t i, j, c, e, dim = self.points.dim
     if not respond(self, k, here, &pressure, &slope):
         return

@@ -140,14 +140,20 @@ class ContactContribution(LimitedPenetration):
         dim, normal, core = obstacle.dim, obstacle.normal_vector, obstacle.core
         n = len(contact.points)
         is_affine = obstacle.projector is not None and (contact.on is None or obstacle.is_alike)
+        groups = points.groups(POINTS_PER_PART, self._n_all)
+        stiffness = contact.per_point(self.stiffness) * contact.weights * ~self._left_out
+        impact_times = np.full(n, np.inf) if contact.restitution else self._impact_times()
+        reach = obstacle.radius + contact.per_point(contact.radii)
+        layer, settling = LAYER_RATIO * contact.per_point(contact.radii), self._settling_times()
         self._compiled = compiled_module("contacts").Contact(
             points.start,
             points.place,
             points.weight,
-            *points.groups(POINTS_PER_PART, self._n_all),
+            *groups,
+            points.alike(groups, [stiffness, impact_times, reach, layer, settling]),
             points.slots(pattern, self._n_free),
-            contact.per_point(self.stiffness) * contact.weights * ~self._left_out,
-            np.full(n, np.inf) if contact.restitution else self._impact_times(),
+            stiffness,
+            impact_times,
             np.zeros(dim) if contact.on else np.array(obstacle.base),
             np.zeros(dim) if normal is None else normal,
             obstacle.projector if is_affine else np.zeros((dim, dim)),
@@ -159,13 +165,13 @@ class ContactContribution(LimitedPenetration):
             core.ring,
             core.coefficients,
             core.cell,
-            obstacle.radius + contact.per_point(contact.radii),
-            LAYER_RATIO * contact.per_point(contact.radii),
+            reach,
+            layer,
             contact.friction,
             contact.slip_speed,
             contact.static_friction,
             GRIP_RATIO,
-            self._settling_times(),
+            settling,
             contact.restitution,
             self._slow_rates(),
             self._n_all,

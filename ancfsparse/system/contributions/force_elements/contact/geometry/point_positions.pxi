@@ -12,6 +12,7 @@ cdef extern from "vectors.h":
 
 cdef enum:
     MAX_POINTS = 3  # points of a group: those of an element
+    CACHE_LINE = 8  # numbers
 
 
 cdef struct Groups:
@@ -20,36 +21,16 @@ cdef struct Groups:
     const int32_t *term  # first coordinate of each group in `place`, and the end
     const int32_t *place  # of all directions of each coordinate together
     const int32_t *in_row  # whether `sum_rows` applies: to cubic elements in space
-    # Of three points of such an element: weights of each of four vectors, (m, 4, 4), and their place
-    # for each group, or -1 for other groups.
-    const double *three
-    const int32_t *weight_of_three
+    const int32_t *alike  # first of the groups up to each one that are like it, see `PointSums.alike`
 
 
-cdef take_groups(Groups *self, first, term, place, in_row):
+cdef take_groups(Groups *self, first, term, place, in_row, alike):
     """Set the pointers into arrays that their owner keeps."""
     if np.max(np.diff(first)) > MAX_POINTS:
         raise ValueError(f"a group has at most {MAX_POINTS} points")
     self.n = len(first) - 1
     self.first, self.term, self.place = integers(first), integers(term), integers(place)
-    self.in_row = integers(in_row)
-
-
-cdef take_weights_of_three(Groups *self, three, weight_of_three):
-    """Set the pointers into arrays of `weights_of_three`, which their owner keeps."""
-    self.three, self.weight_of_three = reals(three), integers(weight_of_three)
-
-
-cdef weights_of_three(start, weight, first, in_row):
-    """Return the weights of groups of three points of cubic elements in space, see `Groups`."""
-    chosen = np.flatnonzero((in_row != 0) & (np.diff(first) == MAX_POINTS))
-    terms = start[first[chosen]][:, None] + np.arange(4 * MAX_POINTS)
-    different, which = np.unique(weight[terms], axis=0, return_inverse=True)
-    three = np.zeros((len(different), 4, 4))
-    three[:, :, :MAX_POINTS] = different.reshape(-1, MAX_POINTS, 4).transpose(0, 2, 1)
-    places = np.full(len(in_row), -1, dtype=np.int32)
-    places[chosen] = 16 * which.reshape(-1)
-    return three.reshape(-1), places
+    self.in_row, self.alike = integers(in_row), integers(alike)
 
 
 cdef inline void sum_terms(const double *weight, const int32_t *place, ptrdiff_t size,

@@ -72,76 +72,89 @@ cdef inline void set_point_force(const Data *self, ptrdiff_t g, ptrdiff_t p, con
 cdef void press_groups(Data *self, ptrdiff_t first, ptrdiff_t last, const Call *call,
                        ptrdiff_t part) noexcept nogil:
     """Subtract the forces on groups in a state from the residual."""
+    cdef Block block
+    cdef ptrdiff_t g = first, n
+    block.like = -1
+    while g < last:
+        n = block_size(self, g, last)
+        if n > 0:
+            press_block(self, g, n, &block, call.x, call.out)
+        else:
+            press_group(self, g, call.x, call.out)
+        g += max(n, 1)
+
+
+cdef void press_group(Data *self, ptrdiff_t g, const ancf_state *x, double *r) noexcept nogil:
+    """Subtract the forces on a group in a state from the residual."""
     cdef Place[MAX_POINTS] here
     cdef GroupForces forces
-    cdef const ancf_state *x = call.x
-    cdef double *r = call.out
     cdef double theta, e
-    cdef ptrdiff_t g, k, p
-    cdef bint together = self.is_plain and not self.is_static
-    for g in range(first, last):
-        if together and self.groups.weight_of_three[g] >= 0:
-            press_three(self, g, x, r)
+    cdef ptrdiff_t k, p
+    approach_group(self, g, x.q, here)
+    forces.any = False
+    for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+        k = self.groups.first[g] + p
+        if is_free(self, k, here[p].e):
+            self.at[k], self.force[k] = NAN, 0.0
+            clear_point_force(p, &forces)
             continue
-        approach_group(self, g, x.q, here)
-        forces.any = False
-        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
-            k = self.groups.first[g] + p
-            if is_free(self, k, here[p].e):
-                self.at[k], self.force[k] = NAN, 0.0
-                clear_point_force(p, &forces)
-                continue
-            face(self, &here[p])
-            theta = damping_ratio(self, k)
-            e = here[p].e + theta * (here[p].e - self.before[k])
-            self.at[k] = here[p].e
-            self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer[k])
-            self.force[k] = self.stiffness[k] * law_force(e, self.layer[k])
-            if self.gamma > 0.0 and x.v != NULL and self.force[k] > 0.0:
-                restrain(self, k, &here[p], x.v, &self.force[k], &self.slope[k])
-            if self.force[k] > 0.0:
-                set_point_force(self, g, p, x, x.q, &here[p], &here[p], &forces, r)
-            else:
-                clear_point_force(p, &forces)
-        if forces.any:
-            subtract_group_forces(self, g, forces.f, r)
+        face(self, &here[p])
+        theta = damping_ratio(self, k)
+        e = here[p].e + theta * (here[p].e - self.before[k])
+        self.at[k] = here[p].e
+        self.slope[k] = (1.0 + theta) * self.stiffness[k] * law_slope(e, self.layer[k])
+        self.force[k] = self.stiffness[k] * law_force(e, self.layer[k])
+        if self.gamma > 0.0 and x.v != NULL and self.force[k] > 0.0:
+            restrain(self, k, &here[p], x.v, &self.force[k], &self.slope[k])
+        if self.force[k] > 0.0:
+            set_point_force(self, g, p, x, x.q, &here[p], &here[p], &forces, r)
+        else:
+            clear_point_force(p, &forces)
+    if forces.any:
+        subtract_group_forces(self, g, forces.f, r)
 
 
 cdef void press_groups_between(Data *self, ptrdiff_t first, ptrdiff_t last, const Call *call,
                                ptrdiff_t part) noexcept nogil:
     """Subtract the forces on groups between two states from the residual."""
-    cdef const ancf_state *x = call.x
-    cdef const double *q0 = call.q0
-    cdef const double *q1 = call.q1
-    cdef double *r = call.out
+    cdef Block block
+    cdef ptrdiff_t g = first, n
+    block.like = -1
+    while g < last:
+        n = block_size(self, g, last)
+        if n > 0:
+            press_block_between(self, g, n, &block, call.q0, call.q1, call.x, call.out)
+        else:
+            press_group_between(self, g, call.q0, call.q1, call.x, call.out)
+        g += max(n, 1)
+
+
+cdef void press_group_between(Data *self, ptrdiff_t g, const double *q0, const double *q1,
+                              const ancf_state *x, double *r) noexcept nogil:
+    """Subtract the forces on a group between two states from the residual."""
     cdef Place[MAX_POINTS] begin
     cdef Place[MAX_POINTS] end
     cdef Place[MAX_POINTS] middle
     cdef GroupForces forces
-    cdef ptrdiff_t g, k, p
-    cdef bint together = self.is_plain and not self.is_static
-    for g in range(first, last):
-        if together and self.groups.weight_of_three[g] >= 0:
-            press_three_between(self, g, q0, q1, x, r)
+    cdef ptrdiff_t k, p
+    locate_group(self, g, q0, begin)
+    locate_group(self, g, q1, end)
+    forces.any = False
+    for p in range(self.groups.first[g + 1] - self.groups.first[g]):
+        k = self.groups.first[g] + p
+        if begin[p].e <= 0.0 and end[p].e <= 0.0:
+            self.at[k], self.force[k] = NAN, 0.0
+            clear_point_force(p, &forces)
             continue
-        locate_group(self, g, q0, begin)
-        locate_group(self, g, q1, end)
-        forces.any = False
-        for p in range(self.groups.first[g + 1] - self.groups.first[g]):
-            k = self.groups.first[g] + p
-            if begin[p].e <= 0.0 and end[p].e <= 0.0:
-                self.at[k], self.force[k] = NAN, 0.0
-                clear_point_force(p, &forces)
-                continue
-            if not forces.any:
-                locate_group(self, g, x.q, middle)
-            self.force[k] = force_between(self, k, begin[p].e, end[p].e, &self.slope[k])
-            self.at[k] = middle[p].e
-            mean_normal(self, &end[p], &begin[p])
-            set_point_force(self, g, p, x, q1, &begin[p],
-                            &end[p] if self.grip > 0.0 else &middle[p], &forces, r)
-        if forces.any:
-            subtract_group_forces(self, g, forces.f, r)
+        if not forces.any:
+            locate_group(self, g, x.q, middle)
+        self.force[k] = force_between(self, k, begin[p].e, end[p].e, &self.slope[k])
+        self.at[k] = middle[p].e
+        mean_normal(self, &end[p], &begin[p])
+        set_point_force(self, g, p, x, q1, &begin[p],
+                        &end[p] if self.grip > 0.0 else &middle[p], &forces, r)
+    if forces.any:
+        subtract_group_forces(self, g, forces.f, r)
 
 
 cdef void residual(void *context, const ancf_state *x, double *r, double *phi) noexcept nogil:

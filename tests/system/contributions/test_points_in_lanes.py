@@ -9,6 +9,9 @@ from ancfsparse.system import System
 from ancfsparse.system.contributions.force_elements.contact.contacts import GRIP_RATIO
 
 STIFFNESS, RADIUS, DT = 1e6, 0.005, 1e-3
+MATERIAL = ancf.Material(1e6, 1e3)
+# Ends and numbers of elements: vectors have points of one rod, of both, and of the last elements.
+RODS = (0.0, 0.6, 13), (0.6, 1.0, 6)
 OBSTACLES = {
     "plane": ancf.HalfSpace((0.0, -0.1), (0.1, 1.0)),
     "disc": ancf.Drum((0.45, -0.3), 0.297, angular_velocity=2.0),
@@ -20,16 +23,20 @@ OBSTACLES = {
 
 
 def pressed(name, **friction):
-    """A system of a bent cable that is pressed on an obstacle, that without it, and their state."""
+    """A system of cables that are pressed on an obstacle, that without it, and their state."""
     obstacle = OBSTACLES[name]
     pad = (0.0,) * (obstacle.dim - 2)
-    ends = (0, 0, *pad), (1, 0, *pad)
     both = []
     for has_contact in (True, False):
         scene = ancf.Scene((0.0, -9.81, *pad))
-        rod = scene.add_beam("thin", *ends, 12, ancf.Circle(2.0 * RADIUS), ancf.Material(1e6, 1e3))
+        rods = [
+            scene.add_beam(
+                "thin", (begin, 0, *pad), (end, 0, *pad), n, ancf.Circle(2.0 * RADIUS), MATERIAL
+            )
+            for begin, end, n in RODS
+        ]
         if has_contact:
-            contact = scene.contact(rod, obstacle, stiffness=STIFFNESS, **friction)
+            contact = scene.contact(rods, obstacle, stiffness=STIFFNESS, **friction)
         both.append(System(scene))
     q = both[0].q0.copy()
     if name in ("plane", "floor"):
