@@ -150,7 +150,8 @@ def test_the_lower_end_of_a_tilted_cable_stays_on_the_floor_with_elements_of_any
     scene.contact(rod, FLOOR)
     run = ancf.simulate(scene, 0.12, 2e-4, integrator=ancf.EnergyMomentum())
     deepest = 1.0 - run.position(rod.start)[:, 1].min() / 0.005
-    assert deepest == pytest.approx(0.18, abs=0.03)
+    # Its last part is at most 8 radii long, its first Gauss point at 0.113 of it; the slope is 0.3.
+    assert 0.05 < deepest < 0.113 * 8 * 0.3 + 0.01
 
 
 def test_a_default_stiffness_that_is_too_small_is_reported_with_one_that_suffices():
