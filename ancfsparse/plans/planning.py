@@ -46,7 +46,7 @@ from ancfsparse.plans.execution.plan_data import (
     Prediction,
     describe_choice,
 )
-from ancfsparse.plans.execution.plan_reasons import reasons
+from ancfsparse.plans.execution.plan_reasons import contact_reasons, reasons
 from ancfsparse.plans.execution.planned_trajectory import PlannedRun
 from ancfsparse.plans.execution.replanning import execute
 from ancfsparse.plans.execution.saved_states import save_run, split_options
@@ -212,6 +212,8 @@ def plan(
         return _plan(scene, None, *arguments)  # a load function may have left the plane
     except StepError as failure:
         raise _no_complete_run(goals[0].quantity, failure) from failure
+    except PlanError as refusal:
+        raise refusal.with_causes(contact_reasons(scene)) from refusal.__cause__
 
 
 def _no_complete_run(first: Quantity, failure: StepError) -> PlanError:

@@ -29,7 +29,8 @@ def reasons(
     if error_model.model.gradings:
         out.append(describe_gradings(error_model.model.gradings))
     out += _estimate_reasons(error_model)
-    out += _contact_reasons(scene, error_model, worst)
+    if worst.error > worst.tolerance or error_model.is_bound:
+        out += contact_reasons(scene)
     for body in scene.beams:
         if "n_elements" not in body.automatic:
             pairs = zip(error_model.given_mesh_errors, error_model.tolerances, strict=True)
@@ -59,10 +60,8 @@ def reasons(
     return out
 
 
-def _contact_reasons(scene: Scene, error_model: ErrorModel, worst: Prediction) -> list[str]:
-    """Return a sentence on each contact, if errors do not decrease as in smooth motions."""
-    if worst.error <= worst.tolerance and not error_model.is_bound:
-        return []
+def contact_reasons(scene: Scene) -> list[str]:
+    """Return a sentence on each contact, for errors that do not decrease as in smooth motions."""
     return [
         f"where {contact.what} begins or ends, quantities are not differentiable functions of "
         "mesh, step and data, so their errors need not decrease with the theoretical order, and "

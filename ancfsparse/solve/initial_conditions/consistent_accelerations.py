@@ -136,7 +136,7 @@ def stiff_acceleration(
     A stiff bar that rotates at a rate w has the acceleration w^2 r towards its centre, though it
     begins without stress.  That is ``-S^-1 (stiffness Q''[v, v] + damping (C v)'[v])`` with the
     forces at rest, Q, and those of damping, C v; of slow modes it is a small part.  It is zero if
-    forces set in at the start, as those of a contact: their kinks have no curvature.
+    forces set in at the start, as in a contact: their kinks have no curvature.
 
     Parameters
     ----------

@@ -99,14 +99,27 @@ def test_a_met_error_does_not_warn():
     assert "unfinished" not in repr(run)
 
 
-@pytest.mark.parametrize("gap", [0.01, 10.0])
-def test_contacts_that_keep_errors_from_decreasing_are_named(gap):
-    """A pendulum that falls on a floor, and the same one high above it."""
+SENTENCE = "here the contact of beam 0 with the half-space begins or ends, quantities are not"
+
+
+def falling_pendulum(gap, stiffness=None):
     scene = ancf.Scene((0.0, -9.81))
     rod = scene.add_beam("thin", (0, 0), (1, 0.05), 6, ancf.Circle(0.01), ancf.Material(1e8, 5e3))
     scene.pin(rod.start)
-    scene.contact(rod, ancf.HalfSpace((0, -gap), (0, 1)))
-    plan = ancf.plan(scene, 0.2, ancf.position(rod.end), 1e-3)
-    sentence = "where the contact of beam 0 with the half-space begins or ends, quantities are not"
-    assert (sentence in str(plan)) == (gap < 1.0)
+    scene.contact(rod, ancf.HalfSpace((0, -gap), (0, 1)), stiffness=stiffness)
+    return scene, ancf.position(rod.end)
+
+
+@pytest.mark.parametrize("gap", [0.01, 10.0])
+def test_contacts_that_keep_errors_from_decreasing_are_named(gap):
+    """A pendulum that falls on a floor, and the same one high above it."""
+    scene, tip = falling_pendulum(gap, 1e5)
+    plan = ancf.plan(scene, 0.2, tip, 1e-3)
+    assert (SENTENCE in str(plan)) == (gap < 1.0)
     assert plan.is_met == (gap > 1.0)
+
+
+def test_contacts_are_named_where_motions_do_not_converge():
+    scene, tip = falling_pendulum(0.01)
+    with pytest.raises(ancf.PlanError, match=SENTENCE):
+        ancf.plan(scene, 0.2, tip, 1e-3)

@@ -71,7 +71,7 @@ def attempt(drawn, integrator, solver):
         return Report(f"refused ({type(refused).__name__})", judge_sentence(refused), tried)
     whole = with_parts(path, parts)
     gain, deepest = gain_of(drawn, whole), deepest_of(drawn, path)
-    finds = judge(drawn, path, whole)
+    finds = judge(drawn, path, whole) + ([] if sank else judge_axes(drawn, path))
     ratios = {"energy gained over that exchanged": gain, "penetration over radius": deepest}
     return Report(outcome_of(drawn, path, sank), finds, tried, ratios)
 
@@ -80,12 +80,18 @@ def outcome_of(drawn, path, sank):
     """Return the outcome of a run that finished, in a few words."""
     if sank:
         return "sank in"
-    obstacles = [each for each in drawn.contacts if isinstance(each, Contact)]
-    if any(
-        depths(each, path, points_along(each.bodies[0])).max() > MAX_DEPTH for each in obstacles
-    ):
-        return "sank in between points"
     return "finished" if any(touches(each, path) for each in drawn.contacts) else "apart"
+
+
+def judge_axes(drawn, path):
+    """Return a find for each axis that was inside an obstacle without a warning."""
+    obstacles = [each for each in drawn.contacts if isinstance(each, Contact)]
+    deepest = [depths(each, path, points_along(each.bodies[0])).max() for each in obstacles]
+    return [
+        f"an axis is {depth:.2f} radii inside {each.what} without a warning"
+        for depth, each in zip(deepest, obstacles, strict=True)
+        if depth > MAX_DEPTH
+    ]
 
 
 def touches(contact, path):

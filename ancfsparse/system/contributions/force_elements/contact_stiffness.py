@@ -25,11 +25,12 @@ from ancfsparse.system.contributions.force_elements.penetrations import (
 from ancfsparse.system.coordinates.discretization import Discretization
 
 LOAD_FACTOR = 2.0  # largest pressure over its mean: 1.25 to 1.5 along a wire around a drum
-# Largest speed in an impact over that of a level fall, where the impact is not damped: 2 at the end
-# of a rod whose other end touched first.  Cables that whip onto a floor need 2.8 for DEPTH_RATIO.
+# Largest speed in an impact over the one after a level fall, where the impact is not damped: 2 at
+# the end of a rod whose other end touched first.  Cables that whip onto a floor need 2.8 for
+# DEPTH_RATIO.
 SPEED_FACTOR = 3.0
-# Energy of a crossing over that of the length which bending waves reach: with 1 cables sink in by
-# up to 1.15 DEPTH_RATIO.
+# Energy of a crossing over the energy of the length which bending waves reach: with 1 cables sink
+# in by up to 1.15 DEPTH_RATIO.
 CROSSING_FACTOR = 1.5
 # Arc along which a turning obstacle can increase the tension; three turns with a friction of .5
 # would ask for 12 000 times the stiffness [rad].
