@@ -13,6 +13,11 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene import bodies
 from ancfsparse.scene.bodies.elastic_body import ElasticBody
+from ancfsparse.scene.force_elements.contact_points import (
+    MAX_PARTS,
+    POINTS_PER_PART,
+    count_parts,
+)
 from ancfsparse.scene.force_elements.fixed_ends import (
     MAX_START_DEPTH_RATIO,
     fixed_points,
@@ -136,6 +141,7 @@ def radius_of(body: ElasticBody, radius: float | None) -> float:
 def check_contact(contact: Contact, joints: Iterable[Joint], before: Iterable[Attachment]) -> None:
     """Refuse bodies that cannot touch an obstacle, begin inside it, or have a contact with it."""
     check_reach(contact)
+    check_parts(contact)
     if not contact.separates:
         check_penetration(contact, joints)
     check_elements(contact)
@@ -179,6 +185,19 @@ def check_penetration(contact: Contact, joints: Iterable[Joint]) -> None:
             f"than {limit:.0%} of the radius of {radius:.6g} m: move one of them, give contact "
             "push_out=True, or, if a joint fixes it there, add the joint first"
         )
+
+
+def check_parts(contact: Contact) -> None:
+    """Refuse elements that require too many points for their radius."""
+    for body, radius in zip(contact.bodies, contact.radii, strict=True):
+        longest = float(body.lengths.max())
+        n = count_parts(longest, radius, contact.obstacle)
+        if n > MAX_PARTS:
+            raise InputError(
+                f"{contact.name_with((body,))}: with a radius of {radius:.6g} m an element of "
+                f"{longest:.6g} m requires {POINTS_PER_PART * n} points, more than "
+                f"{POINTS_PER_PART * MAX_PARTS}: take more elements or a larger radius"
+            )
 
 
 def check_elements(contact: Contact) -> None:

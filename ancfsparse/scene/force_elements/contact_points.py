@@ -22,6 +22,8 @@ MAX_PART_RATIO = 4.0
 # Longest part at a free end, over the radius.  The axis extends by .113 of it beyond its last
 # point, and is not inside before this touches, at any angle.  Without it, 4 of these runs do.
 MAX_END_RATIO = 8.0
+# Largest number of equal parts of an element, whose points take 1 MB.
+MAX_PARTS = 1000
 
 
 def distribute_points(
@@ -36,13 +38,10 @@ def distribute_points(
     for joint in joints:
         held = [each.index for each in joint.nodes if each.beam is body and not each.xi]
         is_free &= ~np.isin(nodes, held)
-    is_round = obstacle.radius > 0.0
-    curvature = 1.0 / (obstacle.bend_radius + radius) if is_round else 0.0
     middle, weights = _gauss_rule()
     elements, xi, lengths = [], [], []
     for e, length in enumerate(body.lengths.tolist()):
-        n_parts = max(1, math.ceil(length / MAX_PART_RATIO * math.sqrt(curvature / radius)))
-        edges = np.linspace(0.0, 1.0, n_parts + 1)
+        edges = np.linspace(0.0, 1.0, count_parts(length, radius, obstacle) + 1)
         shortest = MAX_END_RATIO * radius / length
         if is_free[e, 0]:
             edges = halve_first(edges, shortest)
@@ -53,6 +52,14 @@ def distribute_points(
         xi.append((edges[:-1, None] + parts * middle).ravel())
         lengths.append((length * parts * weights).ravel())
     return np.concatenate(elements), np.concatenate(xi), np.concatenate(lengths)
+
+
+def count_parts(length: float, radius: float, obstacle: Obstacle) -> int:
+    """Return the number of equal parts of an element of a length [m] on an obstacle."""
+    if obstacle.radius == 0.0:
+        return 1
+    longest = MAX_PART_RATIO * math.sqrt(radius * (obstacle.bend_radius + radius))
+    return max(1, math.ceil(length / longest))
 
 
 def halve_first(edges: Vector, longest: float) -> Vector:

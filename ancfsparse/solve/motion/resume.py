@@ -65,6 +65,8 @@ def resume(
         raise InputError(
             f"{file.absolute()} does not exist: it was moved, removed or never written"
         )
+    if file.is_dir():
+        raise InputError(f"{file.absolute()} is a folder: give the name of a file in it")
     if not checkpoint_of(file).exists():
         raise InputError(_describe_missing(file))
     check_replaceable(file)

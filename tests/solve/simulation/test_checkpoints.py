@@ -4,6 +4,7 @@ import errno
 import os
 import shutil
 import signal
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -227,6 +228,9 @@ def test_another_scene_is_refused_and_the_file_stays(monkeypatch, tmp_path):
 
 def test_files_without_their_checkpoint_are_refused(monkeypatch, tmp_path):
     path, other = tmp_path / "run.h5", tmp_path / "other.h5"
+    for folder in (tmp_path, ".", Path()):
+        with pytest.raises(ancf.InputError, match="is a folder: give the name of a file in it"):
+            ancf.resume(folder)
     with pytest.raises(ancf.InputError, match="does not exist: it was moved"):
         ancf.resume(path)
     ancf.simulate(moved_pendulum(), STEPS * DT, DT, output=path)

@@ -60,6 +60,13 @@ def test_short_elements_have_three_points():
     assert len(contact.points) == 75
 
 
+def test_elements_that_require_too_many_points_are_refused():
+    scene = ancf.Scene((0.0, -9.81))
+    cable = scene.add_beam("thin", (0, 0.5), (1, 0.5), 4, SECTION, MATERIAL)
+    with pytest.raises(ancf.InputError, match=r"an element of 0.25 m requires \d+ points, more th"):
+        scene.contact(cable, ancf.Ball((0.5, 0), 0.3), radius=1e-12)
+
+
 @pytest.mark.parametrize("n", [4, 5, 9])
 def test_a_coarse_cable_that_falls_on_a_drum_does_not_enter_it(n):
     """With three points on each element parts of it between them sink in by .74 radii."""
