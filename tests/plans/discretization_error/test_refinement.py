@@ -1,12 +1,16 @@
 """Trial runs of mesh and steps together, also where none without numerical damping finishes."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 import ancfsparse as ancf
 from ancfsparse.plans.discretization_error import refinement as module
 from ancfsparse.plans.discretization_error.refinement import refine_together
+from ancfsparse.plans.discretization_error.run_estimates import elements_of
+from ancfsparse.plans.discretization_error.run_series import RunSeries
 from ancfsparse.plans.models.model import MIN_LONGEST_COUNT, Model
 from ancfsparse.plans.selection.discretization_search import search
 from ancfsparse.plans.trial_runs.trial_runs import MIN_STEPS
@@ -85,6 +89,25 @@ def test_every_mesh_is_finer_than_the_one_before():
         meshes.append(mesh)
     counts = [trials.build(mesh).body(rod.name).n_elements for mesh in meshes]
     assert (np.diff(counts) > 0).all()
+
+
+@pytest.mark.parametrize("counts", [(4, 7, 10), (4, 6, 8), (4, 6, 9)])
+@pytest.mark.parametrize("order", [1.8, 2.5])
+def test_errors_of_meshes_that_grow_unevenly_are_continued_exactly(counts, order):
+    """Histories have an error by a power of the number of elements, and none of the steps."""
+    scene, rod = build_beam(
+        "thin", (0, 0), (1, 0), "auto", ancf.Rectangle(0.01, 0.01), ancf.Material(1e8, 4000),
+        "clamp",
+    )  # fmt: skip
+    trials = build_trials(scene, 0.1, ancf.position(rod.end), 1e-3)
+    runs, errors = [], []
+    for i, count in enumerate(counts):
+        run = trials.run(Model({}, {"beam 0": count}), 100 * 2**i)
+        errors.append(0.1 * elements_of(run) ** -order)
+        runs.append(replace(run, histories=(np.full((11, 2), [1.0 + errors[-1], 0.0]),)))
+    trials.run = lambda *_: runs[-1]  # with any steps
+    found = RunSeries(trials, runs, 4)._estimate(0, 4)
+    assert found.error == pytest.approx(errors[-1], rel=1e-6)
 
 
 def test_steps_that_are_short_enough_are_kept():

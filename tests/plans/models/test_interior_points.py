@@ -112,6 +112,17 @@ def test_motions_of_taut_lines_are_found_to_the_error(seed, inside):
     assert ratio <= MAX_RATIO + uncertain, drawn.words
 
 
+def test_coarse_meshes_that_grow_unevenly_are_not_accepted():
+    """Of 4, 7 and 10 elements the last, accepted by the ratio of steps, was 2.7 tolerances off."""
+    rng = np.random.default_rng([30201, 117])
+    rng.choice(2)
+    drawn = draw(rng)
+    plan = plan_of(drawn, 0.03)
+    ratio, uncertain = missed(drawn, plan)
+    assert plan.is_met
+    assert ratio <= MAX_RATIO + uncertain, drawn.words
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_successive_meshes_differ_in_every_part(seed):
     """Where two meshes are the same, their difference hides the error there."""
