@@ -96,7 +96,7 @@ class Point:
         return self.stiffness * e / self.length * q
 
     def energies(self, q, v):
-        return np.zeros((4, len(q)))
+        return np.zeros((3, len(q)))
 
     def stiffness_diagonal(self, q):
         return np.full(2, self.mass * 10.0)
