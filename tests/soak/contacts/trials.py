@@ -84,18 +84,14 @@ def outcome_of(drawn, path, sank):
 
 
 def judge_axes(drawn, path):
-    """Return a find for each axis that was inside an obstacle without a warning.
-
-    It may be as much deeper as points with a force are: that is the softness of the contact.
-    """
-    finds = []
-    for each in drawn.contacts:
-        if isinstance(each, Contact):
-            of_points = max(0.0, depths(each, path, each.points).max())
-            deepest = depths(each, path, points_along(each.bodies[0])).max() - of_points
-            if deepest > MAX_DEPTH:
-                finds.append(f"an axis is {deepest:.2f} radii inside {each.what} without a warning")
-    return finds
+    """Return a find for each axis that was inside an obstacle without a warning."""
+    obstacles = [each for each in drawn.contacts if isinstance(each, Contact)]
+    deepest = [depths(each, path, points_along(each.bodies[0])).max() for each in obstacles]
+    return [
+        f"an axis is {depth:.2f} radii inside {each.what} without a warning"
+        for depth, each in zip(deepest, obstacles, strict=True)
+        if depth > MAX_DEPTH
+    ]
 
 
 def touches(contact, path):
