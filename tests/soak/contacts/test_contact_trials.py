@@ -104,6 +104,8 @@ def test_ropes_that_are_bent_around_bars_are_judged_without_a_find():
         (11001, 1713),
         # The stiffness that was drawn was too soft for a cable that springs back from its arc.
         (11001, 1839),
+        # The end of a cable was inside a drum, and the points beside it not.
+        (30201, 411),
     ],
 )
 def test_contacts_that_once_were_found_are_not(seed, index):

@@ -32,10 +32,15 @@ class AxisDepths:
         The contact.
     is_left_out : (n,) bool
         Whether a point of the contact has no force, since a joint fixes the axis there.
+    is_limited : bool
+        Whether penetrations of the points have a limit.  Without one the axis may be as deep as
+        they are, and a radius deeper.
     """
 
-    def __init__(self, system: Discretization, contact: Contact, is_left_out: Indices) -> None:
-        self._contact = contact
+    def __init__(
+        self, system: Discretization, contact: Contact, is_left_out: Indices, is_limited: bool
+    ) -> None:
+        self._contact, self._is_limited = contact, is_limited
         self._positions = np.linspace(0.0, 1.0, POINTS_PER_ELEMENT)
         self._axes = [self._axis_of(system, body) for body in contact.bodies]
         sizes = [body.n_elements for body in contact.bodies]
@@ -78,7 +83,7 @@ class AxisDepths:
     def warnings(
         self, rows: Iterable[int], q: Any, of_points: float, when: Callable[[int], str]
     ) -> list[Warning]:
-        """Return a warning if an axis is deeper in one of the states than all points with a force.
+        """Return a warning if an axis is inside in one of the states between points with a force.
 
         Parameters
         ----------
@@ -92,7 +97,8 @@ class AxisDepths:
             Returns the time or load of a state in words.
         """
         ratio, k, row = max((*self.deepest(np.asarray(q[row])), row) for row in rows)
-        if ratio <= max(of_points, 0.0) + MAX_SOFT_RATIO:
+        of_points = max(of_points, 0.0)
+        if ratio <= MAX_SOFT_RATIO + (0.0 if self._is_limited else of_points):
             return []
         element, which = divmod(k, POINTS_PER_ELEMENT)
         point, times = self._point(element, which), int(np.ceil(ratio))
@@ -100,8 +106,9 @@ class AxisDepths:
             PenetrationWarning(
                 f"{self._contact.what} has no force on a part of the axis that is "
                 f"{(ratio - 1.0) * self._radii[k]:.3g} m inside, {when(row)} at {point!r}, between "
-                f"two points with forces: take at least {times} times as many elements, "
-                f"{times * point.beam.n_elements}"
+                f"two points with forces, and these have penetrations of {of_points:.2g} radii: "
+                f"take at least {times} times as many elements, {times * point.beam.n_elements}, "
+                "or a larger stiffness"
             )
         ]
 

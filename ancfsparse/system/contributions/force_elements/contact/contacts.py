@@ -128,7 +128,8 @@ class ContactContribution(LimitedPenetration):
         for number, vector in enumerate(vectors, 1):
             self._turning[self._points.place[0] == vector] = number
         self._compiled: CompiledContact
-        self._make_axis_depths = partial(AxisDepths, system, contact, self._left_out)
+        is_limited = self.penetration_limit is not None
+        self._make_axis_depths = partial(AxisDepths, system, contact, self._left_out, is_limited)
 
     def cliques(self) -> list[Indices]:
         """Return the coordinates of each point and of the body of the obstacle."""
@@ -330,21 +331,24 @@ class ContactContribution(LimitedPenetration):
 
         None on a body, along which motions have other weights.
         """
-        import scipy.sparse as sp
-
         if not self.contact.sticks or self.contact.on is not None:
             return None
-        points, q = self._points, np.ascontiguousarray(q)
-        owner = np.repeat(np.arange(len(points.start) - 1), np.diff(points.start))
-        friction = points.weight[:, None] * self._compiled.sliding(q)[owner]
-        gradients = self._compiled.gradients(q)
-        rows, columns = np.tile(owner, len(points.place)), points.place.ravel()
-        shape = len(points.start) - 1, len(q)
-        forces, distances = (
-            sp.csr_array((values.T.ravel(), (rows, columns)), shape=shape)
-            for values in (friction, gradients)
-        )
-        return forces.T @ distances
+        q = np.ascontiguousarray(q)
+        friction = self._points.weight[:, None] * self._compiled.sliding(q)[self._owners]
+        return self._point_matrix(friction).T @ self._point_matrix(self._compiled.gradients(q))
+
+    def _point_matrix(self, values: Vector) -> Any:
+        """Return a matrix (n_points, n_all) of values (n, dim) along the terms of the points."""
+        import scipy.sparse as sp
+
+        columns = self._points.place
+        entries = values.T.ravel(), (np.tile(self._owners, len(columns)), columns.ravel())
+        return sp.csr_array(entries, shape=(len(self.contact.points), self._n_all))
+
+    @cached_property
+    def _owners(self) -> Indices:
+        """The point of each of their terms."""
+        return np.repeat(np.arange(len(self.contact.points)), np.diff(self._points.start))
 
     def set_sticking(self, is_sticking: bool) -> None:
         """Let its matrix contain the stiffness of bristles that stick, or only in steps."""
@@ -370,21 +374,10 @@ class ContactContribution(LimitedPenetration):
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the gradients of the distances of points that are pressed."""
-        import scipy.sparse as sp
-
-        points = self._points
         pressed = self.forces(q[None], np.zeros((1, len(q))))[0, 0].any(axis=1)
-        gradients = self._compiled.gradients(np.ascontiguousarray(q))
-        rows, columns, values = [], [], []
-        for row, k in enumerate(np.flatnonzero(pressed)):
-            terms = slice(points.start[k], points.start[k + 1])
-            values.append(gradients[terms].T.ravel())
-            columns.append(points.place[:, terms].ravel())
-            rows.append(np.full(columns[-1].size, row))
-        if not rows:
+        if not pressed.any():
             return None
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        return sp.csr_array(entries, shape=(len(rows), len(q)))
+        return self._point_matrix(self._compiled.gradients(np.ascontiguousarray(q)))[pressed]
 
 
 def of(system: Discretization) -> list[Contribution]:
