@@ -173,6 +173,9 @@ def problem(
     accuracy: Annotated[
         float | None, typer.Option(help="Largest error of a position [m], instead of --step.")
     ] = None,
+    threads: Annotated[
+        int, typer.Option(help="Threads of runs with 16 000 unconstrained coordinates or more.")
+    ] = 1,
     names: Annotated[
         bool, typer.Option("--list", help="List problems, keys, quantities and reference values.")
     ] = False,
@@ -183,7 +186,7 @@ def problem(
         typer.echo(cli.list_problems())
         return
     with in_options():
-        result = cli.run_problem(name, at, pairs or [], step, accuracy)
+        result = cli.run_problem(name, at, pairs or [], step, accuracy, threads)
     if json_to is not None:
         write_json(result, json_to)
         return

@@ -35,7 +35,12 @@ def list_problems() -> str:
 
 
 def run_problem(
-    name: str, at: str, pairs: list[str], step: float | None, accuracy: float | None
+    name: str,
+    at: str,
+    pairs: list[str],
+    step: float | None,
+    accuracy: float | None,
+    threads: int = 1,
 ) -> dict[str, Any]:
     """Solve a problem with the options of the command; return settings, times and quantities.
 
@@ -50,7 +55,7 @@ def run_problem(
         raise InputError("give --step or --accuracy, not both")
     # Angles count turns from one saved time to the next, so runs to an accuracy save as many.
     runs = _fitted_steps(times, case.dt) if step is None else [(times, step)]
-    parts = [_quantities(case, keys, *each, accuracy) for each in runs]
+    parts = [_quantities(case, keys, *each, threads, accuracy) for each in runs]
     dts = [dt for _, dt in runs]
     settings: dict[str, Any]
     if accuracy is not None:
@@ -59,7 +64,7 @@ def run_problem(
         settings = {"dt": dts[0] if len(dts) == 1 else dts, "integrator": repr(case.integrator)}
         settings["tolerance"] = TOLERANCE
         if step is None:
-            fine = [_quantities(case, keys, some, 0.5 * dt) for some, dt in runs]
+            fine = [_quantities(case, keys, some, 0.5 * dt, threads) for some, dt in runs]
             measured = case.make(**keys).measured
             parts = [
                 {
@@ -89,7 +94,12 @@ def _fitted_steps(times: list[float], dt: float) -> list[tuple[list[float], floa
 
 
 def _quantities(
-    case: Case, keys: dict[str, Any], times: list[float], dt: float, accuracy: float | None = None
+    case: Case,
+    keys: dict[str, Any],
+    times: list[float],
+    dt: float,
+    threads: int,
+    accuracy: float | None = None,
 ) -> dict[str, Vector]:
     mechanism = case.make(**keys)
     scene, end = mechanism.scene, max(*times, dt)  # one step for the initial values
@@ -101,11 +111,14 @@ def _quantities(
         warnings.simplefilter("ignore", RedundantConstraintsWarning)  # known for these problems
         if accuracy is None:
             run: Trajectory = simulate(
-                scene, end, dt, integrator=case.integrator, tolerance=TOLERANCE, start=start
-            )
+                scene, end, dt, integrator=case.integrator, tolerance=TOLERANCE, start=start,
+                threads=threads,
+            )  # fmt: skip
         else:
-            integrator = GeneralizedAlpha(0.9)
-            run = simulate(scene, end, dt, accuracy=accuracy, integrator=integrator, start=start)
+            run = simulate(
+                scene, end, dt, integrator=GeneralizedAlpha(0.9), accuracy=accuracy, start=start,
+                threads=threads,
+            )  # fmt: skip
     rows = [int(np.argmin(np.abs(run.t - time))) for time in times]
     distance = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
     if distance > 1e-9 * end:

@@ -62,18 +62,22 @@ def test_any_time_is_reached_by_steps_that_fit(name, times, words, capsys):
 
 
 def test_the_speed_of_a_run_is_not_extrapolated(capsys, monkeypatch):
-    """It is the simulated time over the time of the time loop, here of the finer run."""
+    """It is the simulated time over the time of the time loop, here of the finer run.
+
+    It is a matter of threads, so the command has an option for them.
+    """
     seconds = iter((0.5, 0.125))
     run_of = ancf.cli.problem.simulate
 
     def timed(*arguments, **options):
+        assert options["threads"] == 2
         result = run_of(*arguments, **options)
         result.stats.march_seconds = next(seconds)
         return result
 
     monkeypatch.setattr(ancf.cli.problem, "simulate", timed)
     words = "--set", "n_cables=2", "--set", "length=0.08", "--at", "0.02", "--json", "-"
-    code, out, _ = run(capsys, "problem", "pile", *words)
+    code, out, _ = run(capsys, "problem", "pile", "--threads", "2", *words)
     assert code == 0
     assert json.loads(out)["quantities"]["real_time_factor"] == [pytest.approx(0.02 / 0.125)]
 

@@ -57,6 +57,25 @@ def test_explicit_steps_gain_no_energy_in_impacts(integrator):
             assert least < returned < 1.0001
 
 
+@pytest.mark.parametrize("integrator", EXPLICIT, ids=repr)
+@pytest.mark.parametrize(("stiffness", "largest"), [(1e5, 0.09), (1e9, 0.4)])
+def test_explicit_steps_gain_no_energy_in_soft_and_stiff_impacts(stiffness, largest, integrator):
+    """They begin just above the floor, since a fall takes a million steps with 1e9 N/m2."""
+    period = 2.0 * math.pi / math.sqrt(stiffness / LINE_MASS)
+    for share in (0.05, 0.2 * largest, largest):
+        least = 1.0 - 0.2 * share**2 - 1e-4
+        dt = share / math.sqrt(stiffness / LINE_MASS)
+        for phase in (0.0, 0.3, 0.7):
+            height, speed = (4.0 + phase) * 3.0 * dt, 3.0
+            scene, rod, _ = level(height, stiffness, velocity=(0.0, -speed))
+            steps = 12 + round(period / dt)
+            run = ancf.simulate(scene, steps * dt, dt, integrator=integrator)
+            y, v = run.position(rod.at(0.5))[:, 1] - 0.005, run.velocity(rod.at(0.5))[:, 1]
+            returned = 0.5 * v[-1] ** 2 + 9.81 * y[-1]
+            assert v[-1] > 0.0
+            assert least < returned / (0.5 * speed**2 + 9.81 * height) < 1.0001
+
+
 def test_explicit_steps_without_a_limit_of_the_energy_are_not_changed():
     """Then the energy of an impact depends on its phase, in either direction."""
     dt = 0.2 / math.sqrt(1e6 / LINE_MASS)
