@@ -192,8 +192,7 @@ def check_request(
             "simulate needs a time step or an accuracy: give dt=1e-3 [s], or accuracy=1e-4 [m]"
         )
     if t_end is None:
-        check_positive("dt", dt, "s")
-        t_end = t_start + N_CHECKED_STEPS * dt
+        t_end = t_start + N_CHECKED_STEPS * check_positive("dt", dt, "s")
     n_steps = count_steps_from(t_start, t_end, dt)
     t_end, clock = check_finite("t_end", t_end, "s"), TimeGrid(t_start, as_double("dt", dt))
     save_every = min(check_count("save_every", save_every), n_steps)

@@ -106,6 +106,8 @@ def test_ropes_that_are_bent_around_bars_are_judged_without_a_find():
         (11001, 1839),
         # The end of a cable was inside a drum, and the points beside it not.
         (30201, 411),
+        # A cable with six elements had a bend between two points, which did not touch.
+        (30501, 532),
     ],
 )
 def test_contacts_that_once_were_found_are_not(seed, index):

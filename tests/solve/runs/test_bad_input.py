@@ -223,6 +223,8 @@ def test_decimals_and_fractions_are_numbers():
     one = ancf.simulate(scene, Decimal("0.01"), np.array(1e-3), **options)
     np.testing.assert_array_equal(one.q, simulate(0.01, 1e-3, tolerance=1e-3).q)
     ancf.simulate(scene, 0.01, accuracy=Decimal("0.001"))
+    assert ancf.Simulation(scene, dt=Decimal("0.001")).dt == 1e-3
+    assert ancf.Simulation(scene, dt=Fraction(1, 1000)).dt == 1e-3
     assert ancf.Newmark(Fraction(1, 4)) == ancf.Newmark(0.25)
     with pytest.raises(ancf.InputError, match="tolerance"):
         ancf.solve_static(scene, tolerance=Fraction(2))

@@ -19,6 +19,9 @@ from ancfsparse.system.coordinates.discretization import Discretization
 # Points of an element, from end to end.  Its contact points are .39 of it apart; with five points
 # the edge of a block can be between two of these too.
 POINTS_PER_ELEMENT = 9
+# Largest depth of the axis over its depth at points where this is unlimited, on flat obstacles.
+# A cable of three elements at rest, 1.39 radii deep, is 1.55 radii deep at a force between two.
+MAX_DEPTH_RATIO = 2.0
 
 
 class AxisDepths:
@@ -33,8 +36,7 @@ class AxisDepths:
     is_left_out : (n,) bool
         Whether a point of the contact has no force, since a joint fixes the axis there.
     is_limited : bool
-        Whether penetrations of the points have a limit.  Without one the axis may be as deep as
-        they are, and a radius deeper.
+        Whether penetrations of the points have a limit.
     """
 
     def __init__(
@@ -98,7 +100,7 @@ class AxisDepths:
         """
         ratio, k, row = max((*self.deepest(np.asarray(q[row])), row) for row in rows)
         of_points = max(of_points, 0.0)
-        if ratio <= MAX_SOFT_RATIO + (0.0 if self._is_limited else of_points):
+        if ratio <= max(MAX_SOFT_RATIO, 0.0 if self._is_limited else MAX_DEPTH_RATIO * of_points):
             return []
         element, which = divmod(k, POINTS_PER_ELEMENT)
         point, times = self._point(element, which), int(np.ceil(ratio))
