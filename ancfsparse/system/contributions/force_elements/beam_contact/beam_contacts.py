@@ -11,7 +11,6 @@ import numpy as np
 from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.errors import InputError
-from ancfsparse.kernels.hermite import position_weights, slope_weights
 from ancfsparse.scene.force_elements.beam_contacts import (
     BeamContact,
     following_elements,
@@ -23,6 +22,9 @@ from ancfsparse.scene.force_elements.fixed_ends import MAX_START_DEPTH_RATIO
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 from ancfsparse.system.contributions.force_elements.beam_contact.compiled_interface import (
     CompiledBeamContact,
+)
+from ancfsparse.system.contributions.force_elements.beam_contact.touch_matrices import (
+    TouchMatrices,
 )
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
@@ -72,6 +74,7 @@ class BeamContactContribution(LimitedPenetration):
         )
         self._indices = np.concatenate([_axis_indices(system, body) for body in contact.bodies])
         self.compiled: CompiledBeamContact
+        self._matrices: TouchMatrices
 
     @property
     def _straight(self) -> Integers:
@@ -121,6 +124,7 @@ class BeamContactContribution(LimitedPenetration):
             SLOW_RATIO * contact.restitution,
             np.array([body.total_mass for body in contact.bodies]),
         )
+        self._matrices = TouchMatrices(contact, self.compiled, self._indices, self._straight)
         if np.array_equal(system.q0, system.q_ref) and not self.separates:
             self._check_start(system.q0)
         return self.compiled
@@ -297,21 +301,7 @@ class BeamContactContribution(LimitedPenetration):
 
     def unsymmetric_stiffness(self, q: Vector) -> Any:
         """Return the derivative of friction that slides by the normal forces of its pairs."""
-        import scipy.sparse as sp
-
-        elements, weights, _, sliding = self.compiled.bristles(np.ascontiguousarray(q))
-        if not sliding.any():
-            return None
-        touching, positions, force, depths = self._touches(q)
-        pairs = {tuple(pair): k for k, pair in enumerate(elements.tolist())}
-        rows = [pairs[min(pair), max(pair)] for pair in touching.tolist()]
-        points, feet = self._sums(touching, positions, position_weights, len(q))
-        normals = force / depths[:, None]  # times the stiffness of each point
-        sums = sp.csr_array((np.ones(len(rows)), (rows, range(len(rows)))),
-                            shape=(len(elements), len(rows)))  # fmt: skip
-        distances = sums @ (_block_diagonal(normals[:, None, :]) @ (points - feet))
-        one, other = (self._point_matrix(elements[:, k], weights[:, k], len(q)) for k in (0, 1))
-        return (one - other).T @ _block_diagonal(sliding[:, :, None]) @ distances
+        return self._matrices.sliding_friction(q)
 
     def set_sticking(self, is_sticking: bool) -> None:
         """Let its matrix contain the stiffness of bristles that stick, or only in steps."""
@@ -319,105 +309,16 @@ class BeamContactContribution(LimitedPenetration):
 
     def resisted_motions(self, q: Vector) -> Any:
         """Return the directions of approach of all points in contact."""
-        elements, positions, force, _ = self._touches(q)
-        if not len(elements):
-            return None
-        points, feet = self._sums(elements, positions, position_weights, len(q))
-        return _block_diagonal(_unit(force)[:, None, :]) @ (points - feet)
+        return self._matrices.approaches(q)
 
     def coupling_stiffness(self, q: Vector) -> Any:
-        """Return the stiffness of the pressures that the matrix has no entries for, or lacks.
-
-        The first part is between both elements of each point.  The second one, of all elements, is
-        by the rotation of the normals: ``-F / d (1 - n n^T - t t^T)`` for a force F at a distance
-        d, without the axis t of the foot, which slides along it.
-        """
-        elements, positions, force, _ = self._touches(q)
-        if not len(elements):
-            return None
-        points, feet = self._sums(elements, positions, position_weights, len(q))
-        size, normals = np.linalg.norm(force, axis=1), _unit(force)
-        gap = points - feet
-        distances = np.linalg.norm((gap @ q).reshape(force.shape), axis=1)
-        slopes = self._sums(elements, positions, slope_weights, len(q))[1] @ q
-        tangents = _unit(slopes.reshape(force.shape))
-        across = np.eye(self._system.dim) - sum(
-            each[:, :, None] * each[:, None, :] for each in (normals, tangents)
-        )
-        rotation = _block_diagonal((-size / distances)[:, None, None] * across)
-        parts = [gap.T @ rotation @ gap, self.material_coupling(q), self._bristle_coupling(q)]
+        """Return the stiffness of the pressures that the matrix has no entries for, or lacks."""
+        parts = self._matrices.rotation(q), self.material_coupling(q), self._matrices.bristles(q)
         return sum_of(parts)
-
-    def _bristle_coupling(self, q: Vector) -> Any:
-        """Return the stiffness of bristles between elements, outside of steps."""
-        elements, weights, blocks, _ = self.compiled.bristles(np.ascontiguousarray(q))
-        if not len(elements):
-            return None
-        one, other = (self._point_matrix(elements[:, k], weights[:, k], len(q)) for k in (0, 1))
-        between = one.T @ _block_diagonal(blocks) @ other
-        return -between - between.T
 
     def material_coupling(self, q: Vector) -> Any:
         """Return the stiffness between both elements of each point along its normal."""
-        elements, positions, force, depths = self._touches(q)
-        if not len(elements):
-            return None
-        points, feet = self._sums(elements, positions, position_weights, len(q))
-        along = _block_diagonal(_unit(force)[:, None, :])
-        stiffness = _block_diagonal((np.linalg.norm(force, axis=1) / depths)[:, None, None])
-        between = (along @ points).T @ stiffness @ (along @ feet)
-        return -between - between.T
-
-    def _touches(self, q: Vector) -> tuple[Integers, Vector, Vector, Vector]:
-        """Return the points that touch; none far from a solution, where the residual is NaN."""
-        try:
-            return self.compiled.touches(np.ascontiguousarray(q))
-        except ValueError:
-            dim = self._system.dim
-            return np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty((0, dim)), np.empty(0)
-
-    def _sums(
-        self,
-        elements: Integers,
-        positions: Vector,
-        weights_at: Callable[..., Vector],
-        n: int,
-    ) -> list[Any]:
-        """Return matrices (k dim, n) of points and of their feet, by weights of nodal values."""
-        lengths = np.concatenate([body.lengths for body in self.contact.bodies])
-        sides = []
-        for side in (0, 1):
-            at = positions[:, side], lengths[elements[:, side]]
-            straight = self._straight[elements[:, side]].astype(bool)
-            weights = weights_at(*at)
-            weights[straight] = 0.0
-            weights[straight, ::2] = weights_at(*at, straight=True)[straight]
-            sides.append(self._point_matrix(elements[:, side], weights, n))
-        return sides
-
-    def _point_matrix(self, elements: Integers, weights: Vector, n: int) -> Any:
-        """Return the matrix (k dim, n) of points by the weights (k, 4) of nodal values."""
-        import scipy.sparse as sp
-
-        dim, columns = self._system.dim, self._indices[elements]
-        rows = np.arange(len(elements) * dim).reshape(-1, 1, dim)
-        values = np.repeat(weights[:, :, None], dim, axis=2)
-        indices = np.broadcast_to(rows, columns.shape).ravel(), columns.ravel()
-        return sp.csr_array((values.ravel(), indices), shape=(len(elements) * dim, n))
-
-
-def _unit(vectors: Vector) -> Vector:
-    """Return the unit vectors of rows."""
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
-
-
-def _block_diagonal(blocks: Vector) -> Any:
-    """Return the sparse matrix of blocks (k, m, n) on its diagonal."""
-    import scipy.sparse as sp
-
-    k, m, n = blocks.shape
-    indptr = np.arange(k + 1)
-    return sp.bsr_array((blocks, indptr[:-1], indptr), shape=(k * m, k * n)).tocsr()
+        return self._matrices.between_elements(q)
 
 
 def _axis_indices(system: Discretization, body: Any) -> Integers:
