@@ -5,6 +5,7 @@ p = e^3/D^2 - e^4/(2 D^3) within a layer of thickness D, and e - D/2 beyond; non
 from libc.math cimport fabs
 
 cdef double SAME = 1e-6  # change of a penetration over the layer, below which differences cancel
+cdef double GAUSS_POINT = 0.7745966692414834  # sqrt(3/5), the outer ones of three on (-1, 1) [-]
 
 
 cdef inline double law_force(double e, double layer) noexcept nogil:
@@ -48,9 +49,9 @@ cdef inline double mean_force(double e0, double e1, double layer) noexcept nogil
     if begin < end:
         middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
         sum += 2.0 * half / 18.0 * (
-            5.0 * law_force(middle - 0.7745966692414834 * half, layer)
+            5.0 * law_force(middle - GAUSS_POINT * half, layer)
             + 8.0 * law_force(middle, layer)
-            + 5.0 * law_force(middle + 0.7745966692414834 * half, layer))
+            + 5.0 * law_force(middle + GAUSS_POINT * half, layer))
     begin = low if low > layer else layer
     if begin < high:
         sum += (high - begin) * law_force(0.5 * (begin + high), layer)

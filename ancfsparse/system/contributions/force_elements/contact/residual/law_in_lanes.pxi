@@ -59,7 +59,7 @@ cdef inline void mean_law(vec e0, vec e1, vec layer, vec *force, vec *slope) noe
         force[0], slope[0] = middle - 0.5 * layer, same(1.0)
         return
     begin = 0.5 * inverse * (begin + end)
-    apart = 0.7745966692414834 * half
+    apart = GAUSS_POINT * half
     sum = 0.5 * above_zero(high - beyond) * (high + beyond - layer) + (
         layer * layer * half * (1.0 / 9.0) * (
             5.0 * (force_in_layer(begin - apart) + force_in_layer(begin + apart))
