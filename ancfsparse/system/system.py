@@ -297,10 +297,6 @@ class System(Discretization):
         """True if friction depends on joint forces."""
         return any(each.depends_on_reactions for each in self.contributions)
 
-    def energy_scale(self, q: Vector) -> float:
-        """Return the magnitude of cancelling terms of the strain energy [J]: max |K_ii| q_i^2."""
-        return float(np.max(np.abs(self.stiffness_diagonal(q)) * q[: self.n_free] ** 2))
-
     def stiffness_diagonal(self, q: Vector) -> Vector:
         """Return the diagonal of the stiffness over the free coordinates, (n_free,) [N/m, N m]."""
         amplitudes = self.loads.amplitudes(np.array([self.t0]))[0]

@@ -196,7 +196,7 @@ class Point:
             begin = type(begin)(self.q0, self.v0, begin.a, begin.a, begin.lam, np.zeros(0))
         if start is not None:
             begin = start(begin)
-        march = make_time_loop(self, dt, integrator, begin, largest_gain, 0.0)
+        march = make_time_loop(self, dt, integrator, begin, largest_gain, 0.0, 0.0)
         scale = integrator.scale * dt**2
         tolerance = Tolerance(False, scale * 1e-9 * (1 + self.stiffness * 1e-4), 1e-14, 0.0, 1e-16)
         march.prepare(np.zeros((1, 0)))

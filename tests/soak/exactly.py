@@ -52,7 +52,7 @@ class Steps:
         if rng is not None:
             q = q * (1.0 + ROUNDING * rng.normal(size=q.shape))
         start = Start(q, v, a, self.b[k], lam, self.loads[k])
-        march = make_time_loop(system, self.dt, self.integrator, start, np.inf, 0.0)
+        march = make_time_loop(system, self.dt, self.integrator, start, np.inf, 0.0, 0.0)
         march.weigh(self.criterion.mass, self.criterion.total)
         inverse = make_inverse(NEWTON, self.seed, None, self.criterion.norm, 0.0)
         tolerance = self.criterion.at(self.dt)

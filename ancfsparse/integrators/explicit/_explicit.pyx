@@ -75,8 +75,8 @@ cdef class Explicit:
         Number of coordinates and of equations that are prescribed functions of time.
     largest_gain : float
         Largest energy gain, as a fraction of the energy exchanged so far.
-    noise : float
-        Energy due to rounding [J].
+    noise, rounding : float
+        Energy due to rounding [J]; root of the energy of the errors in a step [J^(1/2)].
     """
 
     cdef const ancf_system *system
@@ -101,7 +101,8 @@ cdef class Explicit:
     cdef readonly bint finite  # whether there is an acceleration at the start
 
     def __cinit__(self, system, seed, double dt, A, b, c, B, constraints, parts, sizes, q, v,
-                  dead_load, inputs, ptrdiff_t n_driven, ptrdiff_t n_led, double largest_gain, double noise):
+                  dead_load, inputs, ptrdiff_t n_driven, ptrdiff_t n_led, double largest_gain, double noise,
+                  double rounding):
         self.system = <const ancf_system *>PyCapsule_GetPointer(system.capsule, "ancf_system")
         self.seed = <const ancf_seed *>PyCapsule_GetPointer(seed.capsule, "ancf_seed")
         self.n, self.n_all, self.stages = self.system.n_free, self.system.n_all, len(b)
@@ -148,7 +149,7 @@ cdef class Explicit:
         if self.system.begin != NULL:
             remember(self, self.system.begin)
         self.finite = self.look_again()
-        self.watch.limit, self.watch.noise = largest_gain, noise
+        self.watch.limit, self.watch.noise, self.watch.rounding = largest_gain, noise, rounding
         ancf_watch_start(&self.watch, self.system, &self.dead_load[0], &self.load[0],
                          &self.q[0, 0], &self.v[0, 0], &self.r[0])
 
@@ -275,7 +276,8 @@ cdef class Explicit:
                     k += 1
                     break
                 if (k + 1) % look == 0 or k + 1 == n_steps:
-                    if self.watch.exchanged > self.watch.noise:
+                    self.watch.errors += (k % look + 1) * self.watch.rounding
+                    if self.watch.exchanged > ancf_watch_rounding(&self.watch):
                         self.watch.steps += k % look + 1
                     ancf_watch_measure(&self.watch, self.system, &self.dead_load[0], &self.load[0],
                                        &self.q[next, 0], &self.v[next, 0], &self.r[0])

@@ -136,6 +136,7 @@ def make_explicit(
     mass: Any,
     largest_gain: float,
     noise: float,
+    rounding: float,
     sizes: Vector | None = None,
 ) -> ExplicitLoop:
     """Build the compiled loop.
@@ -156,8 +157,8 @@ def make_explicit(
         Inverse of the mass matrix, or of the matrix with all constraints.
     largest_gain : float
         Largest energy increase, relative to the energy exchanged so far [-].
-    noise : float
-        Energy increase by rounding [J].
+    noise, rounding : float
+        Energy increase by rounding [J], and root of the energy of its errors in a step [J^(1/2)].
     sizes : (m,) float, optional
         Magnitude of the terms of each constraint [m], if the seed includes the constraints.
     """
@@ -181,5 +182,6 @@ def make_explicit(
         system.prescribed.n_equations,
         largest_gain,
         noise,
+        rounding,
     )
     return loop

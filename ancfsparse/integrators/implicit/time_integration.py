@@ -57,6 +57,7 @@ def make_time_loop(
     start: Start,
     largest_gain: float,
     noise: float,
+    rounding: float,
 ) -> NewmarkLoop:
     """Build the compiled time loop; only Newmark's family admits step size control.
 
@@ -72,8 +73,8 @@ def make_time_loop(
         The first state.
     largest_gain : float
         Largest energy increase, relative to the energy exchanged so far [-].
-    noise : float
-        Energy increase by rounding [J].
+    noise, rounding : float
+        Energy increase by rounding [J], and root of the energy of its errors in a step [J^(1/2)].
     """
     loop: NewmarkLoop = compiled_module(integrator.loop).March(
         system,
@@ -88,5 +89,6 @@ def make_time_loop(
         start.amplitudes,
         largest_gain,
         noise,
+        rounding,
     )
     return loop

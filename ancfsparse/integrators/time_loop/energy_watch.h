@@ -3,6 +3,10 @@
  * The work of changing loads is computed by the trapezoidal rule.  Where a load or its rate jumps
  * within a step, the work done by an integration scheme differs from it by a fraction of
  * |jump| |motion|, in that step and the few that follow: a gain of this size is allowed.
+ *
+ * So is a gain by rounding.  With the energy E of a motion as its squared length, the rounding of a step is
+ * an error of length e, which later steps do not increase.  After n steps the length is at most
+ * sqrt(E) + (n + 1) e, with the rounding of the energy itself.
  */
 #ifndef ANCF_ENERGY_WATCH_H
 #define ANCF_ENERGY_WATCH_H
@@ -31,7 +35,9 @@
 
 typedef struct {
     double limit; /* fraction of the energy exchanged so far; infinite: nothing is checked */
-    double noise; /* energy due to rounding */
+    double noise;    /* energy due to rounding, however many steps are taken */
+    double rounding; /* root of the energy of the errors by rounding in a step */
+    double errors;   /* sum of these roots over all steps so far */
     double start, strain, potential; /* at the start: total energy, and two parts of it */
     double work;                     /* of the changing loads; the time loop adds to it */
     double unsure;                   /* sum of the squares of the uncertain work of load jumps */
@@ -64,7 +70,15 @@ static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system
     watch->potential = -vec_dot(dead_load, q, system->n_all);
     watch->start = parts[0] + parts[1] + watch->potential;
     watch->kinetic = watch->exchanged = parts[0];
+    watch->errors = watch->rounding;
     watch->due = 1;
+}
+
+/* The largest gain that is rounding, beside the energy exchanged so far. */
+static inline double ancf_watch_rounding(const ancf_watch *watch)
+{
+    double energy = fabs(watch->strain) + 2.0 * watch->exchanged; /* not less than strain and kinetic */
+    return watch->noise + watch->errors * (watch->errors + 2.0 * sqrt(energy));
 }
 
 /* Evaluate a state: gain, exchanged and kinetic energy. */
@@ -82,7 +96,7 @@ static inline void ancf_watch_measure(ancf_watch *watch, const ancf_system *syst
         fmax(fmax(watch->exchanged, parts[0]), fabs(parts[1] - watch->strain)),
         fmax(fabs(potential - watch->potential), fabs(watch->work)));
     watch->gain = parts[0] + parts[1] + potential - watch->start - watch->work;
-    watch->beyond = watch->gain - sqrt(watch->unsure) - watch->noise;
+    watch->beyond = watch->gain - sqrt(watch->unsure) - ancf_watch_rounding(watch);
 }
 
 /* Whether the evaluated state has gained more than a fraction of the exchanged energy or, if strict,
@@ -105,7 +119,7 @@ static inline int ancf_watch_stops(const ancf_watch *watch)
  * can gain for a long time before it exceeds the energy supplied to it. */
 static inline int ancf_watch_rises(const ancf_watch *watch, const ancf_watch *before)
 {
-    double rise = watch->gain - before->gain - sqrt(watch->unsure) - watch->noise;
+    double rise = watch->gain - before->gain - sqrt(watch->unsure) - ancf_watch_rounding(watch);
     return !isinf(watch->limit) && !(rise <= watch->limit * watch->exchanged);
 }
 

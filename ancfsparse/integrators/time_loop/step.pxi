@@ -100,7 +100,7 @@ cdef void add_work(Motion *self) noexcept nogil:
     x1.q, x1.v, x1.amplitudes = self.q, self.v, self.amplitudes
     work = system.load_work(system.context, &x0, &x1, self.r)
     self.watch.work += work
-    if self.watch.kinetic <= self.watch.noise and is_still(self):
+    if self.watch.kinetic <= ancf_watch_rounding(&self.watch) and is_still(self):
         self.watch.noise += fabs(work)
     if self.jumps.any and self.jump_share > 0.0:
         unsure = self.jump_share * system.load_reach(
@@ -121,6 +121,7 @@ cdef bint look(Motion *self) noexcept nogil:
     cdef bint seen = self.ahead  # before the step was accepted
     self.ahead = False
     self.watch.steps += 1
+    self.watch.errors += self.watch.rounding
     if not seen:
         if self.watch.steps < self.watch.due:
             return False

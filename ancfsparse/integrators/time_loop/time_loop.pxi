@@ -45,8 +45,8 @@ cdef class TimeLoop:
         Changing loads at the start.
     largest_gain : float
         Largest energy gain, as a fraction of the energy exchanged so far.
-    noise : float
-        Energy due to rounding [J].
+    noise, rounding : float
+        Energy due to rounding [J]; root of the energy of the errors in a step [J^(1/2)].
     """
 
     cdef ancf_equations interface
@@ -59,7 +59,7 @@ cdef class TimeLoop:
     cdef readonly ptrdiff_t steps  # accepted so far
 
     def __cinit__(self, system, double dt, integrator, q, v, a, b, lam, dead_load, amplitudes,
-                  double largest_gain, double noise):
+                  double largest_gain, double noise, double rounding):
         cdef Motion *motion = &self.motion
         cdef dict own = {}
         self.owner, self.arrays, self.histories = system, own, np.empty((0, 0))
@@ -100,6 +100,7 @@ cdef class TimeLoop:
         self.interface.q = motion.q
         self.capsule = PyCapsule_New(&self.interface, "ancf_equations", NULL)
         motion.watch.limit, motion.watch.noise = largest_gain, noise
+        motion.watch.rounding = rounding
         ancf_watch_start(&motion.watch, motion.system, motion.dead_load, motion.amplitudes0,
                          motion.q0, motion.v0, motion.r)
         if motion.system.begin != NULL:

@@ -12,7 +12,7 @@ from ancfsparse.array_types import Vector
 from ancfsparse.errors import InstabilityError, LoadError
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.nonlinear.iteration import EPSILON, Costs
+from ancfsparse.nonlinear.iteration import Costs
 from ancfsparse.results import RunStats
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
@@ -29,6 +29,7 @@ from ancfsparse.solve.linearization.matrices import (
     needs_saddle_point_factor,
     saddle_seed,
 )
+from ancfsparse.solve.stepping.energy_rounding import estimate_energy_rounding
 from ancfsparse.solve.stepping.explicit_setup import (
     cheapest_mass_inverse,
     count_forces,
@@ -86,7 +87,7 @@ class ExplicitIntegration:
         )
         self._sizes = None if self._saddle is None else constraint_magnitudes(system)
         self.force_cost = _force_cost(system, self._seed, self._saddle)
-        self._noise = 100.0 * EPSILON * system.energy_scale(system.q0)
+        self._stiffness = system.stiffness_diagonal(system.q0)
         self._unstable = 0
         self.rank_deficiency = RankDeficiency(system, self._sizes)
         self.failure: InstabilityError | LoadError | None = None
@@ -145,9 +146,10 @@ class ExplicitIntegration:
             load = system.loads.amplitudes(np.array([begin]))[0]
             n = math.ceil(max((last - now) / h, MIN_STEPS * ratio))
             dt = (last - now) / n
-            gain, noise = self._task.max_energy_gain, self._noise
+            gain = self._task.max_energy_gain
+            rounding = estimate_energy_rounding(system, self._stiffness, dt)
             inputs = self._inputs(np.array([now]), begin, end)[0]
-            state = (q, v, inputs, self._mass, gain, noise)
+            state = (q, v, inputs, self._mass, gain, *rounding)
             time_loop = make_explicit(system, dt, integrator, *state, self._sizes)
             if not states.rows:
                 states.begin(*time_loop.state)

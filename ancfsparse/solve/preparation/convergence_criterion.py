@@ -21,7 +21,6 @@ DAMPED_WORK_RATIO = 4e-7  # remaining error over the displacement in the step
 UNDAMPED_WORK_RATIO = 1e-7  # the same without numerical damping
 CONSERVING_WORK_RATIO = 1e-8  # the same for energy-conserving integrators
 MIN_CHANGE_UNITS = 10.0  # difference of residuals over their rounding, for a secant pair
-ENERGY_ROUNDING_UNITS = 100.0  # error of energies in units of their rounding
 
 
 class ConvergenceCriterion:
@@ -50,21 +49,21 @@ class ConvergenceCriterion:
     norm : (n,) float
         Weights of squared corrections, by which squared residuals are divided: the mass, and for
         multipliers, whose residuals are lengths, one over the mean mass of a coordinate.
-    energy : float
-        Magnitude of the terms that cancel in the strain energy [J].
+    stiffness : (n_free,) float
+        Diagonal of the stiffness at the start, as magnitudes [N/m, N m].
     """
 
     def __init__(self, system: System, integrator: Implicit, tolerance: str | float) -> None:
         self._integrator, self._tolerance = integrator, tolerance
         self.mass, self.total = system.mass_diagonal, system.mass
-        diagonal = np.abs(system.stiffness_diagonal(system.q0))
+        self.stiffness = diagonal = np.abs(system.stiffness_diagonal(system.q0))
         q0, n = system.q0, system.n_free
-        self.energy = float(np.max(diagonal * q0[:n] ** 2))
+        energy = float(np.max(diagonal * q0[:n] ** 2))
         self._stiffest = float(np.max(diagonal))
         self._fastest = float(np.max(diagonal / self.mass))
         self._force_scale = self._stiffest * float(np.max(np.abs(q0)))
         # A force K_ij q_j is at most sqrt(K_ii) sqrt(K_jj) |q_j|, with rounding relative to it.
-        self._forces = math.sqrt(self.energy * float(np.sum(diagonal / self.mass)) / self.total)
+        self._forces = math.sqrt(energy * float(np.sum(diagonal / self.mass)) / self.total)
         mean = self.total / n
         self.norm = np.concatenate([self.mass, np.full(system.n_multipliers, 1.0 / mean)])
         self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)
@@ -73,10 +72,6 @@ class ConvergenceCriterion:
         self._largest = float(np.max(np.abs(np.concatenate([q0[positions], terms]))))
         self._terms = float(np.linalg.norm(terms)) / math.sqrt(n)
         self._several = 4.0 if system.n_multipliers else 1.0  # constraints sum several squares
-        # Work of the loads along the size of the scene.
-        load, sizes = np.abs(system.dead_load), np.abs(q0)
-        sizes[positions] = self._largest
-        self._work = float(load @ sizes)
 
     def at(self, dt: float, error: float | None = None) -> Tolerance:
         """Return the bounds for a step size.
@@ -115,15 +110,6 @@ class ConvergenceCriterion:
         The remaining error is then about as large as a force as it is as a correction.
         """
         return self._integrator.scale * dt**2 * self._fastest <= 1.0
-
-    def noise(self, dt: float) -> float:
-        """Return the energy of rounding [J].
-
-        The position of constrained coordinates is rounded relative to their size in every step.
-        """
-        rounding = ENERGY_ROUNDING_UNITS * EPSILON * self._largest if self._several > 1.0 else 0.0
-        kinetic = self.total * rounding**2 / (self._integrator.scale * dt**2)
-        return ENERGY_ROUNDING_UNITS * EPSILON * (self.energy + self._work) + kinetic
 
     def smallest_change(self, dt: float) -> float:
         """Return the difference of two scaled residuals that is rounding [kg^(1/2) m]."""

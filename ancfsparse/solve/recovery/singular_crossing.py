@@ -348,7 +348,7 @@ class SingularCrossing:
         """Return an explicit loop, which does not reset the memory of contributions."""
         system, memory = self._system, self._system.assembly.memory
         loop = make_explicit(
-            system, dt, METHOD, q, v, inputs, self._saddle, math.inf, 0.0, self._sizes
+            system, dt, METHOD, q, v, inputs, self._saddle, math.inf, 0.0, 0.0, self._sizes
         )
         if self._remember(memory):
             loop.refresh()

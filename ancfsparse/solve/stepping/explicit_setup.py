@@ -11,7 +11,6 @@ from ancfsparse.errors import InputError, InstabilityError, Parameter
 from ancfsparse.integrators.explicit.explicit_methods import Explicit, make_explicit
 from ancfsparse.integrators.interface.time_grid import divides, plain
 from ancfsparse.nonlinear import Outcome
-from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.results import RunStats, Trajectory
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.seeds.dense.block_inverse import BlockInverse
@@ -35,6 +34,7 @@ from ancfsparse.solve.linearization.matrices import (
     needs_saddle_point_factor,
     saddle_seed,
 )
+from ancfsparse.solve.stepping.energy_rounding import estimate_energy_rounding
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 
@@ -158,10 +158,12 @@ def prepare_explicit(
     if not system.n_multipliers:
         initial_acceleration(system, seed, system.v0)  # checks the range of numbers
     mass = cheapest_mass_inverse(system, seed) if saddle is None else saddle
-    noise = 100.0 * EPSILON * system.energy_scale(system.q0)
+    rounding = estimate_energy_rounding(system, system.stiffness_diagonal(system.q0), dt)
     state = (system.q0, system.v0, inputs_at(system, np.array([system.t0]), rates=True)[0])
     sizes = None if saddle is None else constraint_magnitudes(system)
-    time_loop = make_explicit(system, dt, integrator, *state, mass, max_energy_gain, noise, sizes)
+    time_loop = make_explicit(
+        system, dt, integrator, *state, mass, max_energy_gain, *rounding, sizes
+    )
     if restore_contributions(start, system):
         time_loop.refresh()
     check_multipliers(system, time_loop, integrator)
@@ -201,9 +203,10 @@ def restart_explicit(
     """
     inputs, memory = inputs_at(system, np.array([t]), rates=True)[0], before.memory
     contributions = system.assembly.memory  # which a new loop resets
-    noise, sizes = 100.0 * EPSILON * system.energy_scale(system.q0), constraint_magnitudes(system)
+    rounding = estimate_energy_rounding(system, system.stiffness_diagonal(system.q0), dt)
+    sizes = constraint_magnitudes(system)
     loop = make_explicit(
-        system, dt, integrator, *state, inputs, mass, max_energy_gain, noise, sizes
+        system, dt, integrator, *state, inputs, mass, max_energy_gain, *rounding, sizes
     )
     if len(contributions):
         system.assembly.memory = contributions

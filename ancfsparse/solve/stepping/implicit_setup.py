@@ -28,6 +28,7 @@ from ancfsparse.solve.preparation.choose_solver import choose_solver
 from ancfsparse.solve.preparation.convergence_criterion import ConvergenceCriterion
 from ancfsparse.solve.preparation.memory_estimate import NO_MEMORY, MemoryEstimate
 from ancfsparse.solve.preparation.threads import divide_among_threads
+from ancfsparse.solve.stepping.energy_rounding import estimate_energy_rounding
 from ancfsparse.system import System
 from ancfsparse.system.coordinates.state import State
 from ancfsparse.system.rigid_motion.corotated_frames import make_corotated_frame
@@ -86,7 +87,8 @@ def prepare_implicit(
         system.reset_memory()
     start, a = starting_state(system, seed, integrator, dt, state)
     criterion = ConvergenceCriterion(system, integrator, tolerance)
-    time_loop = make_time_loop(system, dt, integrator, start, max_energy_gain, criterion.noise(dt))
+    rounding = estimate_energy_rounding(system, criterion.stiffness, dt)
+    time_loop = make_time_loop(system, dt, integrator, start, max_energy_gain, *rounding)
     restore_contributions(state, system)  # the time loop has reset them
     measures = criterion.at(dt).by_correction
     extrapolates = measures and _extrapolates(system, integrator, method, criterion, dt)

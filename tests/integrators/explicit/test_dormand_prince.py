@@ -174,7 +174,7 @@ def test_constraints_that_repeat_one_another_have_no_multipliers():
     twice, once = copy.deepcopy(system.constraints), system.constraints
     places = zip(once.coefficient, once.i, once.j, strict=True)
     twice.add("rod again", once.offset[0], *places, about=once.about)
-    state = system.q0, system.v0, np.zeros(0), mass_seed(system), np.inf, 0.0
+    state = system.q0, system.v0, np.zeros(0), mass_seed(system), np.inf, 0.0, 0.0
     for constraints, finite in ((once, True), (twice, False)):
         known = SimpleNamespace(
             capsule=system.capsule,

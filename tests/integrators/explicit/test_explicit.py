@@ -96,7 +96,7 @@ def loop_of(scene, method, dt, dense, state=None):
     q, v = (system.q0, system.v0) if state is None else state
     load = system.loads.amplitudes(np.zeros(1))[0]
     mass = BlockInverse(pattern.indptr, pattern.indices, system.assembly.mass) if dense else seed
-    return system, make_explicit(system, dt, method, q, v, load, mass, np.inf, 0.0)
+    return system, make_explicit(system, dt, method, q, v, load, mass, np.inf, 0.0, 0.0)
 
 
 def go(system, loop, method, n, amplitudes=None):

@@ -25,7 +25,7 @@ def multipliers(integrator, dt, delta, seed_of_noise=0):
     seed = point.seed()
     start, _ = starting_state(point, seed, integrator, dt)
     point.residual = residual
-    march = make_time_loop(point, dt, integrator, start, np.inf, 0.0)
+    march = make_time_loop(point, dt, integrator, start, np.inf, 0.0, 0.0)
     march.prepare(np.zeros((1, 0)))
     scale = integrator.scale * dt**2
     loop = make_iteration(

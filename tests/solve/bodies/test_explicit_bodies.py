@@ -133,7 +133,7 @@ def test_accelerations_are_those_of_the_python_formulas(make):
     system.prescribed.resolve(1e-3, 0.0, 1.0)
     seed = saddle_seed(system)
     inputs = system.inputs(np.zeros(1), rates=True)[0][0]
-    state = (system.q0, system.v0, inputs, seed, np.inf, 0.0)
+    state = (system.q0, system.v0, inputs, seed, np.inf, 0.0, 0.0)
     loop = make_explicit(system, 1e-3, EIGHTH, *state, constraint_magnitudes(system))
     _, _, a, lam = loop.state
     none = np.zeros(system.n_multipliers)

@@ -96,7 +96,10 @@ def test_the_limit_is_where_runs_begin_to_grow(integrator, monkeypatch):
             with pytest.raises(ancf.InstabilityError):
                 ancf.simulate(rod_scene, 3000 * dt, dt, integrator=integrator)
         else:
-            run = ancf.simulate(rod_scene, 3000 * dt, dt, integrator=integrator)
+            # Near the limit the energy of central differences oscillates by 5 % without growing.
+            run = ancf.simulate(
+                rod_scene, 3000 * dt, dt, integrator=integrator, max_energy_gain=np.inf
+            )
             assert np.abs(run.v).max() < 10 * np.abs(run.v[0]).max()
 
 
@@ -158,6 +161,21 @@ def test_a_run_that_outgrows_its_limit_stops():
     assert stop.value.trajectory.energy.drift < 0.5
     # Half the step follows the same motion.
     assert ancf.simulate(scene, 4000 * dt, dt / 2, integrator=CENTRAL).energy.drift < 0.05
+
+
+def test_rounding_of_a_body_at_rest_far_away_hides_no_instability():
+    # Its K q^2 of 4e19 J has 1e5 J of rounding, and the rod 80 J of energy.
+    scene, _ = stretched(pulled)
+    bar = scene.add_beam(
+        "thin", (1e5, 0.0), (1e5 + 20.0, 0.0), 4, ancf.Rectangle(0.1, 0.1),
+        ancf.Material(2e11, 7800.0),
+    )  # fmt: skip
+    scene.clamp(bar.start)
+    scene.clamp(bar.end)
+    dt = 0.999 * ancf.stable_step(scene, CENTRAL)
+    with pytest.raises(ancf.InstabilityError, match=GROWS) as stop:
+        ancf.simulate(scene, 4000 * dt, dt, integrator=CENTRAL)
+    assert stop.value.trajectory.energy.drift < 0.5
 
 
 def test_without_the_watch_a_run_ends_where_numbers_do():
