@@ -218,6 +218,8 @@ def bend(draft):
     """Bend a rope around a bar, another beam, by half a turn or more, and pull both ends."""
     rng, length, radius = draft.rng, draft.length, draft.radius
     thickness = radius * float(10 ** rng.uniform(-0.2, 0.8))
+    if draft.needs_radius:  # a contact has one radius, which is then that of the bar too
+        thickness = radius
     draft.gap = radius * float(rng.choice([0.0, 0.02, 0.2]))
     size, angle = thickness + draft.gap, math.pi * float(rng.uniform(0.8, 1.4))
     bar = draft.scene.add_beam(

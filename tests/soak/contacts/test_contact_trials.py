@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 import ancfsparse as ancf
 from ancfsparse.scene.bodies.body import Point
 from ancfsparse.scene.force_elements import contact_points
+from ancfsparse.system import System
 from ancfsparse.system.contributions.force_elements.contact import axis_depths, contacts
 from tests.soak.contacts import trials
 from tests.soak.contacts.parts import recorded_parts, with_parts
@@ -79,6 +80,16 @@ def test_random_contacts_are_judged_without_a_find():
     reports = [trials.run(3, index) for index in range(20)]
     assert [find for report in reports for find in report.finds] == []
     assert sum(report.outcome == "finished" for report in reports) > 10
+
+
+@pytest.mark.parametrize(("seed", "index"), [(30301, 18), (30302, 3)])
+def test_bent_ropes_of_a_given_radius_begin_apart(seed, index):
+    # The bar was drawn thinner than the radius that its contact gave it: the ropes began inside it.
+    drawn = draw(np.random.default_rng([seed, index]), layout="bend")
+    system = System(drawn.scene)
+    (part,) = (each for each in system.contributions if hasattr(each, "contact"))
+    depth, radius, *_ = part.deepest_at(system.q0)
+    assert depth <= 1e-3 * radius
 
 
 def test_ropes_that_are_bent_around_bars_are_judged_without_a_find():
