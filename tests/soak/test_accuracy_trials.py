@@ -26,6 +26,8 @@ from tests.soak.trials import accuracy
         (2202, 247),
         # A vibration with phases of .8 rad and more in the steps of both runs: 2.6.
         (20001, 742),
+        # Last corrections of iterations longer than those before, not made but counted on: 3.1.
+        (30201, 74),
     ],
 )
 def test_the_error_is_at_most_twice_the_accuracy(seed, index):

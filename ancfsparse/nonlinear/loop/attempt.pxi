@@ -61,8 +61,10 @@ cdef inline double rate_of(const Loop *self, double size) noexcept nogil:
     return fmin(self.rate * size / self.measured, 0.99) if self.measured > 0.0 else 0.99
 
 
-cdef void finish(Loop *self, double size, bint needed, bint newton) noexcept nogil:
+cdef bint finish(Loop *self, double size, bint needed, bint newton) noexcept nogil:
     """Update with the last pair, and correct once more with the residual already computed.
+
+    Return whether it is corrected.
 
     This costs no further residual, but a solve, unless the update takes it; so it is left out where it
     is not needed.  Davidon's inverse may be far off in a new direction, so its correction could not
@@ -72,16 +74,17 @@ cdef void finish(Loop *self, double size, bint needed, bint newton) noexcept nog
     cdef ptrdiff_t n = self.n
     cdef bint polishes = self.polishes or newton
     if self.carry and not newton:
-        scaled(self.parts, self.s, -1.0, self.z, n)
         combined(self.parts, self.y, 1.0, self.r_new, -1.0, self.r, n)
         learn(self, self.r_new)
     elif not needed:
-        return
+        return False
     elif polishes:
         multiply(self, self.r_new, newton)
     if polishes and length(self, self.z) <= size:
         self.equations.correct(self.equations.context, -1.0, self.z)
         self.counts.last_corrections += 1
+        return True
+    return False
 
 
 cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *used) noexcept nogil:
@@ -160,6 +163,8 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         if not isfinite(norm_new):
             return NOT_FINITE
         theta = norm_new / norm
+        if learns:
+            scaled(self.parts, self.s, -1.0, z, n)
         done = False
         if not self.by_correction:
             done = residual_is_small(self, self.r_new)
@@ -179,9 +184,10 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
             if (done and self.correction_tolerance < self.floor and theta < DECREASING
                     and it + 1 < most):
                 done = False
+        if done and (self.by_correction or not newton) and size > self.noise:
+            done = (finish(self, size, self.sure or norm_new > SPARED * allowed, newton)
+                    or norm_new <= allowed or not self.by_correction)
         if done:
-            if (self.by_correction or not newton) and size > self.noise:
-                finish(self, size, self.sure or norm_new > SPARED * allowed, newton)
             return CONVERGED
         if norm_new > GROWTH * start and it > 0 and not damped:
             return DIVERGED
@@ -215,7 +221,6 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         last_theta = theta
         # If pairs are used sparingly, conjugate gradients and sweeps that contract well use none.
         if learns and (always or (theta > SLUGGISH and self.extra == 0.0)):
-            scaled(self.parts, self.s, -1.0, z, n)
             combined(self.parts, self.y, 1.0, self.r, -1.0, self.r_new, n)
             learn(self, self.r)
         else:

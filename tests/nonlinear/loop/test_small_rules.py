@@ -46,6 +46,30 @@ def test_a_last_correction_that_is_longer_than_the_one_before_is_not_made():
     assert abs(equations.x[1]) < 1e-3
 
 
+@pytest.mark.parametrize(
+    "options", [{}, {"sparing": True}, {"learns": False}], ids=["pairs", "sparing", "no pairs"]
+)
+def test_a_step_that_counts_on_a_last_correction_goes_on_where_it_is_not_made(options):
+    # The stiff direction is corrected at once, by 1e-6, and leaves 1e-5 of the first residual of
+    # 1e-2 in the soft one: a tenth of that is allowed, and the last correction is 1e-5.
+    seen = []
+
+    def residual(x):
+        seen.append((x.copy(), np.array([1e4 * (x[0] - 1e-6), x[1] - 10.0 * x[0], x[2]])))
+        return seen[-1][1]
+
+    equations = Equations(residual, lambda x: np.diag([1e4, 1.0, 1.0]), np.zeros(3), 1)
+    inverse = equations.limited("broyden", 2)
+    loop = equations.loop(
+        inverse, polishes=True, by_correction=True, correction_tolerance=2e-6, **options
+    )
+    assert loop.solve() == Outcome.CONVERGED
+    assert abs(equations.x[1] - 1e-5) < 2e-6
+    if loop.counts["pairs"]:
+        (x0, r0), (x1, r1) = seen[:2]
+        np.testing.assert_allclose(inverse.apply(r1 - r0), x1 - x0, rtol=1e-6, atol=1e-18)
+
+
 def test_a_step_is_compared_with_the_mean_since_the_seed_and_its_cost():
     stiffness = [1.0]
     equations = spring(stiffness)
