@@ -13,7 +13,7 @@ ROUNDING_UNITS = 32.0  # of a force, in units of eps |K| |q|
 
 
 class Norms:
-    """Norms weighted by the masses of a scene, independent of the mesh.
+    """Norms weighted by the masses of a scene, independent of the mesh; infinite above 1e154.
 
     Parameters
     ----------
@@ -54,11 +54,13 @@ class Norms:
 
     def distance(self, dx: Vector) -> float:
         """Return the size of a correction: the root mean square of the displacement [m]."""
-        return float(np.sqrt(self.mass @ dx**2 / self.total_mass * self.system.dim))
+        with np.errstate(over="ignore"):
+            return float(np.sqrt(self.mass @ dx**2 / self.total_mass * self.system.dim))
 
     def distances(self, dx: Vector) -> Vector:
         """Return the root mean squares of the displacements of the bodies [m], (n_bodies,)."""
-        squares = np.bincount(self._body, self.mass * dx**2, minlength=len(self._body_mass))
+        with np.errstate(over="ignore"):
+            squares = np.bincount(self._body, self.mass * dx**2, minlength=len(self._body_mass))
         return np.asarray(np.sqrt(squares / self._body_mass * self.system.dim))
 
     def force_norm(self, r: Vector) -> float:
@@ -66,7 +68,8 @@ class Norms:
 
         It measures forces at positions and slopes alike, and forces per length on any mesh.
         """
-        return float(np.sqrt(np.sum(r**2 / self.mass)))
+        with np.errstate(over="ignore"):
+            return float(np.sqrt(np.sum(r**2 / self.mass)))
 
     def rounding_of(self, values: Vector, q: Vector, lam: Vector | None = None) -> Vector:
         """Return the rounding of every force [N, N m], by the values of the stiffness."""

@@ -284,3 +284,11 @@ def test_two_cables_at_a_kept_distance_hang_as_two_that_meet(begin):
     joined.point_force(one, (0.0, -30.0))
     found, expected = ancf.solve_static(scene), ancf.solve_static(joined)
     np.testing.assert_allclose(found.displacement(ends[0]), expected.displacement(one), atol=1e-9)
+
+
+def test_a_modulus_whose_square_overflows_keeps_the_shape_without_stress():
+    scene = ancf.Scene((0.0, -9.81))
+    beam = scene.add_beam("thin", (0, 0), (1, 0.3), 3, ancf.Circle(0.01), ancf.Material(1e292, 1e3))
+    scene.clamp(beam.start)
+    equilibrium = ancf.solve_static(scene)
+    np.testing.assert_allclose(equilibrium.position(beam.end), (1.0, 0.3), rtol=1e-12)
