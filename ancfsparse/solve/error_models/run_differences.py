@@ -11,7 +11,11 @@ import math
 
 import numpy as np
 
-from ancfsparse.solve.stepping.sampled_states import SampledStates, nodal_differences
+from ancfsparse.solve.stepping.sampled_states import (
+    SampledStates,
+    distances,
+    nodal_differences,
+)
 from ancfsparse.system import System
 
 # Orders of convergence are assumed to exceed 1 by these parts of the theoretical excess, measured
@@ -41,6 +45,27 @@ def difference_frequency(
     )
     ratio = rate / position if position > 0.0 else 0.0
     return max(math.sqrt(ratio) if resolved else ratio, 1.0 / float(one.t[-1] - one.t[0]))
+
+
+def difference_growth(
+    system: System, one: SampledStates, other: SampledStates, minimum: float
+) -> float:
+    """Return the largest difference of two runs over the largest in the first half of their time.
+
+    It is 1 if no state of the first half is known.
+
+    Parameters
+    ----------
+    system : System
+        Their system.
+    one, other : SampledStates
+        The runs.
+    minimum : float
+        Smallest difference in the first half that counts [m].
+    """
+    t, differences = one.t, distances(system, one.q, other.q)
+    first = differences[(t > t[0]) & (t <= 0.5 * (t[0] + t[-1]))]
+    return float(np.max(differences) / max(np.max(first), minimum)) if len(first) else 1.0
 
 
 def assumed_order(order: int, phase: float) -> float:

@@ -121,7 +121,7 @@ def largest_coordinate(system: System) -> float:
 
 def distance(system: System, one: SampledStates, other: SampledStates) -> float:
     """Return the largest distance of a node between two motions [m]."""
-    return float(np.max(_distances(system, one.q, other.q), initial=0.0))
+    return float(np.max(distances(system, one.q, other.q), initial=0.0))
 
 
 def differs_by_rounding(
@@ -131,8 +131,8 @@ def differs_by_rounding(
 
     Errors of steps begin with the motion, unless loads change suddenly later.
     """
-    difference = _distances(system, one.q, other.q)
-    displacement = _distances(system, one.q, np.broadcast_to(one.q[:1], one.q.shape))
+    difference = distances(system, one.q, other.q)
+    displacement = distances(system, one.q, np.broadcast_to(one.q[:1], one.q.shape))
     rounding = (
         MAX_ROUNDING_UNITS * np.finfo(float).eps * math.sqrt(steps) * largest_coordinate(system)
     )
@@ -140,7 +140,7 @@ def differs_by_rounding(
     return bool(np.any(difference[has_begun] <= rounding))
 
 
-def _distances(system: System, one: Vector, other: Vector) -> Vector:
+def distances(system: System, one: Vector, other: Vector) -> Vector:
     """Return the largest distance of a node between two motions at each time, (k,) [m]."""
     pairs = zip(one[:, None], other[:, None], strict=True)
     squares = [
