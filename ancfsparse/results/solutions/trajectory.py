@@ -128,7 +128,8 @@ class Trajectory(TrajectoryOutput):
     @property
     def _saves_means(self) -> bool:
         """True if accelerations and multipliers are means over the step before."""
-        return self.settings.get("integrator") == repr(EnergyMomentum())
+        is_mean = self.settings.get("integrator") == repr(EnergyMomentum())
+        return is_mean and self.settings.get("accuracy") is None
 
     @property
     def _damps_impacts(self) -> bool:

@@ -37,9 +37,9 @@ def check_accuracy(
     ------
     InputError
         For an accuracy larger than the scene or below rounding; a tolerance or halvings; an inverse
-        that is never renewed; an integrator of first order or one that conserves energy; the
-        trapezoidal rule with multipliers, in which the effect of a step-size change never decays;
-        an explicit one that cannot handle multipliers or damping of the scene.
+        that is never renewed; an integrator of first order; the trapezoidal rule with multipliers,
+        in which the effect of a step-size change never decays; an explicit one that cannot handle
+        multipliers or damping of the scene.
     """
     check_positive("accuracy", accuracy, "m")
     if isinstance(integrator, Explicit):
@@ -78,11 +78,6 @@ def check_accuracy(
             motion,
             "{accuracy} needs the rates of prescribed motions, and {motion} has none: give rate "
             "and second_rate, or a smooth Ramp or Sine",
-        ),
-        (
-            integrator is not None and integrator.keeps_energy,
-            "{accuracy} changes steps by an error estimate, which {integrator!r} does not have: "
-            "use {implicit}, or give {dt} and no {name}",
         ),
         (
             constraints and integrator == Newmark(0.0),

@@ -81,7 +81,8 @@ class ImplicitIntegration:
         )
         self._costs = iteration_costs(system, integrator, self._seed, None)
         self._set_iteration_error()
-        self.time_loop.follow_jerk()
+        if not integrator.keeps_energy:
+            self.time_loop.follow_jerk()
         q, _, _, lam = self.time_loop.state
         n, m, h = system.n_all, system.n_multipliers, system.assembly.n_history
         self._states = SampledStates.empty(task.t, n, m, h)

@@ -8,6 +8,7 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.integrators import Implicit
+from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
@@ -41,6 +42,10 @@ class StepSizeChange:
     def change(self, old: float, dt: float, now: float) -> None:
         """Change the step size [s], with corrections for multipliers of second order."""
         system, integrator = self._system, self._integrator
+        if integrator.keeps_energy:
+            none = np.zeros(system.n_all)
+            self._time_loop.change_step(dt, integrator, none, none)
+            return
         jerk = self._time_loop.jerk
         change_v = np.zeros(system.n_all)
         if system.n_multipliers:
@@ -64,7 +69,11 @@ class StepSizeChange:
         loads = system.loads.amplitudes(np.array([before, after]))
         if np.array_equal(*loads):
             return
-        q, v, _, lam = self._time_loop.state
+        q, v, a, lam = self._time_loop.state
+        if self._integrator.keeps_energy:
+            start, none = Start(q, v, a, a, lam, loads[1]), np.zeros(0)
+            self._time_loop.move(start, q - dt * v, none, none)
+            return
         zero, n = np.zeros(system.n_all), system.n_free
         old, new = (
             system.assembly.residual(q, v, zero, lam, system.dead_load, load)[0] for load in loads

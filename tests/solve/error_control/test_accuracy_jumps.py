@@ -83,3 +83,17 @@ def test_higher_derivatives_that_jump_cost_no_accuracy(signal, slides):
     for accuracy in (1e-5, 1e-7, 1e-8, 1e-9):
         run = ancf.simulate(scene, 2.0, accuracy=accuracy)
         assert abs(run.position(body.origin)[-1, 0] - exact) < accuracy
+
+
+def test_the_energy_momentum_method_meets_an_accuracy_under_a_load_that_jumps():
+    scene = ancf.Scene((0.0, -9.81))
+    beam = scene.add_beam(
+        "thin", (0.0, 0.0), (1.0, 0.0), 8, ancf.Circle(0.01), ancf.Material(1e8, 2e3)
+    )
+    scene.clamp(beam.start)
+    scene.point_force(beam.end, ancf.Pulse((0.0, 0.5), 0.0203, 0.0507))
+    fine = ancf.simulate(scene, 0.2, 1e-3, accuracy=1e-8, integrator=ancf.RungeKuttaNystrom(8))
+    for accuracy in (1e-3, 1e-4, 1e-5):
+        run = ancf.simulate(scene, 0.2, 1e-3, accuracy=accuracy, integrator=ancf.EnergyMomentum())
+        error = np.abs(run.position(beam.end) - fine.position(beam.end)).max()
+        assert 0.01 * accuracy < error < accuracy

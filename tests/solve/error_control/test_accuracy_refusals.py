@@ -24,7 +24,6 @@ from tests.solve.refusals import assert_refused
         ({"accuracy": 1e-14}, "below the rounding of double precision"),
         ({"accuracy": 1e-4, "tolerance": 1e-3}, "sets the tolerance of the iteration: leave out"),
         ({"accuracy": 1e-4, "integrator": ancf.Newmark(0.1)}, "is of first order"),
-        ({"accuracy": 1e-4, "integrator": ancf.EnergyMomentum()}, "changes steps"),
         (
             {"accuracy": 1e-4, "integrator": ancf.CentralDifference(), "solver": ancf.Newton()},
             "solves no equations",
