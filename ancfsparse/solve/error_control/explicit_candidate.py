@@ -146,7 +146,7 @@ class ExplicitCandidate:
             return
         self.failure = self._convergence.add(self.error)
         is_doubtful = self.error > MIN_DOUBTFUL_ERROR * self._task.accuracy
-        if self._rounding is None and is_doubtful:
+        if self._rounding is None and is_doubtful and not self._task.has_contact:
             grew = differs_by_rounding(self._task.system, last, states, self.steps)
             self._rounding = True if grew else None
         if self._other is not None:

@@ -159,7 +159,9 @@ class ExplicitErrors:
     ) -> tuple[float, float]:
         """Return the error of a run, and its difference from the last without chance."""
         last, ratio, order = self._runs[-1], run.ratio, run.integrator.order
-        power, unresolved = assumed_order(order, phase), assumed_order(order, math.inf)
+        power, unresolved = (
+            assumed_order(order, x, self._task.has_contact) for x in (phase, math.inf)
+        )
         bounds = []
         if len(self._runs) > 1 and self._runs[-2].integrator == run.integrator:
             before = self._runs[-2]

@@ -80,6 +80,8 @@ class ExplicitIntegration:
     def __init__(self, task: MotionTask, integrator: Explicit) -> None:
         self._task, self._system = task, task.system
         self._spans, system = task.discontinuities.analytic_spans, task.system
+        resolving = task.discontinuities.longest_step, task.resolving_step()
+        self._longest_step = min(task.length / MIN_STEPS, *resolving)
         mass = definite_mass(system, system.q0)
         self._seed = SparseSeed(mass.indptr, mass.indices, system.n_free)
         self._saddle = (
@@ -121,8 +123,7 @@ class ExplicitIntegration:
     def step(self, integrator: Explicit, ratio: float) -> float:
         """Return a step that is shorter than the longest one by a ratio [s]."""
         stable = STABILITY_RATIO * integrator.tableau.interval / self.omega
-        longest = self._task.discontinuities.longest_step
-        return min(stable, self._task.length / MIN_STEPS, longest) / ratio
+        return min(stable, self._longest_step) / ratio
 
     def cost(self, integrator: Explicit, ratio: float) -> float:
         """Return the modelled cost of a run with such steps."""

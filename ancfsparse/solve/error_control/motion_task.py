@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -46,6 +47,16 @@ class MotionTask:
     def discontinuities(self) -> LoadDiscontinuities:
         """Discontinuities of the loads."""
         return LoadDiscontinuities(self.system, float(self.t[0]), float(self.t[-1]))
+
+    @property
+    def has_contact(self) -> bool:
+        """True if motions may have impacts, where errors are not smooth functions of the step."""
+        return any(term.is_contact for term in self.system.contributions)
+
+    def resolving_step(self, keeps_energy: bool = False) -> float:
+        """Return the longest step that resolves impacts [s], as a contribution does."""
+        steps = [term.resolving_step(keeps_energy)[0] for term in self.system.contributions]
+        return min(steps, default=math.inf)
 
     @property
     def spans(self) -> list[tuple[float, float]]:

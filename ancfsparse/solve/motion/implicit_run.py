@@ -304,6 +304,6 @@ class ImplicitRun(FixedStepRun):
                 self.integrator,
                 self.max_halvings,
                 self._dt,
-                min(each.resolving_step for each in self.system.contributions),
+                min(each.resolving_step() for each in self.system.contributions),
             ),
         )

@@ -203,9 +203,13 @@ class Contribution(ABC):
         The phase is the product of a step and a frequency up to which the integrator is stable.
         """
 
-    @property
-    def resolving_step(self) -> tuple[float, str]:
-        """Longest step that resolves its impacts [s], and their name; infinity without any."""
+    def resolving_step(self, keeps_energy: bool = False) -> tuple[float, str]:
+        """Return the longest step that resolves its impacts [s], and its name.
+
+        With longer steps all motions have the same wrong impacts, and do not differ by them.  The
+        step is infinite without impacts, and without friction and restitution if an integrator
+        conserves the energy of impacts with any step (`keeps_energy`).
+        """
         return math.inf, ""
 
     def dissipation(self, q: Vector, v: Vector, lam: Vector) -> Vector | float:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ancfsparse.errors import InputError
+from ancfsparse.scene.loads.attachment import ContactLaw
 
 # Damping ratio of the mass of the body on bristles with a static friction.  Without damping a body
 # that comes to rest swings on them and slides again at the kinetic friction; .3 and 1 do alike.
@@ -19,6 +22,19 @@ SLOW_RATIO = 0.05
 # Steps of an impact that implicit integrators resolve: 6 damp 15 % of its energy, and 2 all of it.
 IMPACT_STEPS = 6.0
 SAME_STEP = 1e-6  # relative difference of steps that are equal
+
+
+def find_resolving_step(
+    law: ContactLaw, impact_time: float, keeps_energy: bool
+) -> tuple[float, str]:
+    """Return the step that resolves an impact of a duration [s], see `Contribution.resolving_step`.
+
+    Friction depends on the motion during an impact, also if its energy is conserved.
+    """
+    if keeps_energy and not law.friction and not law.restitution:
+        return math.inf, law.what
+    steps = RESTITUTION_STEPS / law.restitution if law.restitution else IMPACT_STEPS
+    return impact_time / steps, law.what
 
 
 def check_contact_step(

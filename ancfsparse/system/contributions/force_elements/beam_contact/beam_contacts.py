@@ -28,10 +28,10 @@ from ancfsparse.system.contributions.force_elements.beam_contact.touch_matrices 
 )
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
-    IMPACT_STEPS,
     SLOW_RATIO,
     check_contact_step,
     check_impact_step,
+    find_resolving_step,
 )
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
     default_stiffness_between,
@@ -255,10 +255,9 @@ class BeamContactContribution(LimitedPenetration):
         check_contact_step(*impact, phase)
         check_impact_step(*impact, self.contact.restitution)
 
-    @property
-    def resolving_step(self) -> tuple[float, str]:
-        """Longest step that resolves impacts of parallel lines [s], and its name."""
-        return self._impact_time / IMPACT_STEPS, self.contact.what
+    def resolving_step(self, keeps_energy: bool = False) -> tuple[float, str]:
+        """Return the longest step that resolves impacts of parallel lines [s], and its name."""
+        return find_resolving_step(self.contact, self._impact_time, keeps_energy)
 
     @property
     def _impact_time(self) -> float:

@@ -24,10 +24,10 @@ from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts i
 from ancfsparse.system.contributions.force_elements.contact.axis_depths import AxisDepths
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
-    IMPACT_STEPS,
     SLOW_RATIO,
     check_contact_step,
     check_impact_step,
+    find_resolving_step,
 )
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
     default_stiffness,
@@ -207,10 +207,9 @@ class ContactContribution(LimitedPenetration):
         """Return speeds over penetrations below which points are damped less, (n,) [1/s]."""
         return SLOW_RATIO * self.contact.restitution * np.pi / self._impact_times()
 
-    @property
-    def resolving_step(self) -> tuple[float, str]:
-        """Longest step that resolves its impacts [s], and its name."""
-        return float(self._impact_times().min()) / IMPACT_STEPS, self.contact.what
+    def resolving_step(self, keeps_energy: bool = False) -> tuple[float, str]:
+        """Return the longest step that resolves its impacts [s], and its name."""
+        return find_resolving_step(self.contact, float(self._impact_times().min()), keeps_energy)
 
     def check_step(self, dt: float, phase: float) -> None:
         """Refuse a step that does not resolve impacts with a restitution, or is not stable."""
