@@ -108,7 +108,10 @@ cdef bint pass_it(Motion *self) noexcept nogil:
 
 
 cdef void keep(Motion *self, bint there) noexcept nogil:
-    """Copy the solution aside, or back."""
+    """Copy the solution aside, or back.
+
+    Contacts remember the points that touch in the state evaluated last, which then is that one.
+    """
     cdef double *aside = self.scheme.aside
     cdef double *of[4]
     cdef ptrdiff_t n[4]
@@ -119,3 +122,5 @@ cdef void keep(Motion *self, bint there) noexcept nogil:
     for i in range(parts):
         memcpy(aside if there else of[i], of[i] if there else aside, n[i] * sizeof(double))
         aside += n[i]
+    if not there:
+        evaluate(self)

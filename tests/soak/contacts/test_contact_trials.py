@@ -92,6 +92,13 @@ def test_bent_ropes_of_a_given_radius_begin_apart(seed, index):
     assert depth <= 1e-3 * radius
 
 
+def test_penetrations_of_solutions_that_are_not_taken_are_no_warning():
+    # The run warned of a penetration by the radius, that of a solution which gave way to another.
+    report = trials.run_bend(30603, 3)
+    assert report.outcome == "finished"
+    assert report.finds == []
+
+
 def test_ropes_that_are_bent_around_bars_are_judged_without_a_find():
     reports = [trials.run_bend(1, index) for index in (4, 7, 9, 11, 17)]
     assert [find for report in reports for find in report.finds] == []
