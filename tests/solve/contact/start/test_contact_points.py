@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import ancfsparse as ancf
+from ancfsparse.system import System
+from ancfsparse.system.contributions.force_elements.penetrations import Penetration
 
 SECTION, MATERIAL = ancf.Circle(0.01), ancf.Material(1e7, 1e3)
 RADIUS = 0.005
@@ -125,4 +127,21 @@ def test_depths_of_the_axis_are_those_in_the_frame_of_a_body_that_turns(dim):
     for k in range(0, 21, 5):
         local = start + (x[k] - origin[k]) @ axes[k].T
         depths = 1.0 - block.distances(local) / RADIUS
-        assert part._axis_depths.deepest(run.q[k])[0] == pytest.approx(depths.max(), rel=1e-7)
+        found, _ = part._axis_depths.deepest(run.q[k : k + 2])
+        assert found[0] == pytest.approx(depths.max(), rel=1e-7)
+
+
+@pytest.mark.parametrize("peak", range(4996, 5105, 9))
+def test_an_axis_that_is_inside_between_the_checked_states_is_found(peak):
+    """Every hundredth one or so; the axis is inside for 40 of 10 000 states."""
+    scene = ancf.Scene((0.0, -9.81))
+    cable = scene.add_beam("thin", (-0.5, RADIUS), (0.5, RADIUS), 4, SECTION, MATERIAL)
+    scene.contact(cable, ancf.HalfSpace((0.0, 0.0), (0.0, 1.0)))
+    system = System(scene)
+    part = next(each for each in system.contributions if each.is_contact)
+    q = np.tile(system.q0, (10_000, 1))
+    depth = 1.02 - 0.02 * ((np.arange(len(q)) - peak) / 20.0) ** 2
+    q[:, 1::4] = (1.0 - depth[:, None]) * RADIUS
+    touching = Penetration(0.5 * RADIUS, RADIUS, 1e5, "")
+    (warning,) = part._axis_depths.warnings(q, touching, lambda row: f"in state {row}")
+    assert f"{0.02 * RADIUS:.3g} m inside, in state {peak}" in str(warning)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ancfsparse.errors import PenetrationWarning
 from ancfsparse.kernels.hermite import position_weights
 from ancfsparse.scene import Point
 from ancfsparse.scene.force_elements.contacts import Contact
-from ancfsparse.system.contributions.force_elements.penetrations import MAX_SOFT_RATIO
+from ancfsparse.system.contributions.force_elements.penetrations import MAX_SOFT_RATIO, Penetration
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
@@ -22,6 +22,9 @@ POINTS_PER_ELEMENT = 9
 # Largest depth of the axis over its depth at points where this is unlimited, on flat obstacles.
 # A cable of three elements at rest, 1.39 radii deep, is 1.55 radii deep at a force between two.
 MAX_DEPTH_RATIO = 2.0
+# States of a run that are always checked; as many take 2 ms for 100 elements.
+CHECKED_STATES = 100
+MAX_POINTS = 2**16  # of several states together, in 5 MB
 
 
 class AxisDepths:
@@ -66,41 +69,43 @@ class AxisDepths:
         indices = indices.reshape(body.n_elements, -1, system.dim)
         return indices, position_weights(self._positions, body.lengths[:, None], is_string)
 
-    def deepest(self, q: Vector) -> tuple[float, int]:
-        """Return the largest depth over the radius in a state, and the number of its point."""
+    def deepest(self, q: Vector) -> tuple[Vector, Indices]:
+        """Return the largest depth over the radius in states (k, n_all), and its point, (k,)."""
         contact, dim = self._contact, self._contact.obstacle.dim
         positions = np.concatenate(
-            [(weights @ q[indices]).reshape(-1, dim) for indices, weights in self._axes]
+            [(weights @ q[:, indices]).reshape(len(q), -1, dim) for indices, weights in self._axes],
+            axis=1,
         )
         if self._body is not None and contact.on is not None:
-            terms = self._body.weight * q[self._body.place]
-            base, origin, *ends = np.add.reduceat(terms, self._body.start[:-1], axis=1).T
-            turned = (positions - base) @ (np.array(ends) - origin).T @ contact.on.vectors[0]
+            terms = self._body.weight * q[:, self._body.place]
+            sums = np.add.reduceat(terms, self._body.start[:-1], axis=2).swapaxes(1, 2)
+            axes = sums[:, 2:] - sums[:, 1:2]
+            turned = (positions - sums[:, :1]) @ axes.swapaxes(1, 2) @ contact.on.vectors[0]
             positions = np.array(contact.obstacle.base) + turned
-        ratios = 1.0 - contact.obstacle.distances(positions) / self._radii
-        ratios[np.repeat(self._is_left_out, POINTS_PER_ELEMENT)] = -np.inf
-        k = int(np.argmax(ratios))
-        return float(ratios[k]), k
+        distances = contact.obstacle.distances(positions.reshape(-1, dim))
+        ratios = 1.0 - distances.reshape(len(q), -1) / self._radii
+        ratios[:, np.repeat(self._is_left_out, POINTS_PER_ELEMENT)] = -np.inf
+        points = ratios.argmax(axis=1)
+        return ratios[np.arange(len(q)), points], points
 
-    def warnings(
-        self, rows: Iterable[int], q: Any, of_points: float, when: Callable[[int], str]
-    ) -> list[Warning]:
-        """Return a warning if an axis is inside in one of the states between points with a force.
+    def warnings(self, q: Any, of_points: Penetration, when: Callable[[int], str]) -> list[Warning]:
+        """Return a warning if an axis is inside in a state between points with a force.
 
         Parameters
         ----------
-        rows : iterable of int
-            Numbers of the states.
         q : (n, n_all) array_like
-            All states.
-        of_points : float
-            Largest penetration of points with a force, over the radius [-].
+            States one after the other.
+        of_points : Penetration
+            Largest penetration of points with a force.
         when : function
             Returns the time or load of a state in words.
         """
-        ratio, k, row = max((*self.deepest(np.asarray(q[row])), row) for row in rows)
-        of_points = max(of_points, 0.0)
-        if ratio <= max(MAX_SOFT_RATIO, 0.0 if self._is_limited else MAX_DEPTH_RATIO * of_points):
+        of_points_ratio = max(of_points.depth, 0.0) / of_points.radius
+        allowed = MAX_SOFT_RATIO
+        if not self._is_limited:
+            allowed = max(allowed, MAX_DEPTH_RATIO * of_points_ratio)
+        ratio, row, k = self._deepest_state(q, allowed)
+        if ratio <= allowed:
             return []
         element, which = divmod(k, POINTS_PER_ELEMENT)
         point, times = self._point(element, which), int(np.ceil(ratio))
@@ -108,11 +113,33 @@ class AxisDepths:
             PenetrationWarning(
                 f"{self._contact.what} has no force on a part of the axis that is "
                 f"{(ratio - 1.0) * self._radii[k]:.3g} m inside, {when(row)} at {point!r}, between "
-                f"two points with forces, and these have penetrations of {of_points:.2g} radii: "
+                f"two points with forces, which have penetrations of {of_points_ratio:.2g} radii: "
                 f"take at least {times} times as many elements, {times * point.beam.n_elements}, "
                 "or a larger stiffness"
             )
         ]
+
+    def _deepest_state(self, q: Any, allowed: float) -> tuple[float, int, int]:
+        """Return the largest depth over the radius, and the numbers of its state and its point.
+
+        States are searched between two of `CHECKED_STATES` if the depth in these, and its largest
+        change between two of them there or next to it, add up to more than the allowed depth.
+        """
+        rows = np.unique(np.linspace(0, len(q) - 1, CHECKED_STATES).astype(int)).tolist()
+        depths, points = self.deepest(np.stack([q[row] for row in rows]))
+        k = int(depths.argmax())
+        found = float(depths[k]), rows[k], int(points[k])
+        change = np.pad(np.abs(np.diff(depths)), 1)
+        change = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1])
+        reach = np.maximum(depths[1:], depths[:-1]) + change
+        size = max(1, MAX_POINTS // len(self._radii))
+        for interval in np.flatnonzero(reach > allowed).tolist():
+            end = rows[interval + 1]
+            for first in range(rows[interval] + 1, end, size):
+                depths, points = self.deepest(np.asarray(q[first : min(first + size, end)]))
+                k = int(depths.argmax())
+                found = max(found, (float(depths[k]), first + k, int(points[k])))
+        return found
 
     def _point(self, element: int, which: int) -> Point:
         """Return a point of an element, numbered among those of all bodies."""

@@ -41,9 +41,6 @@ from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
 from ancfsparse.system.coordinates.discretization import Discretization
 
-# Saved states of a run whose axes are checked between points: as many take 10 ms for 100 elements.
-CHECKED_STATES = 100
-
 
 class CompiledContact(Compiled, Protocol):
     """A contact as a contribution (_contacts.pyx), with the largest penetration in a run [m]."""
@@ -289,11 +286,9 @@ class ContactContribution(LimitedPenetration):
 
     def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
         """Return a warning if a point, or the axis between two points, was too deep."""
-        deepest = self.deepest_of_motion
-        rows = np.unique(np.linspace(0, len(t) - 1, CHECKED_STATES).astype(int)).tolist()
         try:
             of_axis = self._axis_depths.warnings(
-                rows, q, deepest.depth / deepest.radius, lambda k: f"at t = {t[k]:.4g} s,"
+                q, self.deepest_of_motion, lambda k: f"at t = {t[k]:.4g} s,"
             )
         except InputError:  # not all coordinates were saved
             of_axis = []
@@ -302,7 +297,7 @@ class ContactContribution(LimitedPenetration):
     def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
         """Return a warning if a point, or the axis between two points, is too deep."""
         deepest = self.deepest_at(q[self._deepest_state(q)])
-        of_axis = self._axis_depths.warnings(range(len(q)), q, deepest.depth / deepest.radius, when)
+        of_axis = self._axis_depths.warnings(q, deepest, when)
         return super().rest_warnings(q, when) or of_axis
 
     @cached_property
