@@ -74,11 +74,17 @@ static inline void ancf_watch_start(ancf_watch *watch, const ancf_system *system
     watch->due = 1;
 }
 
-/* The largest gain that is rounding, beside the energy exchanged so far. */
-static inline double ancf_watch_rounding(const ancf_watch *watch)
+/* The largest gain that is rounding by errors of some length, beside the energy exchanged so far. */
+static inline double ancf_rounding_by(const ancf_watch *watch, double errors)
 {
     double energy = fabs(watch->strain) + 2.0 * watch->exchanged; /* not less than strain and kinetic */
-    return watch->noise + watch->errors * (watch->errors + 2.0 * sqrt(energy));
+    return watch->noise + errors * (errors + 2.0 * sqrt(energy));
+}
+
+/* The same by the errors of all steps so far. */
+static inline double ancf_watch_rounding(const ancf_watch *watch)
+{
+    return ancf_rounding_by(watch, watch->errors);
 }
 
 /* Evaluate a state: gain, exchanged and kinetic energy. */
@@ -119,7 +125,8 @@ static inline int ancf_watch_stops(const ancf_watch *watch)
  * can gain for a long time before it exceeds the energy supplied to it. */
 static inline int ancf_watch_rises(const ancf_watch *watch, const ancf_watch *before)
 {
-    double rise = watch->gain - before->gain - sqrt(watch->unsure) - ancf_watch_rounding(watch);
+    double errors = watch->errors - before->errors + 2.0 * watch->rounding; /* of both energies too */
+    double rise = watch->gain - before->gain - sqrt(watch->unsure) - ancf_rounding_by(watch, errors);
     return !isinf(watch->limit) && !(rise <= watch->limit * watch->exchanged);
 }
 

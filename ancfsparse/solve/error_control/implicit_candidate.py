@@ -257,9 +257,10 @@ class ImplicitCandidate:
             # with w^3.  By their velocity v they differ by v / w, so none remains by more than at
             # the frequency of phase error 1.
             remaining = max(remaining, min(1.0, math.cbrt(phase)))
-            extrapolated_error = near * remaining if is_regular else near
-            error = plain + near * remaining
-            if has_contact and not is_regular:
+            if is_regular or not has_contact:
+                extrapolated_error = near * remaining if is_regular else near
+                error = plain + near * remaining
+            else:  # of first order: an extrapolation of second order does not remove it
                 observed = observed_order(first, last_difference, before, n, difference)
                 error = difference * remaining_error(n / before, min(order, observed), minimum)
             is_stagnant = MIN_DECREASE * last_difference < difference

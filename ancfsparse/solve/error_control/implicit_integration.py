@@ -162,7 +162,11 @@ class ImplicitIntegration:
             self.note(recovery_events(events, start - first * self.dt, self.dt))
             if taken:
                 rows = slice(0, taken + 1)
-                self._states.fill(times[rows], *(table[rows] for table in self._buffer))
+                self._states.fill(
+                    times[rows],
+                    *(table[rows] for table in self._buffer),
+                    has_means=self._integrator.keeps_energy,
+                )
                 self.stats.steps += taken
                 self._task.watch(self._states)
             if code:

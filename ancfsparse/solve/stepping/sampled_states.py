@@ -68,12 +68,15 @@ class SampledStates:
         history: Vector | None = None,
         *,
         resolved: bool = False,
+        has_means: bool = False,
     ) -> slice:
         """Interpolate the states in (t[0], t[-1]] from accepted steps; return their rows.
 
         Coordinates and velocities are cubic Hermite polynomials between steps; accelerations,
         multipliers and history variables are linear.  If equal steps resolve all vibrations,
-        coordinates and velocities are polynomials through several steps.
+        coordinates and velocities are polynomials through several steps.  Accelerations and
+        multipliers may be means over the step before, except at the start of the motion: then they
+        are linear between the middles of steps.
         """
         span = slice(self.rows, int(np.searchsorted(self.t, t[-1], side="right")))
         if span.start >= span.stop:
@@ -90,9 +93,13 @@ class SampledStates:
         else:
             self.q[span] = interpolate_cubic(s, h[:, None], *ends[:4])
             self.v[span] = interpolate_cubic(s, h[:, None], *ends[2:])
-        for table, rows in ((self.a, a), (self.lam, lam), (self.history, history)):
+        of_means = s + 0.5 if has_means else s
+        if has_means and t[0] == self.t[0]:
+            of_means[k == 0] = 2.0 * s[k == 0]
+        weights = of_means, of_means, s
+        for table, rows, x in zip(self.tables[2:], (a, lam, history), weights, strict=True):
             if rows is not None:
-                table[span] = (1.0 - s) * rows[k] + s * rows[k + 1]
+                table[span] = (1.0 - x) * rows[k] + x * rows[k + 1]
         self.rows = span.stop
         return span
 

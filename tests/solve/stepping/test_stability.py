@@ -97,8 +97,9 @@ def test_the_limit_is_where_runs_begin_to_grow(integrator, monkeypatch):
                 ancf.simulate(rod_scene, 3000 * dt, dt, integrator=integrator)
         else:
             # Near the limit the energy of central differences oscillates by 5 % without growing.
+            gain = 0.1 if integrator == CENTRAL else 0.01
             run = ancf.simulate(
-                rod_scene, 3000 * dt, dt, integrator=integrator, max_energy_gain=np.inf
+                rod_scene, 3000 * dt, dt, integrator=integrator, max_energy_gain=gain
             )
             assert np.abs(run.v).max() < 10 * np.abs(run.v[0]).max()
 
