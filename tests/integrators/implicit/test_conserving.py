@@ -332,10 +332,13 @@ def test_halved_steps_keep_the_energy_too():
     assert np.abs(energy.total - energy.total[0]).max() < 1e-6 * energy.kinetic.max()
 
 
-def test_an_accuracy_is_refused():
-    scene, _ = pendulum("thin")
-    with pytest.raises(ancf.InputError, match=r"which EnergyMomentum\(\) does not have"):
-        ancf.simulate(scene, 0.1, accuracy=1e-4, integrator=KEEPS)
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5])
+def test_an_accuracy_is_met(accuracy):
+    scene, rod = pendulum("thin")
+    run = ancf.simulate(scene, 0.5, 0.01, accuracy=accuracy, integrator=KEEPS)
+    fine = ancf.simulate(scene, 0.5, 0.01, accuracy=1e-8, integrator=ancf.RungeKuttaNystrom(8))
+    error = np.abs(run.position(rod.end) - fine.position(rod.end)).max()
+    assert 1e-3 * accuracy < error < accuracy
 
 
 def test_no_rare_step_is_accepted_with_a_residual_that_does_work():
