@@ -174,7 +174,10 @@ def problem(
         float | None, typer.Option(help="Largest error of a position [m], instead of --step.")
     ] = None,
     threads: Annotated[
-        int, typer.Option(help="Threads of runs with 16 000 unconstrained coordinates or more.")
+        int,
+        typer.Option(
+            help="Number of threads; runs with fewer than 16 000 free coordinates use one."
+        ),
     ] = 1,
     names: Annotated[
         bool, typer.Option("--list", help="List problems, keys, quantities and reference values.")

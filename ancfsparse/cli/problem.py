@@ -107,18 +107,12 @@ def _quantities(
     steps = round(end / dt)
     if abs(steps * dt - end) > 1e-9 * end:
         raise InputError(f"the last time {end:g} s is not an integral number of steps of {dt:g} s")
+    how: dict[str, Any] = {"integrator": case.integrator, "tolerance": TOLERANCE}
+    if accuracy is not None:
+        how = {"integrator": GeneralizedAlpha(0.9), "accuracy": accuracy}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RedundantConstraintsWarning)  # known for these problems
-        if accuracy is None:
-            run: Trajectory = simulate(
-                scene, end, dt, integrator=case.integrator, tolerance=TOLERANCE, start=start,
-                threads=threads,
-            )  # fmt: skip
-        else:
-            run = simulate(
-                scene, end, dt, integrator=GeneralizedAlpha(0.9), accuracy=accuracy, start=start,
-                threads=threads,
-            )  # fmt: skip
+        run: Trajectory = simulate(scene, end, dt, start=start, threads=threads, **how)
     rows = [int(np.argmin(np.abs(run.t - time))) for time in times]
     distance = max(abs(float(run.t[row]) - time) for row, time in zip(rows, times, strict=True))
     if distance > 1e-9 * end:

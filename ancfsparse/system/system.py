@@ -303,6 +303,14 @@ class System(Discretization):
         values = self.assembly.matrix(0.0, 1.0, q, np.zeros(self.n_multipliers), amplitudes)
         return np.asarray(values[self.pattern.indptr[: self.n_free]])
 
+    def largest_length(self) -> float:
+        """Return the largest position or size of a constraint at the start [m].
+
+        It is the scale of their rounding.
+        """
+        positions, sizes = self.q0[self.positions], self.constraints.sizes(self.q0)
+        return float(np.max(np.abs(np.concatenate([positions, sizes]))))
+
     @property
     def mass(self) -> float:
         """Mass of the scene [kg]."""

@@ -48,7 +48,9 @@ ELASTIC_ITERATIONS_RATIO = 0.5  # the same where all bodies are elastic, if all 
 # Where differences of two runs grow, iteration errors do.  A cable that left its plane was off by
 # 8.6 times the accuracy, its estimate was 0.3, and other accuracies were not met at all.
 MAX_AMPLIFIED_RATIO = 16.0  # ITERATIONS_RATIO times the growth; 8 costs 17 % of all residuals
-AMPLIFIED_RATIO = 0.01  # the same once it was exceeded; with 0.05 such a cable was off by 2.1
+# Value of that product in later runs once it has exceeded the maximum.  With 0.05 such a cable was
+# off by 2.1 times the accuracy.
+AMPLIFIED_RATIO = 0.01
 # Residuals with their solutions in a step before the first run.  Vibrations excited nonlinearly are
 # not predicted, and shorten steps of order 2 more than of order 8: so it is more than two.
 RESIDUALS_PER_STEP = 3.8
@@ -56,8 +58,8 @@ MIN_FORCES = 900.0  # evaluations of forces that the first steps of any run cost
 # Steps over the steps of the last run if errors stagnate: with half as many, runs of an arm with a
 # beam in axial vibration ended without the accuracy.
 STAGNANT_STEP_RATIO = 3.0
-# The same with contact, where most stagnant motions are chaotic: with 3, a cable that whips onto a
-# floor takes 21 million steps and 113 s until the error.
+# The same with contact: there most motions whose errors stagnate are chaotic.  With 3, a cable that
+# whips onto a floor takes 21 million steps and 113 s before the `AccuracyError`.
 STAGNANT_IMPACT_RATIO = 1.5
 FIRST_STEPS = 48.0  # steps of a first run whose error is not predicted
 FIRST_ERROR_RATIO = 1e-3  # assumed error of such a run over the size of the scene, for costs
@@ -104,8 +106,10 @@ class ImplicitCandidate:
     ) -> None:
         self._task, self._integrator, self._threads = task, integrator, threads
         self._solver = ModifiedNewton() if isinstance(solver, str) else solver
-        self._min_steps = min_steps(task.discontinuities, task.length)
-        self._min_steps = max(self._min_steps, self._resolving_steps(integrator.keeps_energy))
+        self._min_steps = max(
+            min_steps(task.discontinuities, task.length),
+            self._resolving_steps(integrator.keeps_energy),
+        )
         self._step_cost, self._counts = 0.0, list[int]()
         self._runs: list[tuple[int, SampledStates]] = []  # the last two, by their steps
         self._extrapolated: tuple[SampledStates, float] | None = None

@@ -67,10 +67,8 @@ class ConvergenceCriterion:
         mean = self.total / n
         self.norm = np.concatenate([self.mass, np.full(system.n_multipliers, 1.0 / mean)])
         self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)
-        positions = system.positions
-        terms = system.constraints.sizes(q0)  # of constraints, with rounding relative to them
-        self._largest = float(np.max(np.abs(np.concatenate([q0[positions], terms]))))
-        self._terms = float(np.linalg.norm(terms)) / math.sqrt(n)
+        self._largest = system.largest_length()
+        self._terms = float(np.linalg.norm(system.constraints.sizes(q0))) / math.sqrt(n)
         self._several = 4.0 if system.n_multipliers else 1.0  # constraints sum several squares
 
     def at(self, dt: float, error: float | None = None) -> Tolerance:

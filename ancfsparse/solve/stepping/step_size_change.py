@@ -42,7 +42,7 @@ class StepSizeChange:
     def change(self, old: float, dt: float, now: float) -> None:
         """Change the step size [s], with corrections for multipliers of second order."""
         system, integrator = self._system, self._integrator
-        if integrator.keeps_energy:
+        if integrator.keeps_energy:  # its steps do not begin with an acceleration to correct
             none = np.zeros(system.n_all)
             self._time_loop.change_step(dt, integrator, none, none)
             return
@@ -60,17 +60,18 @@ class StepSizeChange:
         self._time_loop.change_step(dt, integrator, change_b, change_v)
 
     def jump(self, dt: float, before: float, after: float) -> None:
-        """Correct the accelerations for a jump of the loads between two times.
+        """Continue after a jump of the loads between two times.
 
-        Only the low-frequency part that a step can resolve, as at the start
-        (`low_frequency_part` in `solve.initial_conditions.consistent_state`).
+        Corrects the accelerations of Newmark's family by the low-frequency part that a step can
+        resolve, as at the start (`low_frequency_part` in
+        `solve.initial_conditions.consistent_state`).
         """
         system = self._system
         loads = system.loads.amplitudes(np.array([before, after]))
         if np.array_equal(*loads):
             return
         q, v, a, lam = self._time_loop.state
-        if self._integrator.keeps_energy:
+        if self._integrator.keeps_energy:  # as in `change`; but the time loop needs the new loads
             start, none = Start(q, v, a, a, lam, loads[1]), np.zeros(0)
             self._time_loop.move(start, q - dt * v, none, none)
             return

@@ -33,8 +33,7 @@ def find_resolving_step(
     """
     if keeps_energy and not law.friction and not law.restitution:
         return math.inf, law.what
-    steps = RESTITUTION_STEPS / law.restitution if law.restitution else IMPACT_STEPS
-    return impact_time / steps, law.what
+    return _longest_step(impact_time, law.restitution), law.what
 
 
 def check_contact_step(
@@ -68,10 +67,16 @@ def check_impact_step(
     what: str, stiffness: float, impact_time: float, dt: float, restitution: float
 ) -> None:
     """Refuse a step that does not resolve impacts with a coefficient of restitution, 0 for none."""
-    longest = impact_time * restitution / RESTITUTION_STEPS
+    longest = _longest_step(impact_time, restitution)
     if restitution and dt > (1.0 + SAME_STEP) * longest:
         raise InputError(
             f"dt of {dt:.3g} s does not resolve the impacts of {what}, of {impact_time:.3g} s with "
             f"the stiffness of {stiffness:.3g} N/m2: a restitution of {restitution:.3g} needs a dt "
             f"of at most {longest:.3g} s, accuracy= in place of dt, or a smaller stiffness"
         )
+
+
+def _longest_step(impact_time: float, restitution: float) -> float:
+    """Return the longest step that resolves an impact [s]."""
+    steps = RESTITUTION_STEPS / restitution if restitution else IMPACT_STEPS
+    return impact_time / steps

@@ -99,11 +99,12 @@ class BeamContactContribution(LimitedPenetration):
     def compile(self, pattern: Pattern) -> Compiled:
         """Return the compiled contact; raise if bodies begin inside each other."""
         contact, system = self.contact, self._system
+        lengths = np.concatenate([body.lengths for body in contact.bodies])
         near = untouched_elements(contact, system.joints)
         self.compiled = compiled_module("beam_contacts").BeamContact(
             self._indices,
             pattern.slots(self.cliques()[0]),
-            np.concatenate([body.lengths for body in contact.bodies]),
+            lengths,
             contact.per_element(contact.radii),
             self._straight,
             contact.per_element(contact.sides).astype(np.int32),
@@ -124,7 +125,7 @@ class BeamContactContribution(LimitedPenetration):
             SLOW_RATIO * contact.restitution,
             np.array([body.total_mass for body in contact.bodies]),
         )
-        self._matrices = TouchMatrices(contact, self.compiled, self._indices, self._straight)
+        self._matrices = TouchMatrices(lengths, self.compiled, self._indices, self._straight)
         if np.array_equal(system.q0, system.q_ref) and not self.separates:
             self._check_start(system.q0)
         return self.compiled

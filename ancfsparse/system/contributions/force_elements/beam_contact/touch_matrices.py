@@ -9,21 +9,22 @@ import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
 from ancfsparse.kernels.hermite import position_weights, slope_weights
-from ancfsparse.scene.force_elements.beam_contacts import BeamContact
 from ancfsparse.system.contributions.force_elements.beam_contact.compiled_interface import (
     CompiledBeamContact,
 )
 
 
 class TouchMatrices:
-    """Matrices by all coordinates of the points that touch in a state, or None without any.
+    """Sparse matrices, over all coordinates, of the points at which beams touch in a state.
+
+    Each method returns None if no point contributes to its matrix.
 
     Parameters
     ----------
-    contact : BeamContact
-        The contact.
+    lengths : (n,) float
+        Lengths of the elements [m].
     compiled : CompiledBeamContact
-        Its forces.
+        The forces of the contact.
     indices : (n, 4, dim) int array
         Coordinates of position and slope at both ends of each element.
     straight : (n,) int array
@@ -32,14 +33,13 @@ class TouchMatrices:
 
     def __init__(
         self,
-        contact: BeamContact,
+        lengths: Vector,
         compiled: CompiledBeamContact,
         indices: Integers,
         straight: Integers,
     ) -> None:
-        self._compiled, self._indices = compiled, indices
+        self._compiled, self._indices, self._lengths = compiled, indices, lengths
         self._is_straight = straight.astype(bool)
-        self._lengths = np.concatenate([body.lengths for body in contact.bodies])
 
     def sliding_friction(self, q: Vector) -> Any:
         """Return the derivative of friction that slides by the normal forces of its pairs."""

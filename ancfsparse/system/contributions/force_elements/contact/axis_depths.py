@@ -19,8 +19,9 @@ from ancfsparse.system.coordinates.discretization import Discretization
 # Points of an element, from end to end.  Its contact points are .39 of it apart; with five points
 # the edge of a block can be between two of these too.
 POINTS_PER_ELEMENT = 9
-# Largest depth of the axis over its depth at points where this is unlimited, on flat obstacles.
-# A cable of three elements at rest, 1.39 radii deep, is 1.55 radii deep at a force between two.
+# On a flat obstacle with a given stiffness points have no limit: there the axis between two points
+# may be this many times as deep as they are.  A cable of three elements at rest had 1.12 (1.55
+# radii between points of 1.39 radii).
 MAX_DEPTH_RATIO = 2.0
 # States of a run that are always checked; as many take 2 ms for 100 elements.
 CHECKED_STATES = 100
@@ -89,7 +90,7 @@ class AxisDepths:
         return ratios[np.arange(len(q)), points], points
 
     def warnings(self, q: Any, of_points: Penetration, when: Callable[[int], str]) -> list[Warning]:
-        """Return a warning if an axis is inside in a state between points with a force.
+        """Return a warning if in one of the states an axis is inside between points with forces.
 
         Parameters
         ----------
@@ -128,7 +129,7 @@ class AxisDepths:
         rows = np.unique(np.linspace(0, len(q) - 1, CHECKED_STATES).astype(int)).tolist()
         depths, points = self.deepest(np.stack([q[row] for row in rows]))
         k = int(depths.argmax())
-        found = float(depths[k]), rows[k], int(points[k])
+        deepest = float(depths[k]), rows[k], int(points[k])
         change = np.pad(np.abs(np.diff(depths)), 1)
         change = np.maximum(np.maximum(change[:-2], change[2:]), change[1:-1])
         reach = np.maximum(depths[1:], depths[:-1]) + change
@@ -138,8 +139,8 @@ class AxisDepths:
             for first in range(rows[interval] + 1, end, size):
                 depths, points = self.deepest(np.asarray(q[first : min(first + size, end)]))
                 k = int(depths.argmax())
-                found = max(found, (float(depths[k]), first + k, int(points[k])))
-        return found
+                deepest = max(deepest, (float(depths[k]), first + k, int(points[k])))
+        return deepest
 
     def _point(self, element: int, which: int) -> Point:
         """Return a point of an element, numbered among those of all bodies."""
