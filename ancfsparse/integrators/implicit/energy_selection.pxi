@@ -110,7 +110,8 @@ cdef bint pass_it(Motion *self) noexcept nogil:
 cdef void keep(Motion *self, bint there) noexcept nogil:
     """Copy the solution aside, or back.
 
-    Contacts remember the points that touch in the state evaluated last, which then is that one.
+    A solution copied back is evaluated again, since contacts between beams remember the points that
+    touched in the last evaluated state.
     """
     cdef double *aside = self.scheme.aside
     cdef double *of[4]

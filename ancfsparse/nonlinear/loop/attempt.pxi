@@ -64,7 +64,7 @@ cdef inline double rate_of(const Loop *self, double size) noexcept nogil:
 cdef bint finish(Loop *self, double size, bint needed, bint newton) noexcept nogil:
     """Update with the last pair, and correct once more with the residual already computed.
 
-    Return whether it is corrected.
+    Return whether that correction is made.
 
     This costs no further residual, but a solve, unless the update takes it; so it is left out where it
     is not needed.  Davidon's inverse may be far off in a new direction, so its correction could not
