@@ -12,6 +12,7 @@ MAX_UNCERTAINTY = 0.3  # of a reference, over the accuracy
 MAX_FORCES = 400_000  # evaluations of a reference
 STABLE_FRACTIONS = (0.45, 0.15)  # of the stable step, in its two runs
 IMPLICIT_STEPS = (4000, 8000)  # of its two runs where no step is stable
+CONSERVING_FRACTION = 0.1  # of the trials by the energy-momentum method
 MIN_STEPS = 12  # steps from one time to the next of the coarser one
 
 
@@ -23,6 +24,8 @@ def trial(seed, index):
     integrator = ["auto", "auto", "auto", ancf.GeneralizedAlpha(0.9), ancf.HHT(0.05)][
         rng.integers(5)
     ]
+    if np.random.default_rng([seed, index, 4]).random() < CONSERVING_FRACTION:
+        integrator = ancf.EnergyMomentum()
     return drawn, accuracy, integrator
 
 
