@@ -145,3 +145,13 @@ def test_an_axis_that_is_inside_between_the_checked_states_is_found(peak):
     touching = Penetration(0.5 * RADIUS, RADIUS, 1e5, "")
     (warning,) = part._axis_depths.warnings(q, touching, lambda row: f"in state {row}")
     assert f"{0.02 * RADIUS:.3g} m inside, in state {peak}" in str(warning)
+
+
+def test_an_axis_without_any_point_that_may_touch_is_not_inside():
+    """A clamp to the obstacle leaves out all points within the large radius."""
+    scene = ancf.Scene((0.0, -9.81))
+    cable = scene.add_beam("thin", (0.0, 0.0), (0.1, 0.0), 2, SECTION, MATERIAL)
+    scene.clamp(cable.start)
+    contact = scene.contact(cable, ancf.HalfSpace((0, 0), (0, 1)), radius=1.0, stiffness=1e3)
+    run = ancf.simulate(scene, 0.01, 1e-3)
+    assert not run.contact_force(contact).pressure.any()

@@ -85,7 +85,7 @@ class AxisDepths:
             positions = np.array(contact.obstacle.base) + turned
         distances = contact.obstacle.distances(positions.reshape(-1, dim))
         ratios = 1.0 - distances.reshape(len(q), -1) / self._radii
-        ratios[:, np.repeat(self._is_left_out, POINTS_PER_ELEMENT)] = -np.inf
+        ratios[:, np.repeat(self._is_left_out, POINTS_PER_ELEMENT)] = 0.0
         points = ratios.argmax(axis=1)
         return ratios[np.arange(len(q)), points], points
 
