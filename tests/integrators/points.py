@@ -16,6 +16,7 @@ from ancfsparse.nonlinear.iteration import Costs, make_inverse, make_iteration
 from ancfsparse.nonlinear.loop_protocols import Tolerance
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import starting_state
+from ancfsparse.system import System
 from ancfsparse.system.coordinates.prescribed_motion import PrescribedMotions
 from tests.headers import implement
 
@@ -77,6 +78,8 @@ class Point:
             measures=[],
             curvature=lambda q, v: np.array([v @ v / radius] if radius else []),
         )
+
+    largest_length = System.largest_length
 
     def seed(self):
         return SparseSeed(self.indptr, self._row.astype(np.int32), 2)
