@@ -9,6 +9,7 @@ import numpy as np
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear.iteration import EPSILON, make_tolerance
 from ancfsparse.nonlinear.loop_protocols import Tolerance
+from ancfsparse.solve.initial_conditions.consistent_accelerations import range_error
 from ancfsparse.system import System
 
 # The first correction of a step is beta dt^2 times the change of the accelerations, about three
@@ -40,6 +41,11 @@ class ConvergenceCriterion:
     tolerance : "default", "paper" or float
         As in `simulate`.
 
+    Raises
+    ------
+    InputError
+        If a frequency leaves the range of floating-point numbers.
+
     Attributes
     ----------
     mass : (n_free,) float
@@ -60,10 +66,18 @@ class ConvergenceCriterion:
         q0, n = system.q0, system.n_free
         energy = float(np.max(diagonal * q0[:n] ** 2))
         self._stiffest = float(np.max(diagonal))
-        self._fastest = float(np.max(diagonal / self.mass))
+        with np.errstate(over="ignore"):
+            frequencies = diagonal / self.mass  # squared [1/s2]
+        self._fastest = float(np.max(frequencies))
+        if not math.isfinite(self._fastest):
+            i = int(np.argmax(frequencies))
+            raise range_error(
+                f"{system.describe(i)} has a stiffness of {diagonal[i]:.3g} and a mass of "
+                f"{self.mass[i]:.3g} in SI units"
+            )
         self._force_scale = self._stiffest * float(np.max(np.abs(q0)))
         # A force K_ij q_j is at most sqrt(K_ii) sqrt(K_jj) |q_j|, with rounding relative to it.
-        self._forces = math.sqrt(energy * float(np.sum(diagonal / self.mass)) / self.total)
+        self._forces = math.sqrt(energy * float(np.sum(frequencies)) / self.total)
         mean = self.total / n
         self.norm = np.concatenate([self.mass, np.full(system.n_multipliers, 1.0 / mean)])
         self._size = math.sqrt(float(self.mass @ q0[:n] ** 2) / self.total)

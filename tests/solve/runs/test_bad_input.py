@@ -285,3 +285,11 @@ def test_constraints_that_need_an_infinite_acceleration_are_refused():
     scene.rod(rod.start, (0.0, 1.0))
     with pytest.raises(ancf.InputError, match=r"where the rod at beam 0 at s = 0 m would need an "):
         ancf.simulate(scene, 1e-3, 1e-5)
+
+
+def test_frequencies_in_the_range_of_numbers():
+    scene = ancf.Scene((0.0, -9.81))
+    section, material = ancf.Circle(0.02), ancf.Material(1e7, 1e3)
+    scene.add_mesh([(0.0, 0.0), (1e-90, 0.0)], [(0, 1)], "thin", section, material)
+    with pytest.raises(ancf.InputError, match=r"mesh 0, node 0, .* has a stiffness of"):
+        ancf.simulate(scene, 2e-3, 1e-3)
