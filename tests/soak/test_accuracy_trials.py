@@ -30,6 +30,8 @@ from tests.soak.trials import accuracy
         (30201, 74),
         # Iteration errors that a motion amplified, and shorter steps did not decrease: 3.1.
         (30202, 846),
+        # The same, hidden by errors of the steps unless they were extrapolated: 3.6.
+        (30703, 681),
     ],
 )
 def test_the_error_is_at_most_twice_the_accuracy(seed, index):

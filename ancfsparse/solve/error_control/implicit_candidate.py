@@ -246,6 +246,7 @@ class ImplicitCandidate:
         minimum = MIN_IMPACT_REMAINING if has_contact else 0.0
         error, is_stagnant = difference * remaining_error(n / before, order, minimum), False
         extrapolated_error, lost = math.inf, min(1.0, phase) * difference
+        pairs = [(states, coarse)]
         if self._extrapolated is not None:
             earlier, last_difference = self._extrapolated
             first = self._runs[0][0]
@@ -264,13 +265,14 @@ class ImplicitCandidate:
             if is_regular or not has_contact:
                 extrapolated_error = near * remaining if is_regular else near
                 error = plain + near * remaining
+                pairs.append((extrapolated, earlier))
             else:  # of first order: an extrapolation of second order does not remove it
                 observed = observed_order(first, last_difference, before, n, difference)
                 error = difference * remaining_error(n / before, min(order, observed), minimum)
             is_stagnant = MIN_DECREASE * last_difference < difference
         error = max(error, lost)
         runs, self._extrapolated = [(before, coarse), (n, states)], (extrapolated, difference)
-        if self._reduce_iteration_errors(states, coarse):
+        if self._reduce_iteration_errors(pairs):
             extrapolated_error, runs, self._extrapolated = math.inf, runs[1:], None
         if self._is_unstable:
             error = max(error, difference)
@@ -287,14 +289,21 @@ class ImplicitCandidate:
         self.failure = self._convergence.add(error, is_stagnant)
         self.error, self.states, self._runs = error, best, runs
 
-    def _reduce_iteration_errors(self, one: SampledStates, other: SampledStates) -> bool:
+    def _reduce_iteration_errors(self, pairs: list[tuple[SampledStates, SampledStates]]) -> bool:
         """Reduce iteration errors of later runs of an unstable motion.
 
-        Return True if the last two runs can have iteration errors too large for an extrapolation.
+        Return True if the last runs can have iteration errors too large for an extrapolation.
+
+        Parameters
+        ----------
+        pairs : list of (SampledStates, SampledStates)
+            The last two runs and, if there are, the last two extrapolations: they show growth that
+            errors of the steps hide in the runs.  With runs alone, a chain was off by 3.6 times the
+            accuracy at an estimate of 0.44.
         """
         ratio = self._iterations_ratio
         minimum = 0.25 * ratio * self._task.accuracy  # in half of the time, if all signs are equal
-        growth = difference_growth(self._task.system, one, other, minimum)
+        growth = max(difference_growth(self._task.system, *pair, minimum) for pair in pairs)
         is_too_large = ratio * growth > MAX_AMPLIFIED_RATIO
         self._is_unstable |= is_too_large
         if self._is_unstable and growth < math.inf:
