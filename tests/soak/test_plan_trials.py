@@ -39,6 +39,8 @@ from tests.soak.trials import interior_points, plans
         (20104, 104),
         # A moment was at other places within the elements of each mesh: 2.2.
         (301, 14),
+        # Converged elements differed by 1.7 tolerances, in the motion of a slack span: 1.6.
+        (30703, 35),
     ],
 )
 def test_no_error_of_a_met_plan_exceeds_the_tolerance(seed, index):

@@ -115,11 +115,12 @@ def neglected_effects(
     both = sum(soft.values()), sum(dense.values())
     base = coarse or (run, quantity)
     if solve is not None:
-        if _response_bound(quantity, history, run.t, size) * sum(both) > enough:
+        bound = _response_bound(quantity, history, run.t, size)
+        if bound * sum(both) > enough:
             weights = [each / max(both) for each in both]
             slow = partial(_soften_and_load, soft=weights[0], dense=weights[1])
             response = _response(*base, solve, slow) / sum(weights)
-        if size * stretch > enough:
+        if bound * stretch > enough:
             of_stretch = _response(*base, solve, _soften)
     effects = {name: response * each for name, each in {**soft, **dense}.items()}
     effects["stretch"] = of_stretch * stretch

@@ -1,5 +1,7 @@
 """Each neglected effect beside the richer model, over a decade of what it depends on."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
@@ -236,6 +238,37 @@ def test_stretch_of_taut_lines(pull, element):
 
     error_model = neglected_effects(as_trajectory(rest), ancf.static_deflection(middle), march)
     assert error_model["stretch"] == pytest.approx(abs(y[1] - y[0]), rel=0.3)
+
+
+@pytest.mark.parametrize("droop", [3.0, 6.0])
+def test_stretch_of_slack_spans(droop):
+    """Small differences of the tension grow in the motion of a beam between two pins.
+
+    The size of the position times the ratio of energies is a fifth of the difference.
+    """
+    area, inertia = np.pi * 0.03**2 / 4.0, np.pi * 0.03**4 / 64.0
+    section = ancf.Section(area, inertia, inertia, 2.0 * inertia, 1e4)  # does not shear
+    material = ancf.Material(9.81 * 2000.0 * area / (droop * inertia), 2000.0, 0.3)
+
+    def span(element, n, **options):
+        scene, beam = build_beam(
+            element, (0, 0), (1, 0), n, section, material, "pin", "pin", **options
+        )
+        scene.point_force(beam.node(n // 2), ancf.Ramp((0.0, -6.0), 0.08, smooth=True))
+        return scene, beam.at(0.7)
+
+    def march(scene):
+        return ancf.simulate(scene, 1.4, 1.4 / 1600, save_every=4)
+
+    sheared = {"curvature": "section", "section_strain": "nodal"}
+    y = []
+    for element, options in (("thin", {}), ("thin", {"strain": "biot"}), ("thick", sheared)):
+        scene, point = span(element, 48, **options)
+        y.append(march(scene).position(point))
+    truth = max(np.linalg.norm(a - b, axis=1).max() for a, b in combinations(y, 2))
+    scene, point = span("thin", 16)
+    error_model = neglected_effects(march(scene), ancf.position(point), march, 0.5 * truth)
+    close(error_model["stretch"], truth)
 
 
 @pytest.mark.parametrize("load", [8.0, 40.0, "ramp"])
