@@ -15,6 +15,7 @@ from benchmarks.accuracy.error_budget import STUDY as ERROR_BUDGET
 from benchmarks.accuracy.total_error_report import STUDY as TOTAL_ERROR
 from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common.study import Study
+from benchmarks.contact.accuracy import STUDY as CONTACT_ACCURACY
 from benchmarks.contact.peers import STUDY as CONTACT_PEERS
 from benchmarks.contact.speed import STUDY as CONTACT_SPEED
 from benchmarks.contact.wrapped_cylinder import STUDY as WRAPPED_CYLINDER
@@ -60,6 +61,7 @@ STUDIES: dict[str, Study[Any]] = {
     "contact wrapped-cylinder": WRAPPED_CYLINDER,
     "contact speed": CONTACT_SPEED,
     "contact peers": CONTACT_PEERS,
+    "contact accuracy": CONTACT_ACCURACY,
     "mechanisms": MECHANISMS,
     "economy": ECONOMY,
     "thresholds": THRESHOLDS,
