@@ -18,19 +18,21 @@ from ancfsparse.errors.inputs import (
     SingularSceneError,
 )
 from ancfsparse.errors.message import MessageTemplate, Parameter, format_quantity, python_style
+from ancfsparse.errors.run_warnings import (
+    ErrorNotMetWarning,
+    PenetrationWarning,
+    PlanChangedWarning,
+    UnresolvedSignalWarning,
+)
 from ancfsparse.errors.runs import (
     AccuracyError,
     ConvergenceError,
     EnergyIncreaseError,
-    ErrorNotMetWarning,
     InstabilityError,
     LoadError,
     OutputError,
-    PenetrationWarning,
-    PlanChangedWarning,
     PlanError,
     StepError,
-    UnresolvedSignalWarning,
     trial_call,
 )
 
