@@ -70,7 +70,7 @@ MIN_INTERVAL_STEPS = 4
 MAX_ATTEMPTS = 6  # runs that gain energy or cannot be solved
 # Error of a run over its difference from a coarser one, in scenes with contact.  Without it, a
 # chaotic cable that whips onto a floor seems accurate to 3e-5 m, and is off by 4e-3 m.
-MIN_IMPACT_REMAINING = 0.5
+MIN_IMPACT_REMAINING = 1.0
 MAX_IRREGULARITY = 1.5  # differences over those of second order, up to which extrapolation is valid
 
 

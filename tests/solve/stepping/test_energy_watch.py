@@ -161,7 +161,8 @@ def test_the_watch_can_be_widened_and_switched_off():
         stopped.append(caught.value.step)
     assert stopped[0] < stopped[1]
     scene, _ = pendulum("thin")
-    run = ancf.simulate(scene, 10.0, 2e-3, max_energy_gain=math.inf, integrator=ancf.Newmark())
+    # Rounding decides whether runs with shorter steps gain energy at 8 s, and how these end.
+    run = ancf.simulate(scene, 9.999, 3e-3, max_energy_gain=math.inf, integrator=ancf.Newmark())
     assert run.finished
     assert (run.energy.total - run.energy.total[0]).max() > 0.5 * run.energy.kinetic.max()
 
