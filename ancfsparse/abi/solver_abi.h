@@ -66,8 +66,8 @@ typedef struct {
     /* Copy the history variables that are saved with the states */
     ptrdiff_t n_history;
     void (*history)(void *context, double *out);
-    /* Set the length of the implicit step that the next residuals and matrices belong to [s], 0
-     * outside of one; null if none depends on it. */
+    /* Set the length of the step that the next residuals and matrices belong to [s], 0 outside of
+     * one, negative if it is explicit: then impacts are not damped; null if none depends on it. */
     void (*set_step)(void *context, double dt);
     /* Whether a step between two states lets no bodies pass through each other; null: any step. */
     int (*admits)(void *context, const double *q0, const double *q1);

@@ -90,7 +90,7 @@ cdef class Explicit:
     cdef double dt
     cdef double lifted, gained  # energy of the dead load in the present contacts, and of past ones [J]
     cdef double[::1] drift, kick, dead_load, load, r, none, phi, lam, change, rest
-    cdef double[:, ::1] pull, swing, rate, history, accelerations
+    cdef double[:, ::1] pull, swing, rate, history, histories, accelerations
     cdef bint swings  # whether stages have velocities
     # Two buffers for the state, current and next.
     cdef double[:, ::1] q, v
@@ -121,6 +121,7 @@ cdef class Explicit:
         # Never empty, so that a pointer to the first input always exists.
         self.load = np.append(inputs, 0.0)
         self.dt, self.jumps.n = dt, self.system.n_amplitudes
+        self.histories = np.empty((0, 0))
         self.history = np.zeros((5, self.jumps.n + 1))
         self.jumps.rate, self.jumps.bend = &self.history[0, 0], &self.history[1, 0]
         self.jumps.size, self.jumps.past = &self.history[2, 0], &self.history[3, 0]
@@ -198,6 +199,10 @@ cdef class Explicit:
         """Energy gain, and the largest energy exchanged, at the last check [J]."""
         return self.watch.gain, self.watch.exchanged
 
+    def save_history(self, double[:, ::1] rows):
+        """Write history variables of the system to rows of this table, as `advance` does states."""
+        self.histories = rows
+
     def advance(self, _nonlinear, ptrdiff_t n_steps, const double[:, ::1] inputs,
                 ptrdiff_t save_every, ptrdiff_t steps_done, double[:, ::1] q_out,
                 double[:, ::1] v_out, double[:, ::1] a_out, double[:, ::1] lam_out):
@@ -222,6 +227,7 @@ cdef class Explicit:
         cdef int outcome = 0
         cdef Signals signals = Signals(0, now())
         with nogil:
+            set_step(self, -self.dt)  # which damps no impacts
             for k in range(n_steps):
                 next, work = 1 - self.now, self.kick[0] * drives.power0
                 for i in range(1, self.stages):
@@ -271,6 +277,8 @@ cdef class Explicit:
                         a_out[row, drives.base + j] = load[drives.column + 2 * drives.n + j]
                     for j in range(self.system.n_multipliers):
                         lam_out[row, j] = self.lam[j]
+                    if row < self.histories.shape[0]:
+                        self.system.history(self.system.context, &self.histories[row, 0])
                 self.steps += 1
                 if outcome:
                     k += 1
@@ -290,6 +298,7 @@ cdef class Explicit:
                         PyErr_CheckSignals()
             else:
                 k = n_steps
+            set_step(self, 0.0)
         return k, outcome
 
     def refresh(self):

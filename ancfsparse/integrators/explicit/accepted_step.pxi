@@ -86,3 +86,8 @@ cdef void remember(
     x.q, x.v, x.a = &self.q[self.now, 0], &self.v[self.now, 0], NULL
     x.lam, x.amplitudes = &self.lam[0], &self.load[0]
     keep(self.system.context, &x)
+
+
+cdef void set_step(Explicit self, double dt) noexcept nogil:
+    if self.system.set_step != NULL:
+        self.system.set_step(self.system.context, dt)

@@ -30,6 +30,9 @@ class Loop(Protocol):
     def recall(self, memory: Mapping[str, Any]) -> None:
         """Continue with the memory of a loop that reached the present state."""
 
+    def save_history(self, rows: Vector, /) -> None:
+        """Write history variables of the system to rows of this table, as `advance` does states."""
+
     def advance(
         self,
         nonlinear: object,
@@ -48,9 +51,6 @@ class Loop(Protocol):
 
 class ImplicitLoop(Loop, Protocol):
     """Time loop with a nonlinear loop for the equations of a step (time_loop.pxi)."""
-
-    def save_history(self, rows: Vector, /) -> None:
-        """Write history variables of the system to rows of this table, as `advance` does states."""
 
     @property
     def capsule(self) -> object:

@@ -39,21 +39,19 @@ class Energy:
         state [J]: their power, integrated by the trapezoidal rule over the saved states, which must
         therefore resolve the loads.  With `EnergyMomentum` and all steps saved, the work of
         prescribed motions is that of its mean forces, without quadrature error.  It includes the
-        work that a drum with a given ``angular_velocity`` does by friction.  Steps that were
-        divided count as whole ones.
+        work that a drum with a given ``angular_velocity`` does by friction, summed over all steps.
     dissipated : ndarray, shape (k,)
         Energy dissipated by damping since the first saved state [J], integrated like ``work``.
     friction : ndarray, shape (k,)
         Energy lost by friction of contacts since the first saved state [J]: the work of friction
-        along the sliding, and the energy stored in bristles, which can return.  With
-        `EnergyMomentum`, all steps saved and none divided, its forces are those between two states,
-        without quadrature error; otherwise it follows from the forces in the saved states by the
-        trapezoidal rule.
+        along the sliding, and the energy stored in bristles, which can return.  It is the sum over
+        all steps, also those that were not saved or are parts of divided ones.  With
+        `EnergyMomentum` its forces are those between two states, without quadrature error;
+        otherwise it follows from the forces at the ends of a step by the trapezoidal rule.
     impact_damping : ndarray, shape (k,)
         Energy lost by the damping of impacts since the first saved state [J].  Numerical damping
         is zero with `EnergyMomentum`, with explicit integrators, and in runs to an accuracy; the
-        damping of a coefficient of restitution is not.  It is integrated like ``friction``.  Steps
-        that were divided count as whole ones.
+        damping of a coefficient of restitution is not.  It is summed like ``friction``.
     """
 
     kinetic: Vector
@@ -103,9 +101,7 @@ class Energy:
         )
 
 
-def evaluate_energy(
-    system: System, states: StateHistory, lag: float = 0.0, damped_step: float = 0.0
-) -> Energy:
+def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> Energy:
     """Evaluate the energy balance.
 
     Parameters
@@ -117,8 +113,6 @@ def evaluate_energy(
     lag : float, optional
         Time by which accelerations and multipliers precede the others, except in the first state
         [s]: half a step if they are means over it.
-    damped_step : float, optional
-        Length of steps in which impacts are damped [s]; 0 if they are not.
 
     Returns
     -------
@@ -163,27 +157,18 @@ def evaluate_energy(
         work += _integrate(t, _interpolate_lagged(t, driving, lag) if lag else driving)
     if parametric_works:
         work[1:] += np.cumsum(np.concatenate(parametric_works))
-    turning, friction, impact_damping = _contact_losses(system, states, step, lag, damped_step)
+    turning, friction, impact_damping = _contact_losses(system, history)
     work += turning
     dissipated = _integrate(t, lost)
     return Energy(kinetic, elastic, potential, contact, work, dissipated, friction, impact_damping)
 
 
-def _contact_losses(
-    system: System, states: StateHistory, rows: int, lag: float, damped_step: float
-) -> Vector:
+def _contact_losses(system: System, history: Vector) -> Vector:
     """Return work of turning obstacles, losses to friction and damped impacts, (3, k) [J]."""
-    q, v, _, _, t, _ = states
-    out = np.zeros((3, len(t)))
+    losses = np.zeros((len(history), 3))
     for each in system.contributions:
-        memory = None
-        for i in range(0, len(t) - 1, rows):
-            part = slice(i, i + rows + 1)
-            energies, memory = each.contact_losses(
-                q[part], v[part], t[part], 2.0 * lag or damped_step, lag > 0.0, memory
-            )
-            out[:, i + 1 : i + rows + 1] += np.transpose(energies)
-    return np.cumsum(out, axis=1)
+        losses += each.contact_losses(history)
+    return (losses - losses[0]).T
 
 
 def _interpolate_lagged(t: Vector, values: Vector, lag: float) -> Vector:

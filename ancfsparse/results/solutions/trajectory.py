@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError
-from ancfsparse.integrators import HHT, EnergyMomentum, GeneralizedAlpha, Newmark
+from ancfsparse.integrators import EnergyMomentum
 from ancfsparse.results import fields, plotting
 from ancfsparse.results.data.interpolation import interpolate
 from ancfsparse.results.data.run_statistics import RunStats
@@ -131,13 +131,6 @@ class Trajectory(TrajectoryOutput):
         is_mean = self.settings.get("integrator") == repr(EnergyMomentum())
         return is_mean and self.settings.get("accuracy") is None
 
-    @property
-    def _damps_impacts(self) -> bool:
-        """True if steps of one length damp impacts that they do not resolve."""
-        name = str(self.settings.get("integrator")).partition("(")[0]
-        is_damped = name in {each.__name__ for each in (GeneralizedAlpha, HHT, Newmark)}
-        return is_damped and self.settings.get("accuracy") is None
-
     def _select(self, values: Values) -> Values:
         return values
 
@@ -169,8 +162,7 @@ class Trajectory(TrajectoryOutput):
     def energy(self) -> Energy:
         """The energy balance, evaluated on first use."""
         lag = 0.5 * self.settings["dt"] if self._saves_means else 0.0
-        damped_step = self.settings["dt"] if self._damps_impacts else 0.0
-        return fields.evaluate_energy(self.system, self._states, lag, damped_step)
+        return fields.evaluate_energy(self.system, self._states, lag)
 
     def velocity(self, node: Point) -> Vector:
         """Return the velocity of a point.

@@ -138,7 +138,8 @@ class ExplicitIntegration:
         """
         system = self._system
         h = self.step(integrator, ratio)
-        states = SampledStates.empty(self._task.t, system.n_all, system.n_multipliers)
+        sizes = system.n_all, system.n_multipliers, system.assembly.n_history
+        states = SampledStates.empty(self._task.t, *sizes)
         self.rank_deficiency.begin()
         system.reset_memory()
         q, v, now = system.q0, system.v0, system.t0
@@ -151,9 +152,12 @@ class ExplicitIntegration:
             rounding = estimate_energy_rounding(system, self._stiffness, dt)
             inputs = self._inputs(np.array([now]), begin, end)[0]
             state = (q, v, inputs, self._mass, gain, *rounding)
+            history = system.assembly.history
             time_loop = make_explicit(system, dt, integrator, *state, self._sizes)
-            if not states.rows:
-                states.begin(*time_loop.state)
+            if states.rows:
+                system.set_history(history)
+            else:
+                states.begin(*time_loop.state, system.assembly.history)
             span = (now, last, n)
             outcome = self._integrate(time_loop, integrator, span, begin, end, states, stats)
             q, v, _, lam = time_loop.state
@@ -215,23 +219,26 @@ class ExplicitIntegration:
         start, stop, steps = span
         n, nodes = self._system.n_all, integrator.stages
         chunk = min(steps_at_once(n), steps)
-        widths = (n, n, n, self._system.n_multipliers)
+        widths = (n, n, n, self._system.n_multipliers, self._system.assembly.n_history)
         buffer = [np.zeros((chunk + 1, width)) for width in widths]
+        if widths[-1]:
+            time_loop.save_history(buffer[-1])
         for first in range(0, steps, chunk):
             numbers = np.arange(first, min(first + chunk, steps) + 1, dtype=np.float64)
             times = np.where(numbers < steps, start + numbers * ((stop - start) / steps), stop)
-            for table, row in zip(buffer, time_loop.state, strict=True):
+            state = *time_loop.state, self._system.assembly.history
+            for table, row in zip(buffer, state, strict=True):
                 table[0] = row
             when = times[:-1, None] + np.diff(times)[:, None] * nodes
             inputs = self._inputs(when.ravel(), begin, end)
             clock = time.perf_counter()
-            taken, code = time_loop.advance(None, len(times) - 1, inputs, 1, 0, *buffer)
+            taken, code = time_loop.advance(None, len(times) - 1, inputs, 1, 0, *buffer[:4])
             stats.march_seconds += time.perf_counter() - clock
             stats.steps += taken
             if taken:
                 rows = slice(0, taken + 1)
-                q, v, a, lam = (table[rows] for table in buffer)
-                new = states.fill(times[rows], q, v, a, lam, resolved=True)
+                q, v, a, lam, history = (table[rows] for table in buffer)
+                new = states.fill(times[rows], q, v, a, lam, history, resolved=True)
                 if new.start < new.stop:
                     inputs = self._inputs(states.t[new], begin, end)
                     # Linear interpolation would be far off for rotations of a radian in a step.

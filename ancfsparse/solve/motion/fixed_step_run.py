@@ -24,7 +24,7 @@ from ancfsparse.solve.stepping.state_recorder import StateRecorder, buffer_rows
 from ancfsparse.system import System
 
 if TYPE_CHECKING:
-    from ancfsparse.integrators.interface.time_loops import ImplicitLoop, Loop
+    from ancfsparse.integrators.interface.time_loops import Loop
     from ancfsparse.nonlinear.loop_protocols import NonlinearLoop
     from ancfsparse.solve.preparation.checkpoint_schedule import Schedule
     from ancfsparse.solve.recovery.singular_crossing import Crossing, SingularCrossing
@@ -268,7 +268,7 @@ class FixedStepRun(ABC):
         if not self._buffer:
             self._buffer = [np.empty((self._room + 1, width)) for width in (n, n, n, m, h)]
         if h:
-            cast("ImplicitLoop", self._time_loop).save_history(self._buffer[-1])
+            self._time_loop.save_history(self._buffer[-1])
 
     def _record_start(self) -> None:
         system, first = self.system, self._time_loop.state

@@ -58,7 +58,7 @@ def check_explicit_scene(system: System, integrator: Explicit) -> None:
             integrator=integrator,
             implicit=SUGGESTED_INTEGRATOR,
         )
-    if system.assembly.n_history:
+    if any(term.sticks for term in system.contributions):
         raise InputError(
             "{integrator!r} cannot follow contacts that stick: give them a slip_speed, or take an "
             "implicit integrator such as {implicit}",

@@ -39,6 +39,8 @@ class Contribution(ABC):
         True for loads and springs, which are ignored in the assembly of joints.
     is_contact : bool
         True if bodies press on each other or on obstacles only where they touch.
+    sticks : bool
+        True if it has friction that sticks, which depends on the motion before.
     depends_on_reactions : bool
         True if its forces depend on multipliers of other equations, as friction does.
     separates : bool
@@ -49,6 +51,7 @@ class Contribution(ABC):
     is_explicit_in_time = True
     is_load = False
     is_contact = False
+    sticks = False
     depends_on_reactions = False
     separates = False
 
@@ -94,31 +97,17 @@ class Contribution(ABC):
         """Return the tension of a rope in states, (k,) [N], or None if it is not one of its own."""
         return None
 
-    def contact_losses(
-        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
-    ) -> tuple[Vector | float, Vector | None]:
-        """Return energies that its contact exchanges between states, and its memory at the end.
+    def contact_losses(self, history: Vector) -> Vector | float:
+        """Return energies that its contact has exchanged from the start of a run on, (k, 3) [J].
+
+        They are the work of turning obstacles, and losses to friction and to damped impacts.
 
         Parameters
         ----------
-        q, v, t : (k, n_all), (k, n_all), (k,) float
-            States, and their times [s].
-        step : float
-            Step of the run [s]; 0 where none is known and impacts are not damped.
-        is_mean : bool
-            True if forces of a step are those between its states.
-        memory : array or None
-            As returned for the states up to the first one; None at the start.
-
-        Returns
-        -------
-        energies : (k - 1, 3) float
-            Work that a turning obstacle supplies, energy lost to friction, and energy lost to the
-            numerical damping of impacts [J].
-        memory : array or None
-            For the next states.
+        history : (k, h) float
+            History variables of the system in states of the run.
         """
-        return 0.0, None
+        return 0.0
 
     def deepest_point(self, q: Vector) -> tuple[float, float, str, str]:
         """Return the largest penetration of its contact and the radius there [m], and both names.

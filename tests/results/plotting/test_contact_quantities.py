@@ -184,3 +184,25 @@ def test_rigid_bodies_have_no_colours():
     run = ancf.simulate(scene, 0.01, 1e-3)
     with pytest.raises(InputError, match="colour='N' is for beams and meshes"):
         run.plot(of=body, colour="N")
+
+
+def impulses(dt, integrator, **options):
+    """Return the impulse of a level fall by the momentum, and by the forces in all states [N s]."""
+    scene, mass = ancf.Scene((0, -9.81)), 1e3 * 0.25 * np.pi * 0.01**2
+    section, material = ancf.Circle(0.01), ancf.Material(1e7, 1e3)
+    rope = scene.add_beam("thin", (0, 0.025), (1, 0.025), 4, section, material)  # falls by 2 cm
+    contact = scene.contact(rope, ancf.HalfSpace((0, 0), (0, 1)), **options)
+    run = ancf.simulate(scene, 0.1, dt, integrator=integrator)
+    change = mass * (run.velocity(rope.at(0.5))[-1, 1] + 9.81 * run.t[-1])
+    return change, np.trapezoid(run.contact_force(contact).force[:, 1], run.t)
+
+
+@pytest.mark.parametrize("integrator", [ancf.GeneralizedAlpha(0.9), ancf.EnergyMomentum()])
+def test_forces_of_resolved_impacts_have_the_impulse(integrator):
+    change, integral = impulses(1e-5, integrator, stiffness=1e5)
+    assert integral == pytest.approx(change, rel=5e-3)
+
+
+def test_forces_in_states_do_not_have_the_impulse_of_unresolved_impacts():
+    change, integral = impulses(1e-3, ancf.GeneralizedAlpha(0.9), stiffness=1e9)
+    assert integral < 0.1 * change

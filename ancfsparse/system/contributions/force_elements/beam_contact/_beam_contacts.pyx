@@ -112,22 +112,24 @@ cdef class BeamContact(CompiledContribution):
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         data.n_slots, data.has_two = n_slots, data.grip > 0.0 and friction0 > friction
         data.width = 2 + data.dim + data.has_two
-        self.interface.n_history = n_slots * data.width
-        data.slots = self.copy(np.zeros(self.interface.n_history + N_DEEPEST + 24 * n))
+        self.interface.n_history = n_slots * data.width + N_LOSSES
+        data.slots = self.copy(np.zeros(self.interface.n_history + N_DEEPEST + 36 * n))
         data.following, data.interval = integers(following), 0.0
         self.first_bristle = np.zeros(n, np.int32)
         data.first_bristle = &self.first_bristle[0]
         data.deepest = data.slots + self.interface.n_history
+        data.spent = data.deepest - N_LOSSES
         data.before = data.deepest + N_DEEPEST
         data.start, data.ahead = data.before, self.copy(np.zeros(12 * n))
-        data.rubbed, data.speed = data.before + 12 * n, self.copy(np.zeros(12 * n))
+        data.braked, data.rubbed = data.before + 12 * n, data.before + 24 * n
+        data.speed, data.braking = self.copy(np.zeros(12 * n)), self.copy(np.zeros(12 * n))
         self.set_up_coupling()
         self.divide(1)
         self.interface.context = data
         self.interface.residual, self.interface.between = residual, between
         self.interface.matrix, self.interface.energy = matrix, energy
         self.interface.n_memory = self.interface.n_history + N_DEEPEST
-        self.interface.n_memory += 24 * n if friction > 0.0 else 12 * n
+        self.interface.n_memory += 36 * n if friction > 0.0 else 24 * n
         self.interface.memory = data.slots
         self.interface.damped = data.gamma > 0.0 or slip_speed > 0.0 and friction > 0.0
         self.interface.begin, self.interface.accept = begin, accept
@@ -274,7 +276,8 @@ cdef class BeamContact(CompiledContribution):
         """Let bristles be deflected by displacements from coordinates on."""
         cdef Data *data = &self.data
         if data.grip > 0.0:
-            memset(data.slots, 0, data.n_slots * data.width * sizeof(double))
+            memset(data.slots, 0, self.interface.n_history * sizeof(double))
+            memset(data.rubbed, 0, 12 * data.n * sizeof(double))
             set_points(data, &q[0], data.before)
             data.is_static, data.ended = True, False
             data.dt, data.interval = 0.0, INFINITY
@@ -283,8 +286,9 @@ cdef class BeamContact(CompiledContribution):
         """Update the deflections of bristles to an equilibrium."""
         cdef ancf_state x
         if self.data.is_static:
-            x.q, x.v = &q[0], NULL
-            self.data.is_static, self.data.stepped = False, False
+            x.q, x.v, self.data.stepped = &q[0], NULL, False
+            work(&self.data, NULL, &x, NULL)
+            self.data.is_static = False
             accept(&self.data, &x)
             self.data.is_static = True
 
@@ -307,40 +311,6 @@ cdef class BeamContact(CompiledContribution):
             Its derivatives by the normal force in equilibria, zero where bristles stick.
         """
         return bristle_table(&self.data, &q[0])
-
-    def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
-               double step, bint is_mean, memory):
-        """Return energies of the intervals between states (k - 1, 3) [J], and the memory at the end.
-
-        They are zero, and the losses by friction and by the numerical damping of impacts, by the
-        forces of the step if the interval is one, otherwise by the trapezoidal rule.
-
-        Parameters
-        ----------
-        q, v, t : (k, n_all), (k, n_all), (k,) float
-            States, and their times [s].
-        step : float
-            Step of the run [s]; 0 where none is known and impacts are not damped.
-        is_mean : bool
-            Whether forces of a step are those between its states.
-        memory : (k,) float or None
-            As returned for the states up to the first one; None at the start.
-        """
-        cdef Data *data = &self.data
-        cdef ptrdiff_t size = self.interface.n_history + N_DEEPEST + 24 * data.n
-        cdef double[::1] kept = <double[:size]>data.slots
-        of_run, dt, out = np.array(kept), data.dt, np.zeros((len(t) - 1, 3))
-        interval = data.interval
-        cdef double[::1] braked = np.zeros(12 * data.n)
-        if memory is not None:
-            np.asarray(kept)[:], np.asarray(braked)[:] = memory[:size], memory[size:]
-        data.stepped = data.ended = False
-        add_losses(data, q, v, t, step, is_mean, &braked[0], memory is None, out)
-        memory = np.concatenate([kept, braked])
-        np.asarray(kept)[:], data.dt = of_run, dt
-        data.start, data.interval = data.before, interval
-        data.stepped = data.ended = False
-        return out, memory
 
     def pairs(self, const double[::1] q):
         """Return the listed pairs of elements ``(k, 2)``, which include all that touch."""

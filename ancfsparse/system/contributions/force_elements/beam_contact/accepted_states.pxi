@@ -3,8 +3,8 @@
 
 cdef void set_step(void *context, double dt) noexcept nogil:
     cdef Data *self = <Data *>context
-    self.ended = self.ended and (self.stepped or dt == self.interval)
-    self.dt, self.interval = 0.0 if self.gamma > 0.0 else dt, dt
+    self.ended = self.ended and (self.stepped or fabs(dt) == self.interval)
+    self.dt, self.interval = 0.0 if self.gamma > 0.0 else fmax(dt, 0.0), fabs(dt)
 
 
 cdef void begin(void *context, const ancf_state *x) noexcept nogil:
@@ -14,6 +14,9 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     empty_list(&self.coupling)
     set_points(self, x.q, self.before)
     self.touching = self.at_end.n if find_end(self, x.q, x.v) else 0
+    set_braking(self, x, self.braked)
+    self.loss = 0.0
+    memset(self.spent, 0, N_LOSSES * sizeof(double))
     if self.grip > 0.0:  # it begins without deflections
         memset(self.slots, 0, self.n_slots * self.width * sizeof(double))
         memset(self.rubbed, 0, 12 * self.n * sizeof(double))
@@ -35,6 +38,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     cdef ptrdiff_t k
     if self.is_static:
         return  # a relaxation passes no equilibria
+    add_losses(self, x)
     if self.grip > 0.0:
         settle(self, x)
     elif self.friction > 0.0 and not self.stepped:

@@ -26,6 +26,10 @@ from ancfsparse.system.contributions.force_elements.beam_contact.compiled_interf
 from ancfsparse.system.contributions.force_elements.beam_contact.touch_matrices import (
     TouchMatrices,
 )
+from ancfsparse.system.contributions.force_elements.contact_losses import (
+    N_LOSSES,
+    select_losses,
+)
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
     SLOW_RATIO,
@@ -65,7 +69,7 @@ class BeamContactContribution(LimitedPenetration):
 
     def __init__(self, system: Discretization, contact: BeamContact, first_history: int) -> None:
         self._system, self.contact = system, contact
-        self.separates = contact.separates
+        self.separates, self.sticks = contact.separates, contact.sticks
         # Of the bristles of pairs among the history variables of the system.
         self._first_history = first_history
         self.stiffness = contact.stiffness or default_stiffness_between(system, contact)
@@ -145,9 +149,10 @@ class BeamContactContribution(LimitedPenetration):
     def n_history(self) -> int:
         """Number of history variables: code, stiffness and force of the bristle of each pair.
 
-        With a static friction also whether it slides.
+        With a static friction also whether it slides.  Losses are the last ones.
         """
-        return self._n_slots * (2 + self._system.dim + self.contact.has_static_friction)
+        width = 2 + self._system.dim + self.contact.has_static_friction
+        return self._n_slots * width + N_LOSSES
 
     @property
     def _n_slots(self) -> int:
@@ -271,15 +276,9 @@ class BeamContactContribution(LimitedPenetration):
         """Return the potential of the pressures, (k,) [J]."""
         return np.array([self.compiled.energy(np.ascontiguousarray(row)) for row in q])
 
-    def contact_losses(
-        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
-    ) -> tuple[Vector | float, Vector | None]:
-        """Return losses between states (k - 1, 3) [J], and the memory."""
-        contact = self.contact
-        if contact.friction == contact.restitution == 0.0 and (is_mean or step == 0.0):
-            return 0.0, None
-        q, v, t = map(np.ascontiguousarray, (q, v, t))
-        return self.compiled.losses(q, v, t, step, is_mean, memory)
+    def contact_losses(self, history: Vector) -> Vector | float:
+        """Return work of turning obstacles and losses up to states, (k, 3) [J]."""
+        return select_losses(history, self._first_history + self.n_history)
 
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector

@@ -48,11 +48,6 @@ class CompiledBeamContact(Compiled, Protocol):
     def friction(self, q: Vector, v: Vector, history: Vector, /) -> Vector:
         """Return friction on these points, (k, dim) [N]; bristles need their history variables."""
 
-    def losses(
-        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None, /
-    ) -> tuple[Vector, Vector]:
-        """Return energies as `Contribution.contact_losses`, and the memory at the end."""
-
     def pairs(self, q: Vector, /) -> Integers:
         """Return the pairs of elements that may touch, (k, 2)."""
 

@@ -152,6 +152,20 @@ cdef bint list_way(Data *self) noexcept nogil:
     return self.stepped
 
 
+cdef bint take_means(Data *self, const ancf_state *x) noexcept nogil:
+    """Set the mean forces of the step to an accepted state, if the last residual did not."""
+    set_points(self, x.q, self.now)
+    if is_at(self, self.end) and memcmp(
+            self.before, self.begin, 12 * self.n * sizeof(double)) == 0:
+        return True
+    memcpy(self.end, self.now, 12 * self.n * sizeof(double))
+    memcpy(self.now, self.before, 12 * self.n * sizeof(double))
+    if not list_way(self):
+        return False
+    set_means(self)
+    return True
+
+
 cdef void between(void *context, const double *q0, const double *q1, const ancf_state *x,
                   double *r, double *phi) noexcept nogil:
     cdef Data *self = <Data *>context
@@ -160,7 +174,7 @@ cdef void between(void *context, const double *q0, const double *q1, const ancf_
         fail(self, r)
         return
     if self.at_begin.n + self.at_halfway.n + self.at_end.n == 0:
-        self.n_bristles = 0
+        self.n_bristles, self.lost = 0, 0.0
         return
     list_pairs(self, &self.at_begin)
     list_pairs(self, &self.at_halfway)

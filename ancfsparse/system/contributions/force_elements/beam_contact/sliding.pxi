@@ -57,7 +57,8 @@ cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
     """Work of friction: of `between`, or by the trapezoidal rule from both states."""
     cdef Data *self = <Data *>context
-    return friction_work(self, x0, x1, self.stepped)
+    self.loss = -friction_work(self, x0, x1, self.stepped)
+    return -self.loss
 
 
 cdef double stored_energy(const Data *self) noexcept nogil:
@@ -85,13 +86,12 @@ cdef double friction_work(Data *self, const ancf_state *x0, const ancf_state *x1
     """
     cdef double sum = 0.0
     cdef ptrdiff_t k
-    if self.grip == 0.0 and (x0.v == NULL or x1.v == NULL):
+    if self.grip == 0.0 and x1.v == NULL:
         return 0.0
     if not is_mean:
         set_friction(self, x1, self.push)
-        set_points(self, x0.q, self.begin)
         for k in range(12 * self.n):
-            sum += 0.5 * (self.rubbed[k] + self.push[k]) * (self.end[k] - self.begin[k])
+            sum += 0.5 * (self.rubbed[k] + self.push[k]) * (self.end[k] - self.before[k])
         return min(sum, stored_energy(self))
     if not list_between(self, x0.q, x1.q):
         return NAN

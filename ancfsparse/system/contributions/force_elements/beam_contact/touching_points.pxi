@@ -73,6 +73,8 @@ cdef struct Data:
     BodyPairs bodies
     double settling  # twice the damping ratio of two bodies on bristles
     double lost  # energy that restitution takes in the step [J]
+    double *spent  # of turning, 0, and losses as of ../contact/_contacts.pyx; saved with the states
+    double loss  # by friction in the step of the last `work` [J]
     double grip  # stiffness of bristles over that of their points, 0 without them
     double *slots  # their history
     ptrdiff_t width  # numbers of a slot
@@ -99,6 +101,8 @@ cdef struct Data:
     # and their places.
     double *deepest
     double *before  # in the last accepted state
+    double *braked  # forces of the damping of impacts on them there
+    double *braking  # and at the end of a step
     double *rubbed  # friction on them there
     double *ahead  # as far behind a state as that is before it
     # In the last step between two states, with its midpoint also as rounded by the integrator, or

@@ -34,11 +34,18 @@ cdef struct Data:
     const double *slow  # of each point: speed over penetration below which it does less [1/s]
     double *z  # deflections of the bristles in the last accepted state, (n, dim) [m]
     double *slides  # of each point, 1 if its bristle slides there, otherwise 0; null without `friction0`
+    double *drag  # then friction on the points in that state, with the damping of bristles, (n, 3) [N]
+    double *pull  # and at the end of the step of the last `work`
+    # Since the start of the run [J]: work that turning supplies, losses by friction and by the damping
+    # of impacts; saved with the states.
+    double *spent
     double *before  # penetrations there [m]
     double *last  # and forces of the pressures there [N]
     # Of each point, see impact_gains.pxi: energy gained in the present contact [J], impulse in the step [N s].
     double *gain
     double *impulse
+    double supplied, rubbed  # work of turning and loss by friction in the step of the last `work` [J]
+    double *damped  # of each point: loss by the damping of impacts in the last accepted step [J]
     double *deepest  # penetration of an accepted state that is largest over its layer [m], its point
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
@@ -173,14 +180,17 @@ cdef class Contact(CompiledContribution):
         data.grip = grip if friction > 0.0 and slip_speed == 0.0 else 0.0
         self.interface.n_history = n * data.points.dim if data.grip > 0.0 else 0
         has_two = data.grip > 0.0 and friction0 > friction
-        self.interface.n_history += n * has_two
-        self.interface.n_memory = self.interface.n_history + 3 * n + 2
+        self.interface.n_history += n * has_two + N_LOSSES
+        self.interface.n_memory = self.interface.n_history + 3 * n + 2 + 3 * n * has_two
         data.z = self.copy_with_rest(np.zeros(self.interface.n_memory), 0.0)
         data.slides = data.z + n * data.points.dim if has_two else NULL
         data.before = data.z + self.interface.n_history
+        data.spent, data.damped = data.before - N_LOSSES, self.copy(np.zeros(n))
         data.last = data.before + n
         data.gain, data.impulse = data.last + n, self.copy(np.zeros(n))
         data.deepest = data.gain + n
+        if has_two:
+            data.drag, data.pull = data.deepest + 2, self.copy(np.zeros(3 * n))
         data.base, data.normal = self.copy(in_space(base)), self.copy(in_space(normal))
         data.projector, data.spin = self.copy(in_space(projector)), self.copy(in_space(spin))
         data.turning, data.on_body = integers(turning), np.any(turning)
@@ -253,6 +263,7 @@ cdef class Contact(CompiledContribution):
         """Let bristles be deflected by displacements from coordinates on."""
         if self.data.grip > 0.0:
             hold(&self.data, &q[0])
+            memset(self.data.spent, 0, N_LOSSES * sizeof(double))
             self.data.is_static = True
             approach_equilibrium(&self.data, 0.0)
 
@@ -358,37 +369,6 @@ cdef class Contact(CompiledContribution):
         """Return the potential of the pressures [J]."""
         return energy(&self.data, &q[0])
 
-    def losses(self, const double[:, ::1] q, const double[:, ::1] v, const double[::1] t,
-               double step, bint is_mean, memory):
-        """Return energies of the intervals between states (k - 1, 3) [J], and the memory at the end.
-
-        They are the work that turning supplies, and the losses by friction and by the numerical
-        damping of impacts, by the forces of the step if the interval is one, otherwise by the
-        trapezoidal rule.
-
-        Parameters
-        ----------
-        q, v, t : (k, n_all), (k, n_all), (k,) float
-            States, and their times [s].
-        step : float
-            Step of the run [s]; 0 where none is known and impacts are not damped.
-        is_mean : bool
-            Whether forces of a step are those between its states.
-        memory : (n_memory,) float or None
-            As returned for the states up to the first one; None at the start.
-        """
-        cdef Data own = self.data
-        cdef double[::1] kept = <double[:self.interface.n_memory]>self.interface.memory
-        cdef double[::1] before = <double[:self.data.n_state + 1]>self.data.q0
-        of_run, out = (np.array(kept), np.array(before)), np.zeros((len(t) - 1, 3))
-        if memory is not None:
-            np.asarray(kept)[:] = memory
-        add_losses(&self.data, q, v, t, step, is_mean, memory is None, out)
-        memory = np.array(kept)
-        np.asarray(kept)[:], np.asarray(before)[:] = of_run
-        self.data = own
-        return out, memory
-
 
 include "residual/parts.pxi"
 include "geometry/grids.pxi"
@@ -401,5 +381,4 @@ include "residual/law_in_lanes.pxi"
 include "residual/points_in_lanes.pxi"
 include "residual/contact_residual.pxi"
 include "contact_matrix.pxi"
-include "losses.pxi"
 include "impact_gains.pxi"

@@ -3,8 +3,8 @@
 
 cdef void set_step(void *context, double dt) noexcept nogil:
     cdef Data *self = <Data *>context
-    self.dt = dt
-    set_interval(self, dt)
+    self.dt = max(dt, 0.0)
+    set_interval(self, fabs(dt))
 
 
 cdef void set_interval(Data *self, double dt) noexcept nogil:
@@ -35,7 +35,10 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
     cdef Place[MAX_POINTS] here
     cdef ptrdiff_t g, k, p
-    self.deepest[0] = 0.0
+    self.deepest[0] = self.supplied = self.rubbed = 0.0
+    memset(self.spent, 0, N_LOSSES * sizeof(double))
+    if self.slides != NULL:
+        memset(self.drag, 0, 3 * self.points.n * sizeof(double))
     if self.grip > 0.0:
         hold(self, x.q)
     for g in range(self.groups.n):
@@ -62,8 +65,29 @@ cdef void accept_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *
                 if self.interval > 0.0:
                     deflect(self, k, call.x.q, &here[p], force)
                 memcpy(self.x0 + 3 * k, here[p].x, 3 * sizeof(double))
+            self.damped[k] = damping_loss(self, k, here[p].e, force)
             self.last[k] = force
             self.before[k] = here[p].e
+
+
+cdef inline double damping_loss(const Data *self, ptrdiff_t k, double e, double force) noexcept nogil:
+    """Energy that the damping of impacts takes in a step to the penetration e and its force.
+
+    It is the work of the difference of the forces with and without it: of `between`, or by the
+    trapezoidal rule.
+    """
+    cdef double before = self.before[k], braking
+    if self.dt == 0.0 and self.gamma == 0.0:
+        return 0.0
+    if before <= 0.0 and e <= 0.0 and self.last[k] == 0.0 and force == 0.0:
+        return 0.0
+    if self.is_mean:
+        braking = force_between(self, k, before, e, NULL) - (
+            self.stiffness[k] * mean_force(before, e, self.layer[k]))
+    else:
+        braking = 0.5 * (self.last[k] + force - self.stiffness[k] * (
+            law_force(before, self.layer[k]) + law_force(e, self.layer[k])))
+    return braking * (e - before)
 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
@@ -74,7 +98,13 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         return  # a relaxation passes no equilibria
     call.data, call.work, call.x = self, accept_groups, x
     for_all_groups(&call)
+    self.spent[0] += self.supplied
+    self.spent[1] += self.rubbed
+    self.supplied = self.rubbed = 0.0
+    if self.slides != NULL:
+        memcpy(self.drag, self.pull, 3 * self.points.n * sizeof(double))
     for k in range(self.points.n):
+        self.spent[2] += self.damped[k]
         if (self.before[k] * self.layer[<ptrdiff_t>self.deepest[1]] > self.deepest[0] * self.layer[k]
                 and self.stiffness[k] > 0.0):
             self.deepest[0], self.deepest[1] = self.before[k], k

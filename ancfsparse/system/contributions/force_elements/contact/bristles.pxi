@@ -118,8 +118,10 @@ cdef void approach_equilibrium(Data *self, double dt) noexcept nogil:
 
 cdef void follow_equilibrium(Data *self, const double *q) noexcept nogil:
     """Update the deflections of bristles to an equilibrium."""
-    cdef ancf_state x
-    x.q, x.v, self.is_static = q, NULL, False
+    cdef ancf_state x0, x
+    x0.q, x.q, x0.v, x.v = self.q0, q, NULL, NULL
+    work(self, &x0, &x, NULL)
+    self.is_static = False
     accept(self, &x)
     self.is_static = True
 
@@ -191,6 +193,8 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
     cdef double[3] path
     cdef double sum
     stick(self, k, q1, &place, end, pressure, &f[0])
+    if self.slides != NULL:
+        memcpy(self.pull + 3 * k, f, 3 * sizeof(double))
     displace(self, k, self.q0, q1, begin, end, &path[0])
     sum = dot(f, path)
     if self.is_mean:
@@ -199,13 +203,15 @@ cdef double work_of_bristles(const Data *self, ptrdiff_t k, const double *q1, co
     supplied[0] += 0.5 * self.turn * turned(self, end, &f[0])
     take_bristle(self, self.z + self.points.dim * k, &f[0])
     grip(self, k, limit_of(self, k, self.last[k]), &f[0])
+    stored = 0.0
+    if self.stiffness[k] > 0.0:
+        stored = 0.5 * dot(f, f) / (self.grip * self.stiffness[k])
+    if self.slides != NULL:
+        memcpy(f, self.drag + 3 * k, 3 * sizeof(double))
     if self.on_body:
         weigh(self, k, self.q0, self.q0, begin)
         displace(self, k, self.q0, q1, begin, end, &path[0])
     supplied[0] += 0.5 * self.turn * turned(self, begin, &f[0])
-    stored = 0.0
-    if self.stiffness[k] > 0.0:
-        stored = 0.5 * dot(f, f) / (self.grip * self.stiffness[k])
     return min(0.5 * (sum + dot(f, path)), stored + supplied[0] - before)
 
 

@@ -22,6 +22,10 @@ from ancfsparse.system.contributions.force_elements.beam_contact.beam_contacts i
     BeamContactContribution,
 )
 from ancfsparse.system.contributions.force_elements.contact.axis_depths import AxisDepths
+from ancfsparse.system.contributions.force_elements.contact_losses import (
+    N_LOSSES,
+    select_losses,
+)
 from ancfsparse.system.contributions.force_elements.contact_steps import (
     BRISTLE_DAMPING,
     SLOW_RATIO,
@@ -81,11 +85,6 @@ class CompiledContact(Compiled, Protocol):
     def energy(self, q: Vector, /) -> float:
         """Return the potential of the pressures [J]."""
 
-    def losses(
-        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None, /
-    ) -> tuple[Vector, Vector]:
-        """Return energies as `Contribution.contact_losses`, and the memory at the end."""
-
 
 class ContactContribution(LimitedPenetration):
     """A contact of a system, a sum over quadrature points."""
@@ -97,7 +96,7 @@ class ContactContribution(LimitedPenetration):
         self._n_free, self._n_all, self.contact = system.n_free, system.n_all, contact
         # Of the deflections of bristles among the history variables of the system.
         self._first_history = first_history
-        self.separates = contact.separates
+        self.separates, self.sticks = contact.separates, contact.sticks
         # Points that do not touch, since a joint fixes the axis there to the obstacle.
         self._left_out = is_left_out(contact, fixed_points(contact, system.joints))
         # Of each body [N/m2].
@@ -219,11 +218,12 @@ class ContactContribution(LimitedPenetration):
 
     @property
     def n_history(self) -> int:
-        """Number of history variables: deflections of bristles, and whether they slide."""
+        """Number of history variables: deflections of bristles, whether they slide, and losses."""
         contact = self.contact
         if not contact.sticks:
-            return 0
-        return len(contact.points) * (contact.obstacle.dim + contact.has_static_friction)
+            return N_LOSSES
+        of_point = contact.obstacle.dim + contact.has_static_friction
+        return len(contact.points) * of_point + N_LOSSES
 
     def forces(self, q: Vector, v: Vector, history: Vector | None = None) -> Vector:
         """Return normal force and friction on every point in states, (k, 2, n, dim) [N].
@@ -242,7 +242,7 @@ class ContactContribution(LimitedPenetration):
 
     def _own_history(self, history: Vector | None, k: int) -> Vector:
         """Return its history variables in k states, (k, n_history), empty without them."""
-        if history is None or not self.n_history:
+        if history is None:
             return np.empty((k, 0))
         own = slice(self._first_history, self._first_history + self.n_history)
         return np.asarray(history)[:, own]
@@ -352,12 +352,9 @@ class ContactContribution(LimitedPenetration):
         """Return the potential of the pressures, (k,) [J]."""
         return np.array([self._compiled.energy(np.ascontiguousarray(row)) for row in q])
 
-    def contact_losses(
-        self, q: Vector, v: Vector, t: Vector, step: float, is_mean: bool, memory: Vector | None
-    ) -> tuple[Vector | float, Vector | None]:
-        """Return work of turning and losses between states (k - 1, 3) [J], and the memory."""
-        q, v, t = map(np.ascontiguousarray, (q, v, t))
-        return self._compiled.losses(q, v, t, step, is_mean, memory)
+    def contact_losses(self, history: Vector) -> Vector | float:
+        """Return work of turning obstacles and losses up to states, (k, 3) [J]."""
+        return select_losses(history, self._first_history + self.n_history)
 
     def unilateral_forces(
         self, q: Vector, v: Vector, amplitudes: Vector

@@ -9,9 +9,8 @@ cdef extern from "parallel.h":
 # Steps per impact below which it is damped fully.  Level impacts on 1e5 N/m2 with 16 steps of
 # GeneralizedAlpha(.9) return at most .9975 of their energy; 1.0023 with 1.5 in place of 2.
 cdef double STEPS_PER_IMPACT = 2.0
-# Relative difference of an interval and a step below which they are equal: times are rounded, and
-# a step that counts as another interval changes the rule.
-cdef double SAME_STEP = 1e-6
+cdef enum:
+    N_LOSSES = 3  # energies since the start of a run: work of turning, losses by friction and by damping
 # Relative distance of a deflection to its limit below which a bristle of a saved state slides: the
 # damped pressure, which limited it, differs from the pressure in the state by up to 1e-4.
 cdef double SLIDING_RATIO = 1e-3

@@ -96,11 +96,25 @@ cdef inline void halve(const Data *self, Place *begin, const Place *end) noexcep
             begin.n[c] = inverse * begin.d[c]
 
 
+cdef double turned(const Data *self, const Place *here, const double *f) noexcept nogil:
+    """Power that a turning obstacle supplies by the friction f on a point."""
+    cdef double[3] u
+    u[0] = u[1] = u[2] = 0.0
+    add_turning(self, here, 1.0, &u[0])
+    return dot(f, u)
+
+
 cdef double work(void *context, const ancf_state *x0, const ancf_state *x1,
                  double *scratch) noexcept nogil:
     """Work of friction on the body: of `between`, or by the trapezoidal rule from both states."""
-    cdef double supplied = 0.0
-    return friction_work(<const Data *>context, x0, x1, &supplied)
+    cdef Data *self = <Data *>context
+    cdef double sum
+    self.supplied = 0.0
+    if self.slides != NULL:
+        memset(self.pull, 0, 3 * self.points.n * sizeof(double))
+    sum = friction_work(self, x0, x1, &self.supplied)
+    self.rubbed = self.supplied - sum
+    return sum
 
 
 cdef double friction_work(const Data *self, const ancf_state *x0, const ancf_state *x1,

@@ -85,13 +85,5 @@ cdef void settle(Data *self, const ancf_state *x) noexcept nogil:
         set_friction(self, x, self.rubbed)
         keep_bristles(self)
         return
-    set_points(self, x.q, self.now)
-    if not (is_at(self, self.end) and memcmp(
-            self.before, self.begin, 12 * self.n * sizeof(double)) == 0):
-        memcpy(self.end, self.now, 12 * self.n * sizeof(double))
-        memcpy(self.now, self.before, 12 * self.n * sizeof(double))
-        if not list_way(self):
-            return
-        set_means(self)
-    if set_bristles(self, True):
+    if take_means(self, x) and set_bristles(self, True):
         keep_bristles(self)
