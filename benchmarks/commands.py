@@ -15,7 +15,6 @@ from benchmarks.accuracy.error_budget import STUDY as ERROR_BUDGET
 from benchmarks.accuracy.total_error_report import STUDY as TOTAL_ERROR
 from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common.study import Study
-from benchmarks.contact.accuracy import STUDY as CONTACT_ACCURACY
 from benchmarks.contact.peers import STUDY as CONTACT_PEERS
 from benchmarks.contact.speed import STUDY as CONTACT_SPEED
 from benchmarks.contact.wrapped_cylinder import STUDY as WRAPPED_CYLINDER
@@ -26,6 +25,7 @@ from benchmarks.scaling.lattice_pairs import STUDY as LATTICE_PAIRS
 from benchmarks.scaling.lattice_report import STUDY as LATTICES
 from benchmarks.scaling.scaling_report import STUDY as SCALING
 from benchmarks.scaling.secant_pairs import STUDY as SECANT_PAIRS
+from benchmarks.stability.contact_accuracy import STUDY as CONTACT_ACCURACY
 from benchmarks.stability.factorizations import STUDY as FACTORIZATIONS
 from benchmarks.stability.long_runs import STUDY as LONG_RUNS
 from benchmarks.stability.report import CONTACT_STUDY as CONTACT_STABILITY, STUDY as STABILITY

@@ -165,10 +165,11 @@ def evaluate_energy(system: System, states: StateHistory, lag: float = 0.0) -> E
 
 def _contact_losses(system: System, history: Vector) -> Vector:
     """Return work of turning obstacles, losses to friction and damped impacts, (3, k) [J]."""
-    losses = np.zeros((len(history), 3))
+    losses: Vector = np.zeros((len(history), 3))
     for each in system.contributions:
         losses += each.contact_losses(history)
-    return (losses - losses[0]).T
+    losses -= losses[0]
+    return losses.T
 
 
 def _interpolate_lagged(t: Vector, values: Vector, lag: float) -> Vector:

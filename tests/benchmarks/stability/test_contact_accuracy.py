@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from benchmarks.contact import accuracy as study
+from benchmarks.stability import contact_accuracy as study
 
 
 @pytest.fixture
