@@ -84,6 +84,9 @@ def load(
         run.q.shape[1] != system.n_all or run.lam.shape[1] != system.n_multipliers
     ):
         other = f"coordinates there: {run.q.shape[1]}; here: {system.n_all}"
+    n_internal, expected = run.internal.shape[1], system.assembly.n_history
+    if other is None and n_internal not in (0, expected):
+        other = f"internal variables of contacts there: {n_internal}; here: {expected}"
     if other is None and reference is not None:
         if not agree(reference, system.q_ref):
             other = "the stress-free shape"

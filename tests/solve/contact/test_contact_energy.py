@@ -2,11 +2,14 @@
 
 import dataclasses
 
+import h5py
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
 import ancfsparse as ancf
+from ancfsparse.errors import InputError
+from ancfsparse.results.data.hdf5_format import CHECKED
 from ancfsparse.results.fields import energy_balance
 from ancfsparse.scene.force_elements.contacts import LAYER_RATIO
 from ancfsparse.system import System
@@ -104,6 +107,25 @@ def test_losses_of_divided_steps_are_those_of_their_parts(integrator, make, fric
     assert energy.drift < bound
     watched = run.last.memory["watch"]["work"]
     assert energy.work[-1] - energy.friction[-1] == pytest.approx(watched, rel=1e-9)
+
+
+def test_losses_of_states_without_internal_variables_are_not_known():
+    run = ancf.simulate(turning_drum(), 0.01, 5e-4)
+    energy = dataclasses.replace(run, internal=np.empty((0, 0))).energy
+    assert np.isnan(energy.friction).all()
+    assert np.array_equal(energy.total, run.energy.total)
+
+
+def test_a_file_with_other_internal_variables_is_refused(tmp_path):
+    """An earlier version wrote one without losses: those of a second contact would be shifted."""
+    file = tmp_path / "run.h5"
+    ancf.simulate(turning_drum(), 0.01, 5e-4, output=file)
+    with h5py.File(file, "r+") as opened:
+        history = opened["history"][:, 1:]
+        del opened["history"]
+        opened.create_dataset("history", data=history, **CHECKED)
+    with pytest.raises(InputError, match="internal variables of contacts there: 2; here: 3"):
+        ancf.load(file)
 
 
 def test_a_cable_that_slides_to_a_halt_loses_its_kinetic_energy_to_friction():

@@ -69,7 +69,14 @@ def test_a_cable_that_bounces_is_where_a_mass_on_a_spring_is(accuracy, integrato
         (1e-3, {"restitution": 0.25, "stiffness": 1.3e6}),
         (1e-4, {"restitution": 0.25, "stiffness": 1.3e6}),
     ],
-    ids=["bristles", "bristles-fine", "slip-speed", "slip-speed-fine", "restitution", "restitution-fine"],
+    ids=[
+        "bristles",
+        "bristles-fine",
+        "slip-speed",
+        "slip-speed-fine",
+        "restitution",
+        "restitution-fine",
+    ],
 )
 def test_a_cable_that_whips_onto_a_floor(accuracy, contact):
     """With friction or restitution, energy alone does not determine an impact."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ancfsparse.array_types import Vector
 
 # The last history variables of each contact: work of turning obstacles, losses to friction and to
@@ -10,5 +12,10 @@ N_LOSSES = 3
 
 
 def select_losses(history: Vector, end: int) -> Vector:
-    """Return those of the contact whose history variables end there, (k, 3) [J]."""
+    """Return those of the contact whose history variables end there, (k, 3) [J].
+
+    They are not known, NaN, in states without history variables (k, 0).
+    """
+    if not history.shape[1]:
+        return np.full((len(history), N_LOSSES), np.nan)
     return history[:, end - N_LOSSES : end]
