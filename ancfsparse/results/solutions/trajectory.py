@@ -54,8 +54,8 @@ class Trajectory(TrajectoryOutput):
     ending : State or StoredState, optional
         The last state with the data to continue the run, if available.
     internal : ndarray, shape (k, h), optional
-        Internal variables of contacts: deflections of their bristles [m], and the energies that they
-        have exchanged [J].
+        Internal variables of contacts: deflections of their bristles [m], and the energies that
+        they have exchanged [J].
     """
 
     system: System
