@@ -12,7 +12,7 @@ N_LOSSES = 3
 
 
 def select_losses(history: Vector, end: int) -> Vector:
-    """Return those of the contact whose history variables end there, (k, 3) [J].
+    """Return the energies of a contact whose history variables end there, (k, 3) [J].
 
     They are not known, NaN, in states without history variables (k, 0).
     """
