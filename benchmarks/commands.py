@@ -15,6 +15,7 @@ from benchmarks.accuracy.error_budget import STUDY as ERROR_BUDGET
 from benchmarks.accuracy.total_error_report import STUDY as TOTAL_ERROR
 from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common.study import Study
+from benchmarks.contact.coupling_blocks import STUDY as CONTACT_BLOCKS
 from benchmarks.contact.peers import STUDY as CONTACT_PEERS
 from benchmarks.contact.speed import STUDY as CONTACT_SPEED
 from benchmarks.contact.wrapped_cylinder import STUDY as WRAPPED_CYLINDER
@@ -62,6 +63,7 @@ STUDIES: dict[str, Study[Any]] = {
     "contact speed": CONTACT_SPEED,
     "contact peers": CONTACT_PEERS,
     "contact accuracy": CONTACT_ACCURACY,
+    "contact blocks": CONTACT_BLOCKS,
     "mechanisms": MECHANISMS,
     "economy": ECONOMY,
     "thresholds": THRESHOLDS,
