@@ -39,6 +39,21 @@ def test_a_stiff_mesh_is_not():
     assert plan.integrator == DAMPED
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+def test_steps_that_do_not_resolve_a_contact_are_not(tolerance):
+    """The stable step of the cable is eleven times the longest one that its contact admits."""
+    scene = ancf.Scene((0, -9.81))
+    cable = scene.add_beam(
+        "thin", (-0.5, 0.13), (0.5, 0.13), 16, ancf.Circle(0.01), ancf.Material(1e7, 1e3)
+    )
+    scene.contact(cable, ancf.Drum((0, 0), 0.1))
+    plan = ancf.plan(scene, 0.15, ancf.position(cable.end), tolerance)
+    assert plan.integrator == ancf.GeneralizedAlpha(0.9)
+    dt = ancf.stable_step(scene, EXPLICIT)
+    with pytest.raises(ancf.InputError, match="does not resolve the contact"):
+        ancf.simulate(scene, 10 * dt, dt, integrator=EXPLICIT)
+
+
 SHEARED = {"curvature": "section", "section_strain": "nodal"}
 
 
