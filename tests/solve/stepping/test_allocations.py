@@ -51,6 +51,18 @@ def called():
     scene.force([beam.end], lambda x, v, t: -0.1 * v)
     return scene
 
+def falling():
+    """It touches the floor after 14 steps, where it slides, and a pulley that it turns."""
+    scene = ancf.Scene(gravity=(0.0, -9.81))
+    pulley = scene.add_body(mass=0.5, inertia=2e-3, position=(0.3, -0.1))
+    scene.pin(pulley.origin)
+    made = ancf.Circle(0.01), ancf.Material(1e8, 5e3)
+    beam = scene.add_beam("thin", (0, 0.006), (1, 0.006), 20, *made, velocity=(0.5, 0))
+    floor = ancf.HalfSpace((0, 0), (0, 1))
+    scene.contact(beam, floor, stiffness=1e5, friction=0.3)
+    scene.contact(beam, ancf.Drum((0.3, -0.1), 0.1), on=pulley, stiffness=1e5, friction=0.3)
+    return scene
+
 def implicit(scene, integrator, solver, kind="complete", tolerance="default"):
     system = System(scene)
     system.prescribed.resolve(DT, 0.0, 1.0)
@@ -72,6 +84,8 @@ CASES = {
     "multipliers": lambda: implicit(rod(), DEFAULT, "auto"),
     "driven": lambda: implicit(driven(), ancf.HHT(0.1), "auto"),
     "energy-momentum": lambda: implicit(pendulum()[0], ancf.EnergyMomentum(), ancf.Newton()),
+    "contact": lambda: implicit(falling(), DEFAULT, ancf.Newton()),
+    "contact, energy-momentum": lambda: implicit(falling(), ancf.EnergyMomentum(), "auto"),
     "incomplete": lambda: implicit(lattice(4).scene, DEFAULT, "auto", kind="incomplete"),
     "python": lambda: implicit(called(), DEFAULT, "auto"),
     "explicit": lambda: explicit(driven(), ancf.RungeKuttaNystrom(4)),
@@ -101,6 +115,7 @@ print(json.dumps({case: taken(case) for case in CASES} | {"control": so_far() - 
 
 CASES = [
     *("newton", "modified-newton", "pairs", "dense", "multipliers", "driven", "energy-momentum"),
+    *("contact", "contact, energy-momentum"),
     *("incomplete", "python", "explicit", "explicit with multipliers"),
 ]
 
