@@ -79,7 +79,8 @@ def sliding_block(
         "thin", (0.0, level), (0.2, level), n_elements, BLOCK_SECTION, BLOCK_MATERIAL,
         velocity=(speed, 0.0), name="bar",
     )  # fmt: skip
-    scene.contact(bar, FLOOR, stiffness=stiffness, friction=mu, slip_speed=slip_speed)
+    slip = slip_speed if mu else None
+    scene.contact(bar, FLOOR, stiffness=stiffness, friction=mu, slip_speed=slip)
     watched = {
         "distance": lambda run: run.position(bar.start)[:, 0],
         "speed": lambda run: run.velocity(bar.start)[:, 0],
@@ -224,9 +225,8 @@ def net_on_sphere(n: int = 12, mu: float = 0.4, slip_speed: float = 1e-2) -> Mec
     net = scene.add_mesh(nodes, edges, "string", NET_SECTION, NET_MATERIAL, name="net")
     # The net sinks in by some percent of its radius where it hangs over the ball.
     stiffness = 2e6 * NET_SECTION.area * NET_MATERIAL.density
-    contact = scene.contact(
-        net, Ball((0.0, 0.0, 0.0), 0.4), stiffness=stiffness, friction=mu, slip_speed=slip_speed
-    )
+    slip, ball = slip_speed if mu else None, Ball((0.0, 0.0, 0.0), 0.4)
+    contact = scene.contact(net, ball, stiffness=stiffness, friction=mu, slip_speed=slip)
     radius = 0.5 * NET_SECTION.diameter
 
     def largest_penetration(run: Trajectory) -> Vector:

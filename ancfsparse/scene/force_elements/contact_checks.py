@@ -74,7 +74,7 @@ def check_law(
         "friction": check_coefficient(f"friction {of}", friction),
         "slip_speed": 0.0
         if slip_speed is None
-        else check_moderate(f"slip_speed {of}", slip_speed, "m/s"),
+        else _check_slip_speed(f"slip_speed {of}", friction, slip_speed),
         "restitution": 0.0
         if restitution is None
         else _check_restitution(f"restitution {of}", restitution),
@@ -82,6 +82,17 @@ def check_law(
         if static_friction is None
         else _check_static_friction(of, friction, static_friction, slip_speed),
     }
+
+
+def _check_slip_speed(name: str, friction: float, slip_speed: float) -> float:
+    """Return the slip speed after checking it."""
+    number = check_moderate(name, slip_speed, "m/s")
+    if friction == 0.0:
+        raise InputError(
+            f"{name} of {number:g} m/s is for friction, and this contact has none: give it "
+            "friction=, or leave slip_speed out"
+        )
+    return number
 
 
 def _check_restitution(name: str, restitution: float) -> float:

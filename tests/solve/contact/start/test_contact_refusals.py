@@ -125,6 +125,18 @@ def test_friction_without_a_normal_force():
         ancf.simulate(scene, 0.01, 1e-3)
 
 
+def test_a_slip_speed_without_friction():
+    scene, rod = cable()
+    for other in (FLOOR, rod):
+        with pytest.raises(
+            ancf.InputError,
+            match=r"slip_speed of the contact of beam 0 of 0.1 m/s is for friction, and this "
+            r"contact has none: give it friction=, or leave slip_speed out",
+        ):
+            scene.contact(rod, other, slip_speed=0.1)
+    scene.contact(rod, FLOOR, friction=0.1, slip_speed=0.1)
+
+
 def test_the_same_pair_twice():
     scene, rod = cable()
     scene.contact(rod, FLOOR)
