@@ -10,6 +10,9 @@ if TYPE_CHECKING:
         Drum as Drum,
         HalfSpace as HalfSpace,
     )
+    from ancfsparse.scene.force_elements.obstacles.closed_surfaces import (
+        check_closed as check_closed,
+    )
     from ancfsparse.scene.force_elements.obstacles.distance_grids import (
         fit_spline as fit_spline,
         interpolate as interpolate,
@@ -39,6 +42,7 @@ __getattr__ = on_demand(
     __name__,
     {
         "basic_obstacles": "Ball Drum HalfSpace",
+        "closed_surfaces": "check_closed",
         "distance_grids": "fit_spline interpolate sampled_core smallest_bend",
         "obstacle": "Obstacle",
         "obstacle_types": "OBSTACLE_TYPES",

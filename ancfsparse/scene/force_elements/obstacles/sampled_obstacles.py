@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ancfsparse.array_types import Indices, Vector
+from ancfsparse.array_types import Vector
 from ancfsparse.checks import check_moderate, check_not_negative, check_reals, set_fields
 from ancfsparse.errors import InputError
-from ancfsparse.messages import format_numbers, format_value
+from ancfsparse.messages import format_value
 from ancfsparse.scene.force_elements import obstacles
 from ancfsparse.scene.force_elements.obstacles.cores import Core
 from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle
@@ -100,7 +100,8 @@ class TriangleMesh(SampledObstacle):
     Raises
     ------
     InputError
-        If the surface has a hole, is inside out or has no volume, or the cell is larger than it.
+        If the surface has a hole, different orientations or no volume, or is inside out, or the
+        cell is larger than it.
     """
 
     base: tuple[float, ...]
@@ -126,7 +127,7 @@ class TriangleMesh(SampledObstacle):
                 f"got {format_value(self.triangles)}"
             )
         triangles = corners.astype(int)
-        _check_closed(vertices, triangles)
+        obstacles.check_closed(vertices, triangles)
         sides = vertices[triangles]
         volume = np.sum(np.cross(sides[:, 0], sides[:, 1]) * sides[:, 2]) / 6.0
         extent = float(np.ptp(vertices, axis=0).max())
@@ -290,26 +291,3 @@ def _table(what: str, values: object, columns: int) -> Vector:
     ):
         raise InputError(f"{what} must be {needed}, got {format_value(values)}")
     return table
-
-
-def _check_closed(vertices: Vector, triangles: Indices) -> None:
-    """Refuse a surface unless each edge belongs to two triangles, in opposite directions."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    tails, heads = edges.astype(np.int64).T
-    n = len(vertices)
-    forward, counts = np.unique(tails * n + heads, return_counts=True)
-    single = np.setdiff1d(forward, np.unique(heads * n + tails))
-    if len(single):
-        start, end = vertices[[single[0] // n, single[0] % n]]
-        raise InputError(
-            f"a mesh has a hole: {len(single)} of its edges belong to one triangle, or to two of "
-            f"opposite order, the first from {format_numbers(start)} m to "
-            f"{format_numbers(end)} m; close it, with common vertices"
-        )
-    if counts.max() > 1:
-        worst = forward[np.argmax(counts)]
-        start, end = vertices[[worst // n, worst % n]]
-        raise InputError(
-            f"more than two triangles of a mesh meet at the edge from {format_numbers(start)} m "
-            f"to {format_numbers(end)} m: give each body a mesh"
-        )

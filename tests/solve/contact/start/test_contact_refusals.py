@@ -85,6 +85,10 @@ def test_an_implicit_run_that_fails_states_the_step_that_resolves_the_contact(bu
         (lambda: ancf.HalfSpace((0, 0), (0, 0)), "must have a direction"),
         (lambda: ancf.HeightField((0, 0), [0.0, 1.0], 0.0), "spacing of a height field must be"),
         (lambda: ancf.TriangleMesh((0, 0, 0), CORNERS, SIDES[:-1]), "a mesh has a hole: 3 of"),
+        (
+            lambda: ancf.TriangleMesh((0, 0, 0), CORNERS, np.vstack([SIDES, [(1, 1, 3)]])),
+            r"triangle 12 \(1, 1, 3\) of a mesh has one vertex twice: leave it out",
+        ),
         (lambda: ancf.TriangleMesh((0, 0, 0), CORNERS, SIDES[:, ::-1]), "inside out: its volume"),
         (
             lambda: ancf.TriangleMesh((0, 0, 0), CORNERS * (1, 1, 0), SIDES),
@@ -100,6 +104,24 @@ def test_an_implicit_run_that_fails_states_the_step_that_resolves_the_contact(bu
 def test_shapes_without_size_or_inside_out(make, sentence):
     with pytest.raises(ancf.InputError, match=sentence):
         make()
+
+
+@pytest.mark.parametrize("reversed_ones", [[0], [11], [4, 5], [2, 7, 9]])
+def test_triangles_with_another_orientation_are_named_one_after_the_other(reversed_ones):
+    sides = SIDES.copy()
+    sides[reversed_ones] = sides[reversed_ones, ::-1]
+    named = []
+    for _ in reversed_ones:
+        with pytest.raises(ancf.InputError, match="has another orientation than its") as refusal:
+            ancf.TriangleMesh((0, 0, 0), CORNERS, sides)
+        message = str(refusal.value)
+        wrong, right = (int(k) for k in re.findall(r"triangle (\d+)", message))
+        assert f"triangle {wrong} {tuple(sides[wrong].tolist())} of a mesh" in message
+        assert len(set(sides[wrong]) & set(sides[right])) == 2  # they are neighbours
+        sides[wrong] = sides[wrong, ::-1]
+        named.append(wrong)
+    assert sorted(named) == reversed_ones
+    ancf.TriangleMesh((0, 0, 0), CORNERS, sides)
 
 
 def test_elements_that_are_too_long_for_a_shape():
