@@ -157,15 +157,12 @@ def check_contact(contact: Contact, joints: Iterable[Joint], before: Iterable[At
         check_penetration(contact, joints)
     check_elements(contact)
     for each in before:
-        if type(each) is type(contact) and (each.obstacle, each.on) == (
-            contact.obstacle,
-            contact.on,
-        ):
-            for body in contact.bodies:
-                if body in each.bodies:
-                    raise InputError(
-                        f"{contact.name_with((body,))} was added before: leave one of them out"
-                    )
+        if type(each) is type(contact) and each.on is contact.on:
+            both = [body for body in contact.bodies if body in each.bodies]
+            if both and each.obstacle.coincides_with(contact.obstacle):
+                raise InputError(
+                    f"{contact.name_with(both[:1])} was added before: leave one of them out"
+                )
 
 
 def check_reach(contact: Contact) -> None:

@@ -9,6 +9,8 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.scene.force_elements import obstacles
 
+ROUNDING = 1e-12  # of components of unit vectors [-]
+
 
 @dataclass(frozen=True, eq=False)
 class Core:
@@ -55,6 +57,31 @@ class Core:
         outside = np.linalg.norm(np.minimum(np.minimum(low, high), 0.0), axis=1)
         depth = np.minimum(low, high).min(axis=1)
         return np.asarray(np.where(outside > 0.0, outside, -np.maximum(depth, 0.0)))
+
+    def extents(self, axes: Vector) -> Vector:
+        """Return the lowest and highest coordinates along other axes (k, dim), (2, k) [m]."""
+        turn = axes @ self.axes.T
+        if self.ring:
+            highest = self.ring * np.linalg.norm(turn[:, -2:], axis=1)
+            return np.stack([-highest, highest])
+        turn[np.abs(turn) < ROUNDING] = 0.0
+        ends = np.zeros((2, *turn.shape))
+        np.multiply(turn, self.bounds[:, None], out=ends, where=turn != 0.0)  # some are infinite
+        return np.stack([ends.min(axis=0).sum(axis=1), ends.max(axis=0).sum(axis=1)])
+
+    def has_surface_of(self, other: Core, tolerance: float) -> bool:
+        """Return whether both have no grid, or grids of equal distances, within a tolerance [m].
+
+        Only nodes within a cell of the surface are compared: rounding decides which ones are too
+        far from it for an exact distance.
+        """
+        one, another = self.coefficients, other.coefficients
+        if one is None or another is None or one.shape != another.shape:
+            return one is another
+        nodes = np.indices(one.shape, dtype=float)
+        distances = np.stack([obstacles.interpolate(each, nodes) for each in (one, another)])
+        is_near = np.abs(distances).min(axis=0) < self.cell
+        return bool(np.ptp(distances, axis=0)[is_near].max(initial=0.0) < tolerance)
 
 
 def axes_along(direction: Vector) -> Vector:

@@ -15,6 +15,10 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.force_elements.obstacles.cores import Core
 
+# Of lengths, relative to the largest one of an obstacle [-].  Places and directions of the same
+# obstacle that are computed in two ways differ by up to 1e-15.
+ROUNDING = 1e-9
+
 
 class Obstacle(ABC):
     """The set of points within a `radius` of a `core`, which is placed at `base`.
@@ -95,6 +99,22 @@ class Obstacle(ABC):
     def distances(self, positions: Vector) -> Vector:
         """Return the distances of points (k, dim) from the surface, (k,) [m], negative inside."""
         return self.core.distances(positions - np.array(self.base)) - self.radius
+
+    def coincides_with(self, other: Obstacle) -> bool:
+        """Return whether another obstacle is the same set of points, perhaps by other arguments.
+
+        This is so if radii are equal, and each core is within the bounds of the other one.
+        """
+        one, another = self.core, other.core
+        lengths = np.array([*self.base, *other.base, *one.bounds.flat, one.ring, self.radius])
+        tolerance = ROUNDING * float(np.abs(lengths[np.isfinite(lengths)]).max())
+        arm = np.array(self.base) - np.array(other.base)
+        pairs = [(np.array([self.radius, one.ring]), np.array([other.radius, another.ring]))]
+        for axes in (one.axes, another.axes):
+            pairs.append((one.extents(axes) + axes @ arm, another.extents(axes)))
+        return all(
+            np.allclose(a, b, rtol=0.0, atol=tolerance) for a, b in pairs
+        ) and one.has_surface_of(another, tolerance)
 
 
 def check_direction(what: str, vector: ArrayLike, dim: int) -> tuple[float, ...]:

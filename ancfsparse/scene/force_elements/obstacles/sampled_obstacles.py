@@ -16,7 +16,7 @@ from ancfsparse.errors import InputError
 from ancfsparse.messages import format_value
 from ancfsparse.scene.force_elements import obstacles
 from ancfsparse.scene.force_elements.obstacles.cores import Core
-from ancfsparse.scene.force_elements.obstacles.obstacle import Obstacle
+from ancfsparse.scene.force_elements.obstacles.obstacle import ROUNDING, Obstacle
 
 MIN_VOLUME_RATIO = 1e-12  # of a mesh over the cube of its longest side: less is rounding
 CELLS = 64  # of the default grid along the longest side of a mesh
@@ -65,7 +65,7 @@ class SampledObstacle(Obstacle):
     def _axes(self, low: Vector, high: Vector) -> list[Vector]:
         """Return the coordinates of nodes around a surface between two corners."""
         low, high = low - MARGIN_CELLS * self.cell, high + MARGIN_CELLS * self.cell
-        sizes = np.ceil((high - low) / self.cell).astype(int) + 1
+        sizes = np.ceil((high - low) / self.cell - ROUNDING).astype(int) + 1
         if np.prod(sizes.astype(float)) > MAX_NODES:
             raise InputError(
                 f"the grid of a {self.noun} would have {' x '.join(map(str, sizes))} nodes, more "

@@ -157,11 +157,3 @@ def test_a_slip_speed_without_friction():
         ):
             scene.contact(rod, other, slip_speed=0.1)
     scene.contact(rod, FLOOR, friction=0.1, slip_speed=0.1)
-
-
-def test_the_same_pair_twice():
-    scene, rod = cable()
-    scene.contact(rod, FLOOR)
-    for again in (FLOOR, ancf.HalfSpace((0.0, 0.0), (0.0, 1.0))):
-        with pytest.raises(ancf.InputError, match="added before: leave one of them out"):
-            scene.contact(rod, again, friction=0.1)
