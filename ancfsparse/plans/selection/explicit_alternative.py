@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ancfsparse.errors import AncfError, InputError
+from ancfsparse.errors import AncfError
 from ancfsparse.integrators import CentralDifference
 from ancfsparse.plans.discretization_error.error_model import ErrorModel
 from ancfsparse.plans.models.model import RIGID
@@ -55,10 +55,7 @@ def select_explicit(
     if explicit_work >= limit:
         return None
     explicit = replace(trials.with_integrator(EXPLICIT), base=n_steps)
-    try:
-        run = explicit.run(model, n_steps)
-    except InputError:  # a contact that its steps do not resolve
-        return None
+    run = explicit.run(model, n_steps)
     if run is None or run.cost.work >= work:
         return None
     implicit = trials.run(model, steps) if work <= BASE_BUDGET else None

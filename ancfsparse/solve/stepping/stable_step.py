@@ -24,7 +24,10 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
     """Return the longest stable step of an explicit integrator at the start of the motion [s].
 
     ``interval / omega`` with the highest frequency omega of the scene and the stability interval of
-    the method, 2 for central differences.  Stretched beams vibrate faster, so stay below it.
+    the method, 2 for central differences.  Stretched beams vibrate faster, so stay below it.  It is
+    at most the longest step that `simulate` admits with the contacts of the scene, also if they
+    begin later: ``interval`` times the square root of mass per length over stiffness, and with a
+    restitution the step that resolves an impact.
 
     Parameters
     ----------
@@ -47,7 +50,9 @@ def stable_step(scene: Scene, integrator: Explicit) -> float:
         check_explicit_scene(system, integrator)
         check_coupling(system, system.q0, load_amplitudes_at_start(system))
         omega = highest_initial_frequency(system, mass_seed(system), integrator)
-    return integrator.tableau.interval / omega
+        interval = integrator.tableau.interval
+        contacts = [each.longest_step(interval) for each in system.contributions]
+    return min([interval / omega, *contacts])
 
 
 def check_explicit(integrator: object) -> None:

@@ -192,6 +192,10 @@ class Contribution(ABC):
         The phase is the product of a step and a frequency up to which the integrator is stable.
         """
 
+    def longest_step(self, phase: float) -> float:
+        """Return the longest step that `check_step` admits [s]."""
+        return math.inf
+
     def resolving_step(self, keeps_energy: bool = False) -> tuple[float, str]:
         """Return the longest step that resolves its impacts [s], and its name.
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ancfsparse.errors import InputError
 from ancfsparse.scene.loads.attachment import ContactLaw
 
@@ -36,6 +34,17 @@ def find_resolving_step(
     return _longest_step(impact_time, law.restitution), law.what
 
 
+def find_longest_step(restitution: float, impact_time: float, phase: float) -> float:
+    """Return the longest step that `check_contact_step` and `check_impact_step` admit [s]."""
+    stable = _stable_step(impact_time, phase)
+    return min(stable, _longest_step(impact_time, restitution)) if restitution else stable
+
+
+def _stable_step(impact_time: float, phase: float) -> float:
+    """Return the longest step at which the vibration of a line on a contact is stable [s]."""
+    return phase * impact_time / math.pi
+
+
 def check_contact_step(
     what: str, stiffness: float, impact_time: float, dt: float, phase: float
 ) -> None:
@@ -54,7 +63,7 @@ def check_contact_step(
     phase : float
         Product of a step and a frequency up to which the integrator is stable.
     """
-    longest = phase * float(impact_time) / np.pi
+    longest = _stable_step(impact_time, phase)
     if dt > longest:
         raise InputError(
             f"dt of {dt:.3g} s does not resolve {what}: with the stiffness of {stiffness:.3g} N/m2 "

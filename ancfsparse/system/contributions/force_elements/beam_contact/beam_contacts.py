@@ -35,6 +35,7 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
     SLOW_RATIO,
     check_contact_step,
     check_impact_step,
+    find_longest_step,
     find_resolving_step,
 )
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
@@ -260,6 +261,10 @@ class BeamContactContribution(LimitedPenetration):
         impact = self.contact.what, self.stiffness, self._impact_time, dt
         check_contact_step(*impact, phase)
         check_impact_step(*impact, self.contact.restitution)
+
+    def longest_step(self, phase: float) -> float:
+        """Return the longest step that `check_step` admits [s]."""
+        return find_longest_step(self.contact.restitution, self._impact_time, phase)
 
     def resolving_step(self, keeps_energy: bool = False) -> tuple[float, str]:
         """Return the longest step that resolves impacts of parallel lines [s], and its name."""

@@ -31,6 +31,7 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
     SLOW_RATIO,
     check_contact_step,
     check_impact_step,
+    find_longest_step,
     find_resolving_step,
 )
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
@@ -215,6 +216,11 @@ class ContactContribution(LimitedPenetration):
         impact = self.contact.what, stiffness, float(times[k]), dt
         check_contact_step(*impact, phase)
         check_impact_step(*impact, self.contact.restitution)
+
+    def longest_step(self, phase: float) -> float:
+        """Return the longest step that `check_step` admits [s]."""
+        restitution = self.contact.restitution
+        return find_longest_step(restitution, float(self._impact_times().min()), phase)
 
     @property
     def n_history(self) -> int:
