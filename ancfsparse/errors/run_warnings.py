@@ -18,7 +18,9 @@ class PenetrationWarning(UserWarning):
 
     With the default stiffness the limit is 30 % of its radius in a run, and 3 % in an equilibrium;
     with a given one it is the radius, between bodies the smaller one, except on flat obstacles,
-    where a soft contact is allowed.
+    where a soft contact is allowed.  Motions with a given stiffness and without a `start` are also
+    warned of if they begin in an obstacle by more than 5 % of the radius, and deeper than known
+    loads, tensions and speeds press them.
     """
 
 

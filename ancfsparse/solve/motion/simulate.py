@@ -91,6 +91,7 @@ def simulate(
         request = replace(request, checkpoint=preparation.Schedule(checkpoint))
     check_memory(request.memory())
     system = build_system_at_start(request)
+    warn_of_penetrations(request, system, stacklevel=4)
     if accuracy is None:
         warn_of_unresolved_signals(system, request.clock, request.n_steps, stacklevel=4)
     return run_request(request, system)
@@ -214,6 +215,15 @@ def build_system_at_start(request: Request) -> System:
         If constraints are redundant.
     """
     return prepare_start(request, System(request.scene, request.state))
+
+
+def warn_of_penetrations(request: Request, system: System, stacklevel: int) -> None:
+    """Warn of penetrations that known loads do not cause in a motion without a `start`."""
+    if request.state is not None:  # of an equilibrium, an assembly or an earlier run
+        return
+    for contribution in system.contributions:
+        for warning in contribution.start_warnings(system.q0):
+            warnings.warn(warning, stacklevel=stacklevel)
 
 
 def prepare_start(request: Request, system: System) -> System:

@@ -30,7 +30,11 @@ from ancfsparse.solve.motion.arguments import (
 )
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
 from ancfsparse.solve.motion.present_state import PresentState, Punctuality, StepCall
-from ancfsparse.solve.motion.simulate import build_run, build_system_at_start
+from ancfsparse.solve.motion.simulate import (
+    build_run,
+    build_system_at_start,
+    warn_of_penetrations,
+)
 from ancfsparse.solve.preparation.memory_estimate import check_memory
 from ancfsparse.solve.recovery.checkpoints import Checkpoint
 from ancfsparse.solve.stepping.state_recorder import NoRecorder
@@ -132,6 +136,7 @@ class Simulation(PresentState):
         needed = request.memory()
         check_memory(needed)
         self.system = build_system_at_start(request)
+        warn_of_penetrations(request, self.system, stacklevel=3)
         warn_of_unresolved_signals(self.system, request.clock, request.n_steps, stacklevel=3)
         request = replace(request, n_steps=ENDLESS, save_every=ENDLESS)
         request = select_halvings(select_integrator(request, self.system), self.system)

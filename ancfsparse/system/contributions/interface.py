@@ -119,6 +119,10 @@ class Contribution(ABC):
     def forget_deepest(self) -> None:  # noqa: B027
         """Discard the penetrations of earlier states."""
 
+    def start_warnings(self, q: Vector) -> list[Warning]:
+        """Return warnings of a motion that begins at given coordinates (n_all,)."""
+        return []
+
     def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
         """Return warnings of the last motion, with its saved times (k,) [s] and states (k, n)."""
         return []

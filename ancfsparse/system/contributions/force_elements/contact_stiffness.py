@@ -52,6 +52,27 @@ def default_stiffness(system: Discretization, contact: Contact, number: int) -> 
     InputError
         If there are neither loads, tensions nor speeds.
     """
+    body, radius = contact.bodies[number], contact.radii[number]
+    pressure, inertia = _known_actions(system, contact, number)
+    stiffness = max(
+        pressure / (DEPTH_RATIO * radius),
+        inertia / (impact_ratio(contact.restitution) * radius) ** 2,
+    )
+    return _check_known(stiffness, contact.name_with((body,)))
+
+
+def known_depth(system: Discretization, contact: Contact) -> float:
+    """Return the penetration by the same loads and speeds, with the given stiffness [m]."""
+    assert contact.stiffness is not None
+    actions = (_known_actions(system, contact, k) for k in range(len(contact.bodies)))
+    return max(
+        max(pressure / contact.stiffness, math.sqrt(inertia / contact.stiffness))
+        for pressure, inertia in actions
+    )
+
+
+def _known_actions(system: Discretization, contact: Contact, number: int) -> tuple[float, float]:
+    """Return bounds of the pressure at rest, and of mass per length times squared speed, [N/m]."""
     body, obstacle, radius = contact.bodies[number], contact.obstacle, contact.radii[number]
     gravity = float(np.linalg.norm(system.scene.gravity))
     mass = _mass_per_length(body)
@@ -71,11 +92,7 @@ def default_stiffness(system: Discretization, contact: Contact, number: int) -> 
     squared_speed += _squared_release_speed(body)
     if not contact.restitution:
         squared_speed *= SPEED_FACTOR**2
-    stiffness = max(
-        LOAD_FACTOR * pressure / (DEPTH_RATIO * radius),
-        mass * squared_speed / (impact_ratio(contact.restitution) * radius) ** 2,
-    )
-    return _check_known(stiffness, contact.name_with((body,)))
+    return LOAD_FACTOR * pressure, mass * squared_speed
 
 
 def default_stiffness_between(system: Discretization, contact: BeamContact) -> float:

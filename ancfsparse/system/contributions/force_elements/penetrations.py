@@ -11,6 +11,7 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.errors import InputError, PenetrationWarning
+from ancfsparse.scene.force_elements.fixed_ends import MAX_START_DEPTH_RATIO
 from ancfsparse.system.contributions.interface import Contribution
 
 DEPTH_RATIO = 0.01  # penetration with the default stiffness, over the radius of the body
@@ -98,6 +99,37 @@ class PenetrationLimit:
         return DEPTH_RATIO if at_rest else impact_ratio(self.restitution)
 
 
+@dataclass(frozen=True)
+class StartLimit:
+    """The largest penetration of a contact with a given stiffness at the start of a motion.
+
+    Parameters
+    ----------
+    what : str
+        The contact, in messages.
+    known_depth : callable
+        Returns the largest penetration by loads, tensions and speeds known at the start [m].
+    """
+
+    what: str
+    known_depth: Callable[[], float]
+
+    def warnings(self, deepest: Penetration) -> list[Warning]:
+        """Return a warning if a penetration is deeper, and too deep for the default stiffness."""
+        depth, radius, stiffness, where = deepest
+        if depth <= MAX_START_DEPTH_RATIO * radius or depth <= (known := self.known_depth()):
+            return []
+        return [
+            PenetrationWarning(
+                f"{self.what} begins with a penetration of {depth:.3g} m at {where}: with the "
+                f"given stiffness of {stiffness:.3g} N/m2 the loads, tensions and speeds known at "
+                f"the start cause at most {known:.2g} m, so the pressure pushes them apart at "
+                "once. Give contact push_out=True, or start from an equilibrium, such as "
+                "start=solve_static(scene)"
+            )
+        ]
+
+
 def impact_ratio(restitution: float) -> float:
     """Return the penetration in an impact with the default stiffness, over the radius."""
     return RESTITUTION_DEPTH_RATIO if restitution else DEPTH_RATIO
@@ -110,9 +142,12 @@ class LimitedPenetration(Contribution):
     ----------
     penetration_limit : PenetrationLimit or None
         Limit of the penetration; None for no limit.
+    start_limit : StartLimit or None
+        Likewise at the start of a motion.
     """
 
     penetration_limit: PenetrationLimit | None = None
+    start_limit: StartLimit | None = None
 
     @property
     @abstractmethod
@@ -122,6 +157,10 @@ class LimitedPenetration(Contribution):
     @abstractmethod
     def deepest_at(self, q: Vector) -> Penetration:
         """Return the penetration in a state with the largest ratio to the radius."""
+
+    def start_warnings(self, q: Vector) -> list[Warning]:
+        """Return a warning if a motion begins with a penetration that known loads do not cause."""
+        return [] if self.start_limit is None else self.start_limit.warnings(self.deepest_at(q))
 
     def run_warnings(self, t: Vector, q: Any) -> list[Warning]:
         """Return a warning if the penetration in any step of the last motion was too large.

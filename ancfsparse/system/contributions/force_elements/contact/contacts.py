@@ -36,11 +36,13 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
 )
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
     default_stiffness,
+    known_depth,
 )
 from ancfsparse.system.contributions.force_elements.penetrations import (
     LimitedPenetration,
     Penetration,
     PenetrationLimit,
+    StartLimit,
 )
 from ancfsparse.system.contributions.interface import Compiled, Contribution
 from ancfsparse.system.contributions.point_weights import PointSums
@@ -111,6 +113,8 @@ class ContactContribution(LimitedPenetration):
             self.penetration_limit = PenetrationLimit(
                 contact.what, is_default, exponent=1.0, restitution=contact.restitution
             )
+        if not is_default:
+            self.start_limit = StartLimit(contact.what, partial(known_depth, system, contact))
         relative: list[tuple[float, Point]] = []
         vectors: list[int] = []
         if contact.on is not None:
