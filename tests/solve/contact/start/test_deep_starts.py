@@ -45,7 +45,7 @@ def run_silently(scene, **options):
 @pytest.mark.parametrize("depth", [0.04, 0.1, 0.4, 0.96])
 @pytest.mark.parametrize("stiffness", [1e2, 1e3, 1e4, 1e5, 1e7, 1e9])
 def test_a_cable_that_its_start_throws_up_by_half_a_radius_is_warned_of(depth, stiffness):
-    """With 1e9 N/m2 and .96 radii it begins with 11.5 kJ and rises by a thousand radii."""
+    """With 1e9 N/m2 and .96 radii it begins with 11.5 kJ, and rises by a thousand radii."""
     scene, cable = on_floor(depth, stiffness)
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
