@@ -111,6 +111,10 @@ class System(Discretization):
         for each in self.contributions:
             each.accept_equilibrium(q)
 
+    def admits(self, q0: Vector, q1: Vector) -> bool:
+        """Return whether no bodies pass through each other in a straight motion to a state."""
+        return all(each.admits(q0, q1) for each in self.contributions)
+
     def rest_warnings(self, q: Vector, when: Callable[[int], str]) -> list[Warning]:
         """Return warnings of equilibria (k, n_all); `when` names the time or load of the k-th."""
         return [each for part in self.contributions for each in part.rest_warnings(q, when)]

@@ -9,7 +9,11 @@ import numpy as np
 
 from ancfsparse.array_types import Vector
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, solve_newton
+from ancfsparse.solve.statics.newton_and_relaxation import (
+    NotFoundError,
+    check_passage,
+    solve_newton,
+)
 
 TARGET_CORRECTIONS = 5  # corrections of a point that the step length aims at
 MAX_CORRECTIONS = 14  # corrections of a point
@@ -199,6 +203,7 @@ class _PathTracer:
                 raise NotFoundError("a correction left the range of numbers", state, load)
             is_small = size <= self._tolerance ** (2.0 / 3.0) * abs(step) + 1e-14 * equations.span
             if is_small and equations.is_balanced(state, self._to, self._tolerance):
+                check_passage(equations, last.state.q, state, load)
                 equations.stats.steps += 1
                 return _path_point(equations, state, load, last.dx), k
         raise NotFoundError(f"no convergence with {MAX_CORRECTIONS} factors", state, load)
@@ -269,6 +274,7 @@ class _PathTracer:
         q = last.state.q + fraction * (new.state.q - last.state.q)
         lam = last.state.lam + fraction * (new.state.lam - last.state.lam)
         state = equations.state(q, lam, to)
+        check_passage(equations, last.state.q, state, to)
         result = solve_newton(equations, state, to, self._tolerance, extrapolate=False)
         return _path_point(equations, result.state, to, last.dx)
 

@@ -36,7 +36,12 @@ from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium, perturb_unstable
 from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, relax, solve_newton
+from ancfsparse.solve.statics.newton_and_relaxation import (
+    NotFoundError,
+    check_passage,
+    relax,
+    solve_newton,
+)
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance
 from ancfsparse.system import State, System
 from ancfsparse.system_memory import check_memory
@@ -270,9 +275,10 @@ class _QuasiStaticPath:
         lam = sum(w * state.lam for w, state in zip(weights, states, strict=True))
         # Not corrected, so extrapolation would let their rounding grow.
         q[equations.system.n_free :] = equations.places
-        if self._free:
-            return self._relaxed(q)
         state = equations.state(q, np.asarray(lam), 1.0)
+        check_passage(equations, self.last.state.q, state, 1.0)
+        if self._free:
+            return self._relaxed(state.q)
         result = solve_newton(equations, state, 1.0, self._tolerance)
         return result if result.negative == 0 or not equations.conservative else None
 

@@ -7,7 +7,13 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.solve.linearization.rigid_body_modes import describe_free_motions
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
-from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError, StaticResult, relax
+from ancfsparse.solve.statics.load_stepping import equilibrium_error
+from ancfsparse.solve.statics.newton_and_relaxation import (
+    NotFoundError,
+    StaticResult,
+    check_passage,
+    relax,
+)
 from ancfsparse.system.rigid_motion.rigid_parts import find_rigid_parts
 
 MAX_STEP_RATIO = 0.1  # displacement in a step over the size of the scene
@@ -39,10 +45,16 @@ def find_free_equilibrium(
     ------
     SingularSceneError
         If the loads do not restrain them either.
+    EquilibriumError
+        If prescribed motions would let bodies pass through each other.
     """
     if not equations.pushes > 0.0:
         raise describe_free_motions(free, "no load restrains them")
     state = equations.state(q, equations.start.lam, 1.0)
+    try:
+        check_passage(equations, q, state, 1.0)
+    except NotFoundError as failure:
+        raise equilibrium_error(equations, failure, failure.reason) from None
     if _has_unopposed_force(equations, state):
         raise describe_free_motions(free, "loads move the scene as a whole")
     equations.stats.steps += 1
@@ -106,7 +118,7 @@ def perturb_unstable(equations: EquilibriumEquations, state: StaticState) -> Sta
     Raises
     ------
     NotFoundError
-        If no mass on the diagonal makes the stiffness definite.
+        If no mass on the diagonal makes the stiffness definite, or bodies are in between.
     """
     distance = PERTURBATION_RATIO * _scene_size(equations, state.q)
     values, shift = equations.stiffness(state, 1.0), equations.acceleration / distance
@@ -118,4 +130,6 @@ def perturb_unstable(equations: EquilibriumEquations, state: StaticState) -> Sta
     for _ in range(N_FILTERS):
         x = equations.seed.solve(equations.mass * x)
         x *= distance / equations.distance(x)
-    return equations.moved(state, x, 0.0 * state.lam, 1.0)
+    perturbed = equations.moved(state, x, 0.0 * state.lam, 1.0)
+    check_passage(equations, state.q, perturbed, 1.0)
+    return perturbed

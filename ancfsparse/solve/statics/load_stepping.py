@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ancfsparse.array_types import Vector
-from ancfsparse.errors import EquilibriumError
+from ancfsparse.errors import EquilibriumError, InputError
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.newton_and_relaxation import (
     NotFoundError,
     StaticResult,
+    check_passage,
     relax,
     solve_newton,
 )
@@ -57,9 +58,7 @@ def find_equilibrium(
             raise equilibrium_error(equations, failure, failure.reason, ROUNDING_HINT) from None
         if equations.conservative:
             try:
-                return _relax_fully_loaded(
-                    equations, equations.state(start.q, start.lam, 1.0), tolerance
-                )
+                return _relax_fully_loaded(equations, start, tolerance)
             except NotFoundError:
                 pass
     steps, load_steps = stats.steps, max(MIN_CAREFUL_STEPS, load_steps)
@@ -71,9 +70,7 @@ def find_equilibrium(
         except NotFoundError as failed:
             state, reached = failed.state, failed.reached
         try:
-            return _relax_fully_loaded(
-                equations, equations.state(state.q, state.lam, 1.0), tolerance
-            )
+            return _relax_fully_loaded(equations, state, tolerance)
         except NotFoundError as failed:
             last = failed
     if unstable is None:
@@ -88,7 +85,8 @@ def find_equilibrium_near(
 ) -> StaticResult:
     """Find the equilibrium under the full load next to given coordinates, stable if possible.
 
-    If there is none, the load grows from the reference shape as in `find_equilibrium`.
+    If there is none, the load grows from the reference shape as in `find_equilibrium`, and bodies
+    must be on the same sides of each other in the equilibrium found.
 
     Parameters
     ----------
@@ -108,20 +106,28 @@ def find_equilibrium_near(
     """
     state = equations.state(q, equations.start.lam, 1.0)
     try:
+        check_passage(equations, q, state, 1.0)
         result = solve_newton(equations, state, 1.0, tolerance)
         equations.stats.steps += 1
         if result.negative == 0 or not equations.conservative:
             return result
         return _relax_fully_loaded(equations, state, tolerance)
     except NotFoundError:
-        return find_equilibrium(equations, load_steps, tolerance)
+        result = find_equilibrium(equations, load_steps, tolerance)
+    try:
+        check_passage(equations, q, result.state, 1.0)
+    except NotFoundError as failure:
+        raise equilibrium_error(equations, failure, failure.reason) from None
+    return result
 
 
 def _relax_fully_loaded(
     equations: EquilibriumEquations, state: StaticState, tolerance: float
 ) -> StaticResult:
     """Relax under the full load, which counts as one more load step."""
-    result = relax(equations, state, 1.0, tolerance)
+    start = equations.state(state.q, state.lam, 1.0)
+    check_passage(equations, state.q, start, 1.0)
+    result = relax(equations, start, 1.0, tolerance)
     equations.stats.steps += 1
     return result
 
@@ -150,6 +156,7 @@ def _follow_load(
         definite = stable and step > MIN_STABLE_STEP
         bound = tolerance if target == 1.0 else max(tolerance, INTERMEDIATE_TOLERANCE)
         try:
+            check_passage(equations, result.state.q, start, target)
             new = solve_newton(
                 equations, start, target, bound, extrapolate=not patient, definite=definite
             )
@@ -176,4 +183,24 @@ def equilibrium_error(
     omitted = equations.omitted_coupling(equations.start.q)
     if omitted:
         advice = (f"{omitted[0].upper()}{omitted[1:]}.",)
+    elif not equations.is_lost_in_rounding():
+        advice = _contact_advice(equations, last.state.q) or advice
     return EquilibriumError(reason, last.load, abs(float(r[largest])), where, unit, *advice)
+
+
+def _contact_advice(equations: EquilibriumEquations, q: Vector) -> tuple[str, ...]:
+    """Return a sentence on the deepest contact of a state, if there are contacts."""
+    terms = [term for term in equations.system.contributions if term.is_contact]
+    try:
+        points = [term.deepest_point(q) for term in terms]
+    except InputError:  # there are too many pairs of elements in this state
+        points = []
+    if not points:
+        return ()
+    _, _, what, where = max(points, key=lambda each: each[0] / each[1])
+    at = f", at {where}" * bool(where)
+    return (
+        f"Corrections must not let bodies pass through each other: see {what}{at}. "
+        "Take a motion with damping that comes to rest, as with GeneralizedAlpha(0.), a start near "
+        "the equilibrium, or more tension in straight cables.",
+    )

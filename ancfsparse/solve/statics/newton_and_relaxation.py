@@ -12,6 +12,7 @@ from ancfsparse.array_types import Vector
 from ancfsparse.nonlinear.iteration import EPSILON
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations, StaticState
 from ancfsparse.solve.statics.extrapolated_tangent import ExtrapolatedTangent
+from ancfsparse.system.contributions.interface import limit_length
 
 MAX_FACTORS = 40  # for one equilibrium
 MIN_FACTORS = 12  # factors after which corrections must have decreased
@@ -23,8 +24,12 @@ MAX_BROYDEN_STEPS = 12  # corrections by the last factor
 MAX_RELAXATION_FACTORS = 60  # factors of a relaxation
 NEWTON_ROTATION = 0.05  # rotation in a step below which Newton's method is tried [rad]
 NEWTON_SHIFT_RATIO = 0.1  # force by the shift over the residual, below which it is tried
+# The same with contact, where points touch one after the other: of 32 ropes above obstacles 23 came
+# to rest with 60, 26 with 200 and 31 with 600.
+MAX_CONTACT_FACTORS = 600  # factors of a relaxation
 MAX_FREE_FACTORS = 240  # factors of a relaxation with free rigid motions, which goes farther
 NEUTRAL_SHIFT_RATIO = 1e-5  # remaining part of the first shift, for motions without stiffness
+BLOCKED = "bodies would pass through each other"
 
 
 class NotFoundError(Exception):
@@ -77,7 +82,8 @@ def solve_newton(
 ) -> StaticResult:
     """Solve for the equilibrium near a state by Newton's method.
 
-    Tangents extrapolate the stress, and the rotation in a correction is bounded.  Where corrections
+    Tangents extrapolate the stress, the rotation in a correction is bounded, and no bodies pass
+    through each other.  Where corrections
     contract well, the last factor is used again with Broyden's update.  The last factor is that of
     the equilibrium.
 
@@ -115,7 +121,9 @@ def solve_newton(
             raise NotFoundError("the stiffness is singular", state, load)
         if definite and negative:
             raise NotFoundError("the stiffness is not definite", state, load)
-        length = _step_length(equations, dx)
+        length = _step_length(equations, state, dx)
+        if length == 0.0:
+            raise NotFoundError(BLOCKED, state, load)
         is_last = (exact or k == 0) and length == 1.0 and _is_small(equations, state, dx, tolerance)
         error = equations.distances(dx)
         # Coordinates cannot change by less.
@@ -138,9 +146,28 @@ def solve_newton(
     raise NotFoundError(f"no convergence with {MAX_FACTORS} factors", state, load)
 
 
-def _step_length(equations: EquilibriumEquations, dx: Vector) -> float:
-    """Return the step length, at most 1, with which no slope rotates too far."""
-    return MAX_ROTATION / max(MAX_ROTATION, _largest_rotation(equations, dx))
+def check_passage(
+    equations: EquilibriumEquations, q: Vector, state: StaticState, load: float
+) -> None:
+    """Raise if bodies pass through each other in a straight motion from coordinates to a state.
+
+    Raises
+    ------
+    NotFoundError
+        With that state.
+    """
+    if not equations.system.admits(q, state.q):
+        raise NotFoundError(BLOCKED, state, load)
+
+
+def _step_length(equations: EquilibriumEquations, state: StaticState, dx: Vector) -> float:
+    """Return the largest step length up to 1 without large rotations and passages of bodies.
+
+    It is 0 if bodies would pass through each other with any length.
+    """
+    dq = np.append(dx, np.zeros(equations.system.n_all - len(dx)))
+    length = MAX_ROTATION / max(MAX_ROTATION, _largest_rotation(equations, dx))
+    return limit_length(equations.system.contributions, state.q, dq, length)
 
 
 def _largest_rotation(equations: EquilibriumEquations, dx: Vector) -> float:
@@ -183,6 +210,8 @@ def _broyden_corrections(
         if not size <= MAX_CONTRACTION * last:
             break
         new = equations.moved(state, s, dlam, load)
+        if not equations.system.admits(state.q, new.q):
+            break
         equations.stats.iterations += 1
         if not equations.force_norm(new.r) <= MAX_FORCE_CONTRACTION * equations.force_norm(state.r):
             break
@@ -219,7 +248,11 @@ def relax(
     tangent = ExtrapolatedTangent(equations)
     moves = math.isfinite(farthest)
     factors = equations.stats.factorizations + (
-        MAX_FREE_FACTORS if moves else MAX_RELAXATION_FACTORS
+        MAX_CONTACT_FACTORS
+        if any(term.is_contact for term in equations.system.contributions)
+        else MAX_FREE_FACTORS
+        if moves
+        else MAX_RELAXATION_FACTORS
     )
     shift = equations.acceleration / farthest
     neutral = NEUTRAL_SHIFT_RATIO * shift
@@ -230,7 +263,7 @@ def relax(
         while True:
             definite = equations.factor(state, values, load, shift) == 0
             dx, dlam = equations.correction(state) if definite else (state.r, state.phi)
-            length = _step_length(equations, dx)
+            length = _step_length(equations, state, dx)
             if definite and length > 0.25 and equations.distance(dx) <= 2.0 * farthest:
                 break
             shift = 4.0 * shift if shift > 0.0 else 1e-3 * norm / equations.span

@@ -9,7 +9,7 @@ import numpy as np
 from ancfsparse.array_types import Vector
 from ancfsparse.dispatch import compiled_module
 from ancfsparse.system import System
-from ancfsparse.system.contributions.interface import sum_of
+from ancfsparse.system.contributions.interface import limit_length, sum_of
 
 if TYPE_CHECKING:
     from ancfsparse.system.assembly.assembly_protocol import CompiledAssembly
@@ -22,7 +22,6 @@ MAX_DEPTH_RATIO = 0.01  # penetration that is left, over the radius
 GROWTH = 10.0
 SLOW_RATIO = 0.5  # penetrations after and before a correction
 MAX_STIFFNESS_RATIO = 1e3  # of the contacts over the bodies, beyond which only rounding changes
-MIN_LENGTH = 1e-6  # smallest part of a correction that is taken
 
 
 class Separation:
@@ -99,10 +98,7 @@ class Separation:
         return self._factor * force, self._factor * values, coupling
 
     def limit_length(self, q: Vector, dq: Vector, length: float) -> float:
-        """Return the part of a motion in which no axes pass through each other, or 0."""
-        while not all(term.admits(q, q + length * dq) for term in self._terms):
-            length *= 0.5
-            if length < MIN_LENGTH:
-                return 0.0
+        """Return the part of a motion in which no bodies pass through each other, or 0."""
+        length = limit_length(self._terms, q, dq, length)
         self._is_full = length == 1.0
         return length

@@ -64,7 +64,8 @@ def solve_static(
 
     The full load is applied at once, or in ``load_steps``.  If that fails, or leads to an unstable
     equilibrium, the load grows from zero in shorter steps and the equilibrium is followed; if its
-    path ends, as in snap-through, the scene relaxes without inertia.
+    path ends, as in snap-through, the scene relaxes without inertia.  Bodies in contact stay on the
+    same sides of each other and of obstacles.
 
     Parameters
     ----------

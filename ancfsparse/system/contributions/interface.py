@@ -17,6 +17,8 @@ import numpy as np
 from ancfsparse.array_types import Indices, Integers, Vector
 from ancfsparse.system.assembly.sparsity_pattern import Pattern
 
+MIN_LENGTH = 1e-6  # smallest part of a motion that is taken
+
 
 class Compiled(Protocol):
     """The compiled part of a contribution."""
@@ -132,7 +134,7 @@ class Contribution(ABC):
         return []
 
     def admits(self, q0: Vector, q1: Vector) -> bool:
-        """Return whether no axes pass through each other between two states."""
+        """Return whether no bodies pass through each other in a straight motion to a state."""
         return True
 
     def begin_equilibria(self, q: Vector) -> None:  # noqa: B027
@@ -233,6 +235,18 @@ def sum_of(matrices: Iterable[Any]) -> Any:
     """Return the sum of all matrices that are not None, or None."""
     present = [each for each in matrices if each is not None]
     return reduce(add, present) if present else None
+
+
+def limit_length(
+    terms: Iterable[Contribution], q: Vector, dq: Vector, length: float = 1.0
+) -> float:
+    """Return the part of a motion, halved until no bodies pass through each other, or 0."""
+    for each in terms:
+        while not each.admits(q, q + length * dq):
+            length *= 0.5
+            if length < MIN_LENGTH:
+                return 0.0
+    return length
 
 
 def offsets_of(tables: Iterable[Sized]) -> Integers:

@@ -38,6 +38,10 @@ from ancfsparse.system.contributions.force_elements.contact_stiffness import (
     default_stiffness,
     known_depth,
 )
+from ancfsparse.system.contributions.force_elements.obstacle_passages import (
+    path_lengths,
+    remain_outside,
+)
 from ancfsparse.system.contributions.force_elements.penetrations import (
     LimitedPenetration,
     Penetration,
@@ -313,6 +317,14 @@ class ContactContribution(LimitedPenetration):
     @cached_property
     def _axis_depths(self) -> AxisDepths:
         return self._make_axis_depths()
+
+    def admits(self, q0: Vector, q1: Vector) -> bool:
+        """Return whether no axis enters the obstacle between two states."""
+        if self.contact.obstacle.is_flat:
+            return True
+        rest, radii = np.zeros_like(q0), self.contact.per_point(self.contact.radii)
+        lengths = path_lengths(self._points, self._turning, q0, q1)
+        return remain_outside(lambda q: self.motion(q, rest)[1], q0, q1, lengths, radii)
 
     def begin_equilibria(self, q: Vector) -> None:
         """Let bristles be deflected by displacements from a state on, without deflections there."""
