@@ -70,7 +70,7 @@ def find_equilibrium(
         except NotFoundError as failed:
             state, reached = failed.state, failed.reached
         try:
-            return _relax_fully_loaded(equations, state, tolerance)
+            return _relax_fully_loaded(equations, state, tolerance, patient=True)
         except NotFoundError as failed:
             last = failed
     if unstable is None:
@@ -122,12 +122,16 @@ def find_equilibrium_near(
 
 
 def _relax_fully_loaded(
-    equations: EquilibriumEquations, state: StaticState, tolerance: float
+    equations: EquilibriumEquations,
+    state: StaticState,
+    tolerance: float,
+    *,
+    patient: bool = False,
 ) -> StaticResult:
     """Relax under the full load, which counts as one more load step."""
     start = equations.state(state.q, state.lam, 1.0)
     check_passage(equations, state.q, start, 1.0)
-    result = relax(equations, start, 1.0, tolerance)
+    result = relax(equations, start, 1.0, tolerance, patient=patient)
     equations.stats.steps += 1
     return result
 

@@ -24,8 +24,8 @@ MAX_BROYDEN_STEPS = 12  # corrections by the last factor
 MAX_RELAXATION_FACTORS = 60  # factors of a relaxation
 NEWTON_ROTATION = 0.05  # rotation in a step below which Newton's method is tried [rad]
 NEWTON_SHIFT_RATIO = 0.1  # force by the shift over the residual, below which it is tried
-# The same with contact, where points touch one after the other: of 32 ropes above obstacles 23 came
-# to rest with 60, 26 with 200 and 31 with 600.
+# The same with contact, after load steps have failed: points touch one after the other.  Of 32
+# ropes above obstacles 23 came to rest with 60, 25 with 200 and 29 with 600.
 MAX_CONTACT_FACTORS = 600  # factors of a relaxation
 MAX_FREE_FACTORS = 240  # factors of a relaxation with free rigid motions, which goes farther
 NEUTRAL_SHIFT_RATIO = 1e-5  # remaining part of the first shift, for motions without stiffness
@@ -227,6 +227,7 @@ def relax(
     tolerance: float,
     *,
     farthest: float = math.inf,
+    patient: bool = False,
 ) -> StaticResult:
     """Relax a scene to a state of rest, and find the equilibrium there.
 
@@ -239,6 +240,8 @@ def relax(
         As in `solve_newton`.
     farthest : float, optional
         Approximate bound of the displacement in a step if rigid motions are free [m].
+    patient : bool, optional
+        Whether to take more steps in scenes with contact.
 
     Raises
     ------
@@ -247,12 +250,9 @@ def relax(
     """
     tangent = ExtrapolatedTangent(equations)
     moves = math.isfinite(farthest)
+    touches = patient and any(term.is_contact for term in equations.system.contributions)
     factors = equations.stats.factorizations + (
-        MAX_CONTACT_FACTORS
-        if any(term.is_contact for term in equations.system.contributions)
-        else MAX_FREE_FACTORS
-        if moves
-        else MAX_RELAXATION_FACTORS
+        MAX_FREE_FACTORS if moves else MAX_CONTACT_FACTORS if touches else MAX_RELAXATION_FACTORS
     )
     shift = equations.acceleration / farthest
     neutral = NEUTRAL_SHIFT_RATIO * shift

@@ -95,7 +95,7 @@ def test_moments_in_space_have_no_potential_and_no_warning():
 
 
 def test_an_unstable_equilibrium_serves_where_no_other_is_found(monkeypatch):
-    def lost(_equations, state, load, _tolerance):
+    def lost(_equations, state, load, _tolerance, **_options):
         raise NotFoundError("it does not come to rest", state, load)
 
     monkeypatch.setattr("ancfsparse.solve.statics.load_stepping.relax", lost)
