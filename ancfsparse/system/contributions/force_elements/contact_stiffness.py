@@ -64,11 +64,16 @@ def default_stiffness(system: Discretization, contact: Contact, number: int) -> 
 def known_depth(system: Discretization, contact: Contact) -> float:
     """Return the penetration by the same loads and speeds, with the given stiffness [m]."""
     assert contact.stiffness is not None
+    actions = [_known_actions(system, contact, k) for k in range(len(contact.bodies))]
+    impact = max(math.sqrt(inertia / contact.stiffness) for _, inertia in actions)
+    return max(known_depth_at_rest(system, contact), impact)
+
+
+def known_depth_at_rest(system: Discretization, contact: Contact) -> float:
+    """Return the penetration by the same loads at rest, with the given stiffness [m]."""
+    assert contact.stiffness is not None
     actions = (_known_actions(system, contact, k) for k in range(len(contact.bodies)))
-    return max(
-        max(pressure / contact.stiffness, math.sqrt(inertia / contact.stiffness))
-        for pressure, inertia in actions
-    )
+    return max(pressure for pressure, _ in actions) / contact.stiffness
 
 
 def _known_actions(system: Discretization, contact: Contact, number: int) -> tuple[float, float]:

@@ -17,9 +17,14 @@ MIN_STRIDE_RATIO = 1.0 / 16.0
 
 
 def remain_outside(
-    depths: Callable[[Vector], Vector], q0: Vector, q1: Vector, lengths: Vector, radii: Vector
+    depths: Callable[[Vector], Vector],
+    q0: Vector,
+    q1: Vector,
+    lengths: Vector,
+    radii: Vector,
+    limits: Vector,
 ) -> bool:
-    """Return whether no axis enters an obstacle in the straight motion between two states.
+    """Return whether no point goes too deep in the straight motion between two states.
 
     A depth changes by no more than the distance that its point moves, so depths are evaluated again
     where one of them could have become too large.
@@ -34,12 +39,14 @@ def remain_outside(
         Upper bounds of the distances that the points move relative to the obstacle [m].
     radii : (n,) float
         Distances of the surface of the body from the points [m].
+    limits : (n,) float
+        Largest penetrations [m].
     """
     moves = lengths > 0.0
     if not moves.any():
         return True
     depth = depths(q0)
-    allowed = np.maximum(depth, MAX_DEPTH_RATIO * radii)
+    allowed = np.maximum(depth, limits)
     part = 0.0
     while True:
         stride = np.maximum(allowed - depth, MIN_STRIDE_RATIO * radii)[moves]

@@ -37,8 +37,10 @@ from ancfsparse.system.contributions.force_elements.contact_steps import (
 from ancfsparse.system.contributions.force_elements.contact_stiffness import (
     default_stiffness,
     known_depth,
+    known_depth_at_rest,
 )
 from ancfsparse.system.contributions.force_elements.obstacle_passages import (
+    MAX_DEPTH_RATIO,
     path_lengths,
     remain_outside,
 )
@@ -117,6 +119,7 @@ class ContactContribution(LimitedPenetration):
             self.penetration_limit = PenetrationLimit(
                 contact.what, is_default, exponent=1.0, restitution=contact.restitution
             )
+        self._known_depth = 0.0 if is_default else known_depth_at_rest(system, contact)
         if not is_default:
             self.start_limit = StartLimit(contact.what, partial(known_depth, system, contact))
         relative: list[tuple[float, Point]] = []
@@ -324,7 +327,9 @@ class ContactContribution(LimitedPenetration):
             return True
         rest, radii = np.zeros_like(q0), self.contact.per_point(self.contact.radii)
         lengths = path_lengths(self._points, self._turning, q0, q1)
-        return remain_outside(lambda q: self.motion(q, rest)[1], q0, q1, lengths, radii)
+        # With a stiffness so soft that known loads press an axis in, it may be as deep.
+        limits = np.maximum(MAX_DEPTH_RATIO * radii, self._known_depth)
+        return remain_outside(lambda q: self.motion(q, rest)[1], q0, q1, lengths, radii, limits)
 
     def begin_equilibria(self, q: Vector) -> None:
         """Let bristles be deflected by displacements from a state on, without deflections there."""
