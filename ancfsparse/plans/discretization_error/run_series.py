@@ -16,6 +16,7 @@ from ancfsparse.errors import PlanError
 from ancfsparse.plans.discretization_error.error_model import SAFETY_FRACTION
 from ancfsparse.plans.discretization_error.mesh_error import GROWTH
 from ancfsparse.plans.discretization_error.richardson import (
+    ASYMPTOTIC_RANGE,
     MIN_ORDER,
     Estimate,
     estimate,
@@ -94,6 +95,11 @@ class RunSeries:
         self.trials, self.runs = trials, tuple(runs)
         self.tolerances = absolute_tolerances(trials.goals, runs[-1])
         self.orders = mesh_orders(trials, order)
+        # Waves have kinks at nodes inside beams.  With order 4, meshes of 5, 7 and 10 elements, two
+        # of which agreed by chance, showed an error of .17 tolerances, and it was 1.7.
+        self.has_kinks = max(self.orders) > LOW_ORDER and _has_inner_nodes(trials, runs[-1])
+        if self.has_kinks:
+            self.orders = [min(each, LOW_ORDER) for each in self.orders]
         pairs = list(pairwise(runs))
         self.over_time = [history_differences(trials.goals, *each) for each in pairs]
         requested = [goal_differences(trials.goals, *each) for each in pairs]
@@ -209,12 +215,17 @@ class RunSeries:
         place of 4, and one of 18 elements was selected with an error of 2.3 tolerances.
         """
         is_far = len(self.runs) > 2 and self.excess > MAX_NEAR_EXCESS
-        is_high = max(self.orders) > LOW_ORDER
-        return (
-            self.is_regular
-            and is_far
-            and not (is_high and _has_inner_nodes(self.trials, self.runs[-1]))
-        )
+        return self.is_regular and is_far and not self.has_kinks and not self._agrees_by_chance()
+
+    def _agrees_by_chance(self) -> bool:
+        """Return True if a last difference is far smaller than any order of the methods explains.
+
+        Strains of 6, 9 and 14 elements differed by 11 and .7 tolerances; the error was 2.9.
+        """
+        known = (self._estimate(i, order).observed for i, order in enumerate(self.orders))
+        limits = (max(order, self.trials.step_order) for order in self.orders)
+        pairs = zip(known, limits, strict=True)
+        return any(observed > ASYMPTOTIC_RANGE[1] * limit for observed, limit in pairs)
 
     @property
     def predicted_work(self) -> float:
