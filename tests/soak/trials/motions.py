@@ -127,8 +127,6 @@ def largest_work(drawn, integrator, path):
     That is the work of the trapezoidal rule, half of a jump inside a step along the way of that
     step, and what the scheme adds where the load turns.  At rest, a load that begins with a rate
     moves its node by t^3, so it does 3/4 of its change along the way of the first step, not 1/2.
-    Vibrations of a rough start, which steps do not resolve, can move it at the end of that step, so
-    it does up to all of its change.
     """
     work = np.zeros(len(path.t))
     if drawn.force is None:
@@ -138,8 +136,7 @@ def largest_work(drawn, integrator, path):
     steps = (0.5 * (force[1:] + force[:-1]) * moved).sum(axis=1)
     if drawn.words["load"] in ("jump", "pulse"):
         steps += 0.5 * np.abs((np.diff(force, axis=0) * moved).sum(axis=1))
-    late = 0.5 if drawn.words["motion"] == "rough" else 0.25
-    steps[0] += late * abs((force[1] - force[0]) @ moved[0])
+    steps[0] += 0.25 * abs((force[1] - force[0]) @ moved[0])
     work[1:] = np.cumsum(steps) + work_of_turns(integrator, force, moved)
     return work
 
