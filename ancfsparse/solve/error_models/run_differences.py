@@ -10,11 +10,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ancfsparse.array_types import Vector
 from ancfsparse.solve.stepping.sampled_states import (
     SampledStates,
     distances,
     nodal_differences,
+    slope_differences,
 )
 from ancfsparse.system import System
 
@@ -30,6 +33,10 @@ MIN_REMAINING = 1.0 / 12.0
 # of the integrator, central differences had 1.6 times the estimate for a cable that falls level.
 IMPACT_ORDER = 1.0
 MIN_ORDER = 0.1  # observed order of convergence
+# Smallest difference of slopes that counts over that of positions.  With 1, a beam off by 9.5 times
+# the accuracy has a growth 1 % above the one that counts; with 0.1, ten times that growth, and
+# 3000 random runs take 0.9 % more residuals.
+MIN_SLOPE_RATIO = 0.1
 
 
 def difference_frequency(
@@ -55,7 +62,9 @@ def difference_growth(
 ) -> float:
     """Return the largest difference of two runs over the largest in the first half of their time.
 
-    It is 1 if no state of the first half is known.
+    The largest ratio for positions and for each slope of a body: where a beam leaves its plane by
+    torsion, errors of the steps in the plane hide it in the positions.  It is 1 if no state of the
+    first half is known.
 
     Parameters
     ----------
@@ -64,11 +73,21 @@ def difference_growth(
     one, other : SampledStates
         The runs.
     minimum : float
-        Smallest difference in the first half that counts [m].
+        Smallest difference of positions in the first half that counts [m].
     """
-    t, differences = one.t, distances(system, one.q, other.q)
-    first = differences[(t > t[0]) & (t <= 0.5 * (t[0] + t[-1]))]
-    return float(np.max(differences) / max(np.max(first), minimum)) if len(first) else 1.0
+    t, states = one.t, (system, one.q, other.q)
+    is_early = (t > t[0]) & (t <= 0.5 * (t[0] + t[-1]))
+    if not is_early.any():
+        return 1.0
+    growths = [_growth(distances(*states), is_early, minimum)]
+    minimum *= MIN_SLOPE_RATIO
+    growths += [_growth(slopes, is_early, minimum) for slopes in slope_differences(*states)]
+    return max(growths)
+
+
+def _growth(differences: Vector, is_early: NDArray[np.bool_], minimum: float) -> float:
+    largest = float(np.max(differences))
+    return largest / max(float(np.max(differences[is_early])), minimum) if largest > 0.0 else 1.0
 
 
 def assumed_order(order: int, phase: float, has_contact: bool = False) -> float:

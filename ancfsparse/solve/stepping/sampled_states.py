@@ -171,3 +171,18 @@ def nodal_differences(system: System, one: Vector, other: Vector) -> Iterator[Ve
             origin, *axes = (a[rows] - b[rows]).reshape(-1, system.dim)
             reach = size * np.array(axes)
             yield np.concatenate([origin + reach, origin - reach])
+
+
+def slope_differences(system: System, one: Vector, other: Vector) -> Iterator[Vector]:
+    """Yield the largest difference of a slope between two motions at each time, (k,) [m].
+
+    One table for each slope of each body, weighted by the root of its mass over that of positions.
+    """
+    mass = np.zeros(system.n_all)
+    mass[: system.n_free] = system.mass_diagonal
+    for places, kind in zip(system.places, system.kinds, strict=True):
+        of_positions = np.max(mass[places[:, kind.columns("r")]])
+        for name in kind.vectors[1:] if of_positions > 0.0 else ():
+            slopes = places[:, kind.columns(name)]
+            weighted = np.sqrt(mass[slopes] / of_positions) * (one[:, slopes] - other[:, slopes])
+            yield np.max(np.linalg.norm(weighted, axis=2), axis=1)

@@ -1,5 +1,7 @@
 """What the differences of two runs show."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -43,3 +45,16 @@ def test_small_differences_of_the_first_half_do_not_count(system):
 def test_without_a_state_in_the_first_half_there_is_no_growth(system):
     t = np.array([0.0, 0.6, 1.0])
     assert difference_growth(system, *runs(system, t, 1e-3 * t), 0.0) == 1.0
+
+
+def test_slopes_grow_apart_from_positions():
+    section, material = ancf.Rectangle(1e-3, 1e-3), ancf.Material(1e6, 1000.0, 0.3)
+    scene = ancf.Scene((0.0, 0.0, 0.0))
+    scene.add_beam("thick", (0, 0, 0), (1, 0, 0), 2, section, material)
+    system, t = System(scene), np.linspace(0.0, 1.0, 5)
+    one, other = runs(system, t, 1e-3 * t)
+    other.q[:, system.places[0][1, -1]] += 1e-2 * t**6
+    assert difference_growth(system, one, other, 0.0) == pytest.approx(64.0)
+    # Masses of a slope, interpolated linearly, and of a cubic position at the middle node.
+    radius = 1e-3 / math.sqrt(12.0) * math.sqrt((2 / 3) / (26 / 35))
+    assert difference_growth(system, one, other, 1e-6) == pytest.approx(1e-2 * radius / 1e-7)
