@@ -149,28 +149,25 @@ def differs_by_rounding(
 
 def distances(system: System, one: Vector, other: Vector) -> Vector:
     """Return the largest distance of a node between two motions at each time, (k,) [m]."""
-    pairs = zip(one[:, None], other[:, None], strict=True)
-    squares = [
-        max(np.max(np.sum(x**2, axis=1)) for x in nodal_differences(system, *pair))
-        for pair in pairs
-    ]
-    return np.sqrt(squares)
+    squares = [np.sum(x**2, axis=2).max(axis=1) for x in nodal_differences(system, one, other)]
+    return np.asarray(np.sqrt(np.concatenate(squares)))
 
 
 def nodal_differences(system: System, one: Vector, other: Vector) -> Iterator[Vector]:
-    """Yield the differences of nodal positions of two motions at each time, (n, dim) [m].
+    """Yield the differences of nodal positions of two motions at successive times, (k, n, dim) [m].
 
     A rigid body rotates about its node, so points on its axes at its radius of gyration count too.
     """
     positions = system.positions.reshape(-1, system.dim)
     rigid = [body for body in system.scene.bodies if not isinstance(body, ElasticBody)]
     frames = [(system.rows(body.node(0))[0], body.size) for body in rigid]
-    for a, b in zip(one, other, strict=True):
-        yield a[positions] - b[positions]
+    for a, b in _blocks(one, other):
+        parts = [a[:, positions] - b[:, positions]]
         for rows, size in frames:
-            origin, *axes = (a[rows] - b[rows]).reshape(-1, system.dim)
-            reach = size * np.array(axes)
-            yield np.concatenate([origin + reach, origin - reach])
+            frame = (a[:, rows] - b[:, rows]).reshape(len(a), -1, system.dim)
+            origin, reach = frame[:, :1], size * frame[:, 1:]
+            parts += [origin + reach, origin - reach]
+        yield np.concatenate(parts, axis=1)
 
 
 def slope_differences(system: System, one: Vector, other: Vector) -> Iterator[Vector]:
@@ -184,5 +181,13 @@ def slope_differences(system: System, one: Vector, other: Vector) -> Iterator[Ve
         of_positions = np.max(mass[places[:, kind.columns("r")]])
         for name in kind.vectors[1:] if of_positions > 0.0 else ():
             slopes = places[:, kind.columns(name)]
-            weighted = np.sqrt(mass[slopes] / of_positions) * (one[:, slopes] - other[:, slopes])
-            yield np.max(np.linalg.norm(weighted, axis=2), axis=1)
+            weights = np.sqrt(mass[slopes] / of_positions)
+            weighted = (weights * (a[:, slopes] - b[:, slopes]) for a, b in _blocks(one, other))
+            yield np.concatenate([np.linalg.norm(x, axis=2).max(axis=1) for x in weighted])
+
+
+def _blocks(one: Vector, other: Vector) -> Iterator[tuple[Vector, Vector]]:
+    """Yield states of two motions at successive times, as many as are interpolated at once."""
+    rows = steps_at_once(one.shape[1])
+    for k in range(0, len(one), rows):
+        yield one[k : k + rows], other[k : k + rows]
