@@ -83,6 +83,11 @@ class System(Discretization):
         if len(self._memory):
             self.assembly.memory = self._memory
 
+    @property
+    def contact_changes(self) -> int:
+        """Number of accepted steps in which points touch or separate, a sum over contacts."""
+        return sum(getattr(each, "contact_changes", 0) for each in self.parts)
+
     def set_history(self, history: Vector) -> None:
         """Set the history variables that are saved with a state, zero if empty."""
         if self.assembly.n_history:

@@ -51,8 +51,8 @@ def _comparable(value: object) -> object:
 ADDED = (
     *("march_seconds", "iterations", "last_corrections", "residual_evaluations", "factorizations"),
     *("indefinite", "material_seeds", "rotating_seeds", "single_seeds", "shifted_seeds"),
-    *("pattern_changes", "sweeps", "products", "solves", "pairs", "skipped_pairs", "recoveries"),
-    *("events", "short_steps"),
+    *("pattern_changes", "contact_changes", "sweeps", "products", "solves", "pairs"),
+    *("skipped_pairs", "recoveries", "events", "short_steps"),
 )
 """Statistics that add up over the parts of a run with a fixed step."""
 
@@ -92,6 +92,9 @@ class RunStats:
         Incomplete factorizations that broke down and were repeated with a larger diagonal.
     pattern_changes : int
         Changes of the sparsity pattern, with a new elimination order, as other elements touch.
+    contact_changes : int
+        Accepted steps and substeps, also repeated ones, at whose end other points of a contact
+        touch than at their start, between beams more or fewer points; the sum over all contacts.
     sweeps, products : int
         Sweeps through an incomplete factor, and products with its matrix, in all solutions; 0 for
         complete factors, which need one sweep per solution.
@@ -142,6 +145,7 @@ class RunStats:
     single_seeds: int = 0
     shifted_seeds: int = 0
     pattern_changes: int = 0
+    contact_changes: int = 0
     sweeps: int = 0
     products: int = 0
     solves: int = 0

@@ -72,7 +72,7 @@ def solve_accurately(
     StepError, EnergyIncreaseError, InstabilityError
         If no step is short enough; with the number of steps of the last run.
     """
-    begin, total = time.perf_counter(), solution.stats
+    begin, total, changes = time.perf_counter(), solution.stats, system.contact_changes
     task = MotionTask(system, t, accuracy, max_energy_gain, solution.watch)
     candidates = _candidates(task, integrator, solver, total.threads)
     size = largest_coordinate(system)
@@ -94,6 +94,7 @@ def solve_accurately(
                 candidate.advance()
             finally:
                 add_counts(total, candidate.last_stats)
+                total.contact_changes = system.contact_changes - changes
                 total.seconds["set-up"] = time.perf_counter() - begin - total.march_seconds
                 solution.finish()
             for other in candidates:

@@ -95,6 +95,7 @@ class FixedStepRun(ABC):
         self._before: tuple[int, int] | None = (0, time_loop.steps)
         self._schedule = request.checkpoint
         self._earlier: RunStats | None = None  # of the processes before this one
+        self._changes_before = system.contact_changes
 
     @abstractmethod
     def _count_costs(self) -> None:
@@ -383,6 +384,7 @@ class FixedStepRun(ABC):
     def count(self) -> RunStats:
         """Return the statistics of the steps."""
         self._count_costs()
+        self.stats.contact_changes = self.system.contact_changes - self._changes_before
         return self.stats if self._earlier is None else self.stats.after(self._earlier)
 
     def last_state(self) -> State:

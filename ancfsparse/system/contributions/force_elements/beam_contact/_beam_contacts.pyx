@@ -264,6 +264,11 @@ cdef class BeamContact(CompiledContribution):
         self.data.deepest[0] = 0.0
 
     @property
+    def contact_changes(self):
+        """Number of accepted steps at whose end more or fewer points touch than at their start."""
+        return self.data.changes
+
+    @property
     def is_sticking(self):
         """True if bristles stick in the matrix of a state, outside of steps."""
         return self.data.is_sticking

@@ -45,6 +45,7 @@ cdef void accept(void *context, const ancf_state *x) noexcept nogil:
         set_friction(self, x, self.rubbed)
     set_points(self, x.q, self.before)
     self.ended = self.ended and self.stepped
+    self.changes += self.at_end.n != self.touching
     self.touching = self.at_end.n
     leave_out_idle_pairs(&self.coupling, &self.at_end)
     for k in range(self.at_end.n):

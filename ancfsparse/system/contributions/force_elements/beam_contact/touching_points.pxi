@@ -114,7 +114,7 @@ cdef struct Data:
     double *middle
     Touches at_begin, at_halfway, at_end
     Coupling coupling
-    ptrdiff_t touching  # number of touching points of the last accepted state
+    ptrdiff_t touching, changes  # touching points of the last accepted state, steps with other numbers
 
 
 cdef void set_points(const Data *self, const double *q, double *points) noexcept nogil:

@@ -47,6 +47,7 @@ cdef struct Data:
     double supplied, rubbed  # work of turning and loss by friction in the step of the last `work` [J]
     double *damped  # of each point: loss by the damping of impacts in the last accepted step [J]
     double *deepest  # penetration of an accepted state that is largest over its layer [m], its point
+    ptrdiff_t changes  # accepted steps at whose end other points touch than at their start
     bint is_mean  # whether the last residual was that between two states
     double dt  # length of the step, 0 outside of one and where impacts are not damped [s]
     # Vectors and matrices in space, with zeros for the third direction in the plane.
@@ -293,6 +294,11 @@ cdef class Contact(CompiledContribution):
     def forget_deepest(self):
         """Let the largest penetration be one of the states to come."""
         self.data.deepest[0] = 0.0
+
+    @property
+    def contact_changes(self):
+        """Number of accepted steps at whose end other points touch than at their start."""
+        return self.data.changes
 
     def forces(self, const double[::1] q, const double[::1] v, const double[::1] history):
         """Return normal force and friction on every point, (2, n, dim) [N].

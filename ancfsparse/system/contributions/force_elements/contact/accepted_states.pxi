@@ -52,7 +52,7 @@ cdef void begin(void *context, const ancf_state *x) noexcept nogil:
 
 cdef void accept_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *call,
                         ptrdiff_t part) noexcept nogil:
-    """Update the memory of groups to an accepted state."""
+    """Update the memory of groups to an accepted state; add points that touch or separate to `out`."""
     cdef Place[MAX_POINTS] here
     cdef double force
     cdef ptrdiff_t g, k, p
@@ -65,6 +65,8 @@ cdef void accept_groups(Data *self, ptrdiff_t begin, ptrdiff_t end, const Call *
                 if self.interval > 0.0:
                     deflect(self, k, call.x.q, &here[p], force)
                 memcpy(self.x0 + 3 * k, here[p].x, 3 * sizeof(double))
+            if (here[p].e > 0.0) != (self.before[k] > 0.0) and self.stiffness[k] > 0.0:
+                call.out[part] += 1.0
             self.damped[k] = damping_loss(self, k, here[p].e, force)
             self.last[k] = force
             self.before[k] = here[p].e
@@ -92,12 +94,18 @@ cdef inline double damping_loss(const Data *self, ptrdiff_t k, double e, double 
 
 cdef void accept(void *context, const ancf_state *x) noexcept nogil:
     cdef Data *self = <Data *>context
+    cdef double[MOST_PARTS + 1] of_part
+    cdef double changed = 0.0
     cdef ptrdiff_t k
     cdef Call call
     if self.is_static:
         return  # a relaxation passes no equilibria
-    call.data, call.work, call.x = self, accept_groups, x
+    call.data, call.work, call.x, call.out = self, accept_groups, x, &of_part[0]
+    memset(&of_part[0], 0, (self.n_parts + 1) * sizeof(double))
     for_all_groups(&call)
+    for k in range(self.n_parts + 1):
+        changed += of_part[k]
+    self.changes += changed > 0.0
     self.spent[0] += self.supplied
     self.spent[1] += self.rubbed
     self.supplied = self.rubbed = 0.0
