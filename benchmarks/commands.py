@@ -17,6 +17,7 @@ from benchmarks.accuracy.work_precision_report import STUDY as WORK_PRECISION
 from benchmarks.common.study import Study
 from benchmarks.contact.coupling_blocks import STUDY as CONTACT_BLOCKS
 from benchmarks.contact.peers import STUDY as CONTACT_PEERS
+from benchmarks.contact.reference_values import STUDY as CONTACT_REFERENCES
 from benchmarks.contact.speed import STUDY as CONTACT_SPEED
 from benchmarks.contact.wrapped_cylinder import STUDY as WRAPPED_CYLINDER
 from benchmarks.economy.report import STUDY as ECONOMY
@@ -60,6 +61,7 @@ STUDIES: dict[str, Study[Any]] = {
     "stability factorizations": FACTORIZATIONS,
     "stability long-runs": LONG_RUNS,
     "contact wrapped-cylinder": WRAPPED_CYLINDER,
+    "contact references": CONTACT_REFERENCES,
     "contact speed": CONTACT_SPEED,
     "contact peers": CONTACT_PEERS,
     "contact accuracy": CONTACT_ACCURACY,

@@ -1,0 +1,1 @@
+"""Groups of values of contact and friction next to their references."""
