@@ -137,6 +137,10 @@ class Contribution(ABC):
         """Return whether no bodies pass through each other in a straight motion to a state."""
         return True
 
+    def admits_correction(self, q0: Vector, q1: Vector) -> bool:
+        """Return whether a correction of an equilibrium may move bodies straight to a state."""
+        return self.admits(q0, q1)
+
     def begin_equilibria(self, q: Vector) -> None:  # noqa: B027
         """Let forces with a history begin at coordinates from which equilibria are sought."""
 
@@ -240,9 +244,9 @@ def sum_of(matrices: Iterable[Any]) -> Any:
 def limit_length(
     terms: Iterable[Contribution], q: Vector, dq: Vector, length: float = 1.0
 ) -> float:
-    """Return the part of a motion, halved until no bodies pass through each other, or 0."""
+    """Return the part of a correction, halved until no bodies pass through each other, or 0."""
     for each in terms:
-        while not each.admits(q, q + length * dq):
+        while not each.admits_correction(q, q + length * dq):
             length *= 0.5
             if length < MIN_LENGTH:
                 return 0.0
