@@ -75,9 +75,12 @@ class BeamContact(ContactLaw):
         return [force_elements.describe_left_out(self.what, *pair) for pair in pairs]
 
     def point(self, element: int, xi: float) -> Point:
-        """Return a point by the number of its element among those of all bodies."""
+        """Return a point by the number of its element among those of all bodies.
+
+        Points a little beyond the element are at its end.
+        """
         k = int(np.searchsorted(self.starts, element, side="right")) - 1
-        return Point(self.bodies[k], element - int(self.starts[k]), xi)
+        return Point(self.bodies[k], element - int(self.starts[k]), min(max(xi, 0.0), 1.0))
 
 
 def check_pairs(contact: BeamContact, before: Iterable[Attachment]) -> None:

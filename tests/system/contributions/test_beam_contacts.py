@@ -320,11 +320,32 @@ def test_forces_at_states_that_are_not_finite_are_none_that_a_step_accepts():
     assert np.isfinite(residual(system, q)).all()
 
 
+@pytest.mark.parametrize("element", ["thin", "string"])
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.5])
-def test_the_stiffness_between_beams_is_the_derivative_of_their_forces(angle, rng):
-    """With the rotation of the normals, and without the change of the ends of overlaps."""
-    system, _, q = lowered(angle, 0.1 * RADIUS)
-    q, h, n = q + 1e-4 * rng.normal(size=system.n_all), 1e-7, system.n_free
+def test_the_stiffness_between_beams_is_the_derivative_of_their_forces(angle, element, rng):
+    system, _, q = lowered(angle, 0.1 * RADIUS, element=element)
+    check_stiffness(system, q + 1e-4 * rng.normal(size=system.n_all), 1e-6)
+
+
+@pytest.mark.parametrize("aside", [0.0, 2e-6, 1e-3])
+def test_the_stiffness_is_the_derivative_where_cables_cross_at_nodes_of_both(aside):
+    """Before, the normals of all points turned with a foot that was kept at the node."""
+    system, _, q = lowered(math.pi / 2, 0.1 * RADIUS, shift=(aside * RADIUS, 0.0, 0.0))
+    check_stiffness(system, q, 1e-6)
+
+
+@pytest.mark.parametrize("element", ["thin", "string"])
+@pytest.mark.parametrize("angle", [0.3, 1.5])
+def test_the_stiffness_is_the_derivative_at_a_free_end(angle, element, rng):
+    """Points beyond it have their feet there, which do not slide."""
+    beyond = (60.0 * RADIUS + 0.5 * RADIUS, 2.0 * RADIUS, 0.0)
+    system, _, q = lowered(angle, 0.3 * RADIUS, shift=beyond, element=element)
+    check_stiffness(system, q + 1e-5 * rng.normal(size=system.n_all), 1e-4)
+
+
+def check_stiffness(system, q, tolerance):
+    """Compare the matrix and the stiffness between elements with differences of the forces."""
+    h, n = 1e-8, system.n_free
     exact = np.empty((n, n))
     for k in range(n):
         move = h * np.eye(system.n_all)[k]
@@ -333,7 +354,7 @@ def test_the_stiffness_between_beams_is_the_derivative_of_their_forces(angle, rn
     size = np.abs(exact - without).max()
     between = system.coupling_stiffness(q).toarray()
     np.testing.assert_allclose(between, between.T, atol=1e-12 * size)
-    np.testing.assert_allclose(without + between, exact, atol=0.01 * size)
+    np.testing.assert_allclose(without + between, exact, atol=tolerance * size)
 
 
 def test_only_bodies_that_touch_are_coupled():

@@ -105,7 +105,7 @@ def test_cables_that_stick_vibrate_along_each_other():
         expected = np.sqrt(2.0 * stiffness / MASS_PER_LENGTH) / (2.0 * np.pi)
         assert np.isclose(modes.frequencies, expected, rtol=1e-6).any()
     free = ancf.modes(side_by_side(0.0)[0], 10)
-    assert (free.growth > 0.0).sum() == 2
+    assert (free.growth > 0.0).sum() == 3  # test_two_free_cables_vibrate_against_each_other
 
 
 def test_cables_that_slide_are_free_along_each_other():

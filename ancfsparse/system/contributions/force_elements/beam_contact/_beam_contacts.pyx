@@ -204,7 +204,8 @@ cdef class BeamContact(CompiledContribution):
         elements : (k, 2) int
             Elements of the points and of their feet.
         places : (k, 2) float
-            Their relative positions in these elements, from 0 to 1.
+            Their relative positions in these elements, from 0 to 1; of feet next to a node a little
+            beyond.
         force : (k, dim) float
             Force on the point, and with the other sign on its foot [N].
         depth : (k,) float

@@ -212,8 +212,8 @@ class BeamContactContribution(LimitedPenetration):
         return float(depths[k]), float(lengths[k]), self._names(elements[k], positions[k])
 
     def _names(self, elements: Iterable[int], positions: Iterable[float]) -> str:
-        """Return the names of a point and of its foot."""
-        pairs = zip(elements, positions, strict=True)
+        """Return the names of a point and of its foot, in the order of the bodies."""
+        pairs = sorted(zip(elements, positions, strict=True))
         return " and ".join(repr(self.contact.point(int(e), float(xi))) for e, xi in pairs)
 
     @property

@@ -8,10 +8,17 @@ from typing import Any
 import numpy as np
 
 from ancfsparse.array_types import Integers, Vector
-from ancfsparse.kernels.hermite import position_weights, slope_weights
+from ancfsparse.kernels.hermite import bend_weights, position_weights, slope_weights
 from ancfsparse.system.contributions.force_elements.beam_contact.compiled_interface import (
     CompiledBeamContact,
 )
+
+# Cosine of the angle of normal and axis at a foot, above which that is at a free end: others are
+# found to rounding.
+AT_END_RATIO = 1e-6
+# Distance of a point from the centre of curvature of the other axis, over the radius of curvature:
+# nearer ones have no force (geometry/side_weights.pxi), and no foot that slides at a finite rate.
+MIN_CURVATURE_DISTANCE = 0.1
 
 
 class TouchMatrices:
@@ -68,25 +75,33 @@ class TouchMatrices:
         return _block_diagonal(_unit(force)[:, None, :]) @ (points - feet)
 
     def rotation(self, q: Vector) -> Any:
-        """Return the stiffness by the rotation of the normals.
+        """Return the stiffness by the rotation of the normals and by feet that slide.
 
-        It is ``-F / d (1 - n n^T - t t^T)`` for a force F at a distance d, without the axis t of
-        the foot, which slides along it.
+        The distance d(u) of a point from all points u of the other axis has the minimum d.  With
+        its derivatives ``d_uu`` and ``d_uq`` in the foot, the stiffness is ``-F d_qq`` with
+        ``d_qq = (1 - n n^T) / d - d_uq d_uq^T / d_uu`` for a force F.  Feet at free ends do not
+        slide.
         """
         elements, positions, force, _ = self._touches(q)
         if not len(elements):
             return None
         points, feet = self._sums(elements, positions, position_weights, len(q))
-        size, normals = np.linalg.norm(force, axis=1), _unit(force)
-        gap = points - feet
-        distances = np.linalg.norm((gap @ q).reshape(force.shape), axis=1)
-        slopes = self._sums(elements, positions, slope_weights, len(q))[1] @ q
-        tangents = _unit(slopes.reshape(force.shape))
-        across = np.eye(force.shape[1]) - sum(
-            each[:, :, None] * each[:, None, :] for each in (normals, tangents)
+        slopes, bends = (
+            self._sums(elements, positions, weights, len(q))[1]
+            for weights in (slope_weights, bend_weights)
         )
-        rotation = _block_diagonal((-size / distances)[:, None, None] * across)
-        return gap.T @ rotation @ gap
+        gap, size, normals = points - feet, np.linalg.norm(force, axis=1), _unit(force)
+        distances = np.linalg.norm((gap @ q).reshape(force.shape), axis=1)
+        tangents, curvatures = ((each @ q).reshape(force.shape) for each in (slopes, bends))
+        across = np.eye(force.shape[1]) - normals[:, :, None] * normals[:, None, :]
+        turning = gap.T @ _block_diagonal((-size / distances)[:, None, None] * across) @ gap
+        squares = np.sum(tangents**2, axis=1)
+        along = _block_diagonal((tangents / distances[:, None])[:, None, :])
+        sliding = along @ gap + _block_diagonal(normals[:, None, :]) @ slopes
+        ratio = 1.0 - distances * np.sum(normals * curvatures, axis=1) / squares
+        rates = size * distances / (squares * np.maximum(ratio, MIN_CURVATURE_DISTANCE))
+        rates[np.abs(np.sum(normals * tangents, axis=1)) > AT_END_RATIO * np.sqrt(squares)] = 0.0
+        return turning + sliding.T @ _block_diagonal(rates[:, None, None]) @ sliding
 
     def bristles(self, q: Vector) -> Any:
         """Return the stiffness of bristles between elements, outside of steps."""

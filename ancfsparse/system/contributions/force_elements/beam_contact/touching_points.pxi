@@ -304,12 +304,22 @@ cdef void collect_part(void *context, ptrdiff_t part) noexcept nogil:
             is_separated = is_separated or box[c] > other[3 + c] + reach or other[c] > box[3 + c] + reach
         if is_separated:
             continue
-        expand(call.points + 12 * pair[0], &a)
-        expand(call.points + 12 * pair[1], &b)
+        expand_element(self, pair[0], call.points, &a)
+        expand_element(self, pair[1], call.points, &b)
         if not (add_touches(self, &a, &b, pair[0], pair[1], reach, call.ahead, out)
                 and add_touches(self, &b, &a, pair[1], pair[0], reach, call.ahead, out)):
             out.n = -1
             return
+
+
+cdef inline void expand_element(const Data *self, ptrdiff_t e, const double *points,
+                                Cubic *out) noexcept nogil:
+    """Set the axis of an element, with feet beyond the ends that another one continues."""
+    expand(points + 12 * e, out)
+    if not self.tips[2 * e]:
+        out.first = -MOST_BEYOND
+    if not self.tips[2 * e + 1]:
+        out.last = 1.0 + MOST_BEYOND
 
 
 cdef void set_way(const double *now, const double *ahead, Cubic *out) noexcept nogil:
@@ -336,7 +346,7 @@ cdef bint add_touches(const Data *self, const Cubic *a, const Cubic *b, int32_t 
         sides.theta = damping_ratio(self, of_a, of_b)
         set_way(a.point[0], ahead + 12 * of_a, &sides.way_a)
         set_way(b.point[0], ahead + 12 * of_b, &sides.way_b)
-    find_overlaps(&sides, self.tips[2 * of_b], self.tips[2 * of_b + 1])
+    find_overlaps(&sides)
     for i in range(sides.n):
         span = sides.part[i][1] - sides.part[i][0]
         for k in range(GAUSS):

@@ -22,11 +22,16 @@ cdef double SETTLED = 1e-8
 # often cross at right angles in a node, and rounding would decide in a plane through it which of both
 # elements a point touches.  Distances of points between node and plane are off by 1e-10 of theirs.
 cdef double PLANE_SHIFT = 1e-5
+# Feet between node and plane lie beyond the end of their element, by at most this part of its length.
+# Kept at the node, they would turn the normals of all points there: of cables that cross at nodes of both
+# the matrix was wrong, and the last corrections of an equilibrium grew, each by a factor of 1.4 to 4.
+cdef double MOST_BEYOND = 1e-3
 
 
 cdef struct Cubic:
     double[4][3] point  # control points
     double[4][3] factor  # of the powers of the parameter
+    double first, last  # places that feet can have, beyond 0 and 1 where another element continues it
 
 
 cdef struct Foot:
@@ -52,10 +57,11 @@ cdef struct Sides:
 
 
 cdef void expand(const double *points, Cubic *out) noexcept nogil:
-    """Set a cubic from its control points."""
+    """Set a cubic from its control points, with feet from 0 to 1."""
     cdef int c
     cdef double p0, p1, p2, p3
     memcpy(out.point, points, 12 * sizeof(double))
+    out.first, out.last = 0.0, 1.0
     for c in range(3):
         p0, p1, p2, p3 = points[c], points[3 + c], points[6 + c], points[9 + c]
         out.factor[0][c] = p0
@@ -93,18 +99,18 @@ cdef void find_foot(const Cubic *b, const double *x, double guess, Foot *out) no
     cdef double[3] offset
     cdef double[3] slope
     cdef double[3] bend
-    cdef double low = 0.0, high = 1.0, u = guess, h, change, curved
+    cdef double low = b.first, high = b.last, u = guess, h, change, curved
     cdef int k, c
-    cdef double before = foot_residual(b, x, 0.0, offset, slope)
-    cdef double after = foot_residual(b, x, 1.0, offset, slope)
+    cdef double before = foot_residual(b, x, low, offset, slope)
+    cdef double after = foot_residual(b, x, high, offset, slope)
     if before <= 0.0 or after >= 0.0:
-        u = 0.0 if before <= 0.0 else 1.0
+        u = low if before <= 0.0 else high
         if before <= 0.0 and after >= 0.0 and (
                 distance(x, b.point[3]) < distance(x, b.point[0])):
-            u = 1.0
+            u = high
     else:
-        if not 0.0 < u < 1.0:
-            u = before / (before - after)
+        if not low < u < high:
+            u = low + before / (before - after) * (high - low)
         for k in range(MOST_CORRECTIONS):
             h = foot_residual(b, x, u, offset, slope)
             if h > 0.0:
@@ -166,7 +172,7 @@ cdef double approach_slope(const Sides *self, double z, const Foot *foot,
     cdef double rate = 0.0, along, curved, out
     cdef int c
     slope_at(self.b, foot.u, slope_b)
-    if 0.0 < foot.u < 1.0:
+    if self.b.first < foot.u < self.b.last:
         curved = dot(slope_b, slope_b)
         for c in range(3):
             curved -= foot.distance * foot.n[c] * (
@@ -341,7 +347,7 @@ cdef void shift_plane(const double *node, const double *normal, double way,
         origin[c] = node[c] + (way / size * normal[c] if size > 0.0 else 0.0)
 
 
-cdef void find_overlaps(Sides *self, bint starts, bint ends) noexcept nogil:
+cdef void find_overlaps(Sides *self) noexcept nogil:
     """Find the parts of axis a that are closer to axis b than their reach.
 
     Only points with a foot on b count; where b has a free end, also those beyond that end.
@@ -355,6 +361,7 @@ cdef void find_overlaps(Sides *self, bint starts, bint ends) noexcept nogil:
     cdef double[3] tip
     cdef Gap at_low
     cdef Gap at_high
+    cdef bint starts = self.b.first == 0.0, ends = self.b.last == 1.0
     cdef int n = 1, i, k
     self.n, self.steep, z[0] = 0, steepest_gap(self), 0.0
     slope_at(self.b, 0.0, first)
