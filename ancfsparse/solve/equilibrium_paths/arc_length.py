@@ -21,7 +21,8 @@ MAX_ROTATION = 0.12  # change of a slope from point to point [rad]
 FIRST_LOAD_STEP = 0.02  # of the final load
 MIN_STEP_RATIO = 0.5  # of the last step
 MAX_STEP_RATIO = 1.5  # of the last step
-MIN_STEP = 1e-7  # of the first step
+# Of the first step, as its rotation limits it: tangents of straight ropes have hundreds of metres.
+MIN_STEP = 1e-7
 MAX_SECANT_STEPS = 12  # secant steps for a limit point
 LIMIT_TOLERANCE = 1e-8  # relative error of its load
 MAX_REVERSE_LOAD = 10.0  # opposite load over the final one at which a path ends
@@ -111,10 +112,11 @@ def follow_path(
     path = EquilibriumPath()
     path.append(equations, _path_point(equations, start.state, 0.0, None))
     first = path.points[0]
-    step = first_step = FIRST_LOAD_STEP * to / first.dload
+    step = FIRST_LOAD_STEP * to / first.dload
+    first_step = min(step, _longest_step(equations, first))
     while len(path.points) < max_points:
         last = path.points[-1]
-        step = min(step, MAX_ROTATION / max(_largest_rotation(equations, last.dx), 1e-300))
+        step = min(step, _longest_step(equations, last))
         try:
             new, corrections = tracer.next_point(last, step)
         except NotFoundError:
@@ -277,6 +279,11 @@ class _PathTracer:
         check_passage(equations, last.state.q, state, to)
         result = solve_newton(equations, state, to, self._tolerance, extrapolate=False)
         return _path_point(equations, result.state, to, last.dx)
+
+
+def _longest_step(equations: EquilibriumEquations, last: PathPoint) -> float:
+    """Return the step length from a point with the largest rotation."""
+    return MAX_ROTATION / max(_largest_rotation(equations, last.dx), 1e-300)
 
 
 def _largest_rotation(equations: EquilibriumEquations, dx: Vector) -> float:

@@ -113,7 +113,9 @@ def test_ropes_do_not_pass_through_obstacles(noun):
 
 
 @pytest.mark.filterwarnings("ignore::ancfsparse.PenetrationWarning")
-@pytest.mark.parametrize(("at_nodes", "least"), [(False, 14), (True, 14)])
+@pytest.mark.parametrize(
+    ("at_nodes", "least"), [(False, 14), pytest.param(True, 15, marks=pytest.mark.slow)]
+)
 def test_ropes_do_not_pass_through_ropes(at_nodes, least):
     """Before, `solve_static` let all of these pass; at nodes it refused half of them."""
     n_found = 0
@@ -125,6 +127,18 @@ def test_ropes_do_not_pass_through_ropes(at_nodes, least):
         for positions in found:
             assert positions == pytest.approx(at_rest, abs=1e-4)
     assert n_found >= least
+
+
+@pytest.mark.filterwarnings("ignore::ancfsparse.PenetrationWarning")
+@pytest.mark.parametrize(("seed", "at_nodes"), [(3, False), (8, True)])
+def test_a_path_passes_the_touch_of_soft_ropes_in_short_steps(seed, at_nodes):
+    """Before, its shortest step was one over its first tangent, of hundreds of metres."""
+    scene, *points = rope_above_rope(seed, tuple, at_nodes)
+    path = ancf.load_path(scene, points=150)
+    assert path.complete
+    rest = ancf.solve_static(scene)
+    for point in points:
+        assert path.position(point)[-1] == pytest.approx(rest.position(point), abs=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore::ancfsparse.PenetrationWarning")
