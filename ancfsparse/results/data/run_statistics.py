@@ -7,6 +7,8 @@ import re
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+MAX_EVENTS = 1000  # listed events of a run
+
 
 class Event(NamedTuple):
     """A failed attempt at a step, and the next attempt.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ancfsparse.results import RunStats
-from ancfsparse.solve.error_control.implicit_integration import MAX_EVENTS
+from ancfsparse.results.data.run_statistics import MAX_EVENTS
 from ancfsparse.solve.stepping.outcome_reporting import LOOP_COUNTS
 from ancfsparse.solve.stepping.sampled_states import SampledStates
 from ancfsparse.solve.stepping.state_recorder import StateRecorder

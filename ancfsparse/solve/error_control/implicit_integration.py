@@ -13,6 +13,7 @@ from ancfsparse.errors import EnergyIncreaseError, StepError
 from ancfsparse.integrators import Implicit
 from ancfsparse.nonlinear import Method, Outcome
 from ancfsparse.results import Event, RunStats
+from ancfsparse.results.data.run_statistics import MAX_EVENTS
 from ancfsparse.solve.error_control.motion_task import MotionTask
 from ancfsparse.solve.initial_conditions.prescribed_start import inputs_at
 from ancfsparse.solve.stepping.implicit_setup import iteration_costs, prepare_implicit
@@ -29,7 +30,6 @@ from ancfsparse.solve.stepping.step_size_change import StepSizeChange
 if TYPE_CHECKING:
     from ancfsparse.seeds import Seed
 
-MAX_EVENTS = 1000  # listed events
 N_PARTS = 8  # parts of an interval, after each of which its states are stored
 
 

@@ -13,6 +13,7 @@ from ancfsparse.integrators import Implicit
 from ancfsparse.integrators.implicit.time_integration import Start
 from ancfsparse.nonlinear import Outcome
 from ancfsparse.results import Event, Trajectory
+from ancfsparse.results.data.run_statistics import MAX_EVENTS
 from ancfsparse.solve import initial_conditions, recovery, stepping
 from ancfsparse.solve.motion.arguments import Request
 from ancfsparse.solve.motion.fixed_step_run import FixedStepRun
@@ -276,7 +277,9 @@ class ImplicitRun(FixedStepRun):
         solved = recovery_events(self._iteration.events, self.clock.begin, self._dt)
         listed = [*self._solved, *solved, *self.recovered, *self._crossings]
         listed.sort(key=lambda event: event.step)
-        stats.events = [event for event in listed if event.step <= stats.steps + 1]
+        # The loop lists a thousand after each restart, and restarts depend on the checkpoints.
+        past = [event for event in listed if event.step <= stats.steps + 1]
+        stats.events = past[:MAX_EVENTS]
         if failure:  # also in steps repeated in vain
             stats.events = failure.events
         stats.short_steps = self._halving.short_steps if self._halving else 0

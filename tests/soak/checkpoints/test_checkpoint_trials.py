@@ -17,6 +17,10 @@ def test_random_runs_are_resumed_to_the_last_bit(index):
     assert trials.run(4, index).finds == []
 
 
+def test_runs_of_more_than_a_thousand_events_are_resumed_with_the_same_events():
+    assert trials.run(60001, 123).finds == []
+
+
 def test_a_run_that_does_not_return_to_its_checkpoints_is_a_find(monkeypatch):
     monkeypatch.setattr(FixedStepRun, "save_checkpoint", lambda run: run.save())
     assert any(trials.run(4, index).finds for index in range(12))
