@@ -165,8 +165,8 @@ class RunStats:
     checkpoints: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Convert events read from a file."""
-        self.events = [Event(*event) for event in self.events]
+        """Convert events read from a file, and keep the first thousand of two parts of a run."""
+        self.events = [Event(*event) for event in self.events[:MAX_EVENTS]]
 
     def __eq__(self, other: object) -> bool:
         """Compare field by field; a value that is not a number equals another one."""
