@@ -43,7 +43,7 @@ cdef bint settle(Motion *self, const ancf_nonlinear *solver) noexcept nogil:
         return False
     keep(self, False)
     see(self, False)
-    if not ancf_watch_gains_much(&self.watch):
+    if not ancf_watch_gains_much(&self.watch, self.system.contacts_changed != NULL):
         try_it(self)
         return pass_it(self)
     unsee(self, &before)

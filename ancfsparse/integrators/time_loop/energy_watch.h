@@ -24,8 +24,9 @@
 #define ANCF_WATCH_CLOSE 0.3
 /* A gain of this many times the limit does not wait for the next regular check. */
 #define ANCF_WATCH_MUCH 10.0
-/* Nor does a gain of this fraction of the energy exchanged, in the first steps too.  A beam bent around a
- * drum flew off with 4.5e7 J, by a step from 100 J, and the run went on to step 16. */
+/* Nor does a gain of this fraction of the energy exchanged with contact, in the first steps too, as deep
+ * penetrations of a first guess can have any energy: a beam bent around a drum flew off with 4.5e7 J, by
+ * a step from 100 J, and the run went on to step 16. */
 #define ANCF_WATCH_ALL 0.9
 /* Steps after which an explicit motion has begun.  The trapezoidal work of a load that begins smoothly
  * is off by more than 1 % of the energy in the first 8 steps of a method of order 8, and in the first
@@ -134,12 +135,13 @@ static inline int ancf_watch_rises(const ancf_watch *watch, const ancf_watch *be
 }
 
 /* Whether a candidate for the next state has gained far more than that; in the first steps, nearly all
- * of the energy exchanged. */
-static inline int ancf_watch_gains_much(const ancf_watch *watch)
+ * of the energy exchanged, with contact. */
+static inline int ancf_watch_gains_much(const ancf_watch *watch, int has_contact)
 {
     int has_begun = watch->steps + 1 >= ANCF_WATCH_EVERY;
     double ratio = has_begun ? ANCF_WATCH_MUCH * watch->limit : ANCF_WATCH_ALL;
-    return !isinf(watch->limit) && !(watch->beyond <= ratio * watch->exchanged);
+    return !isinf(watch->limit) && (has_begun || has_contact)
+           && !(watch->beyond <= ratio * watch->exchanged);
 }
 
 /* Energy of the motion over the whole run, with which the largest gain of all states is compared. */

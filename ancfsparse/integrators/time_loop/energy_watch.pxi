@@ -25,7 +25,7 @@ cdef extern from "energy_watch.h":
     bint ancf_watch_gains(const ancf_watch *, bint) noexcept nogil
     bint ancf_watch_stops(const ancf_watch *) noexcept nogil
     bint ancf_watch_rises(const ancf_watch *, const ancf_watch *) noexcept nogil
-    bint ancf_watch_gains_much(const ancf_watch *) noexcept nogil
+    bint ancf_watch_gains_much(const ancf_watch *, bint) noexcept nogil
     double ancf_watch_motion(const ancf_watch *) noexcept nogil
     bint ancf_watch_gained(const ancf_watch *) noexcept nogil
     void ancf_watch_remember(ancf_watch *) noexcept nogil
