@@ -81,6 +81,7 @@ STUDIES := \
   'stability factorizations --page docs/stability.md' \
   'table1 --page README.md --page docs/benchmarks.md' \
   'contact wrapped-cylinder --page docs/contact.md' \
+  'contact references --part all --page docs/contact.md' \
   'speed pendulum --page docs/benchmarks.md' \
   'scaling secant-pairs --page docs/large.md' \
   'scaling lattice-pairs --page docs/large.md' \
