@@ -36,7 +36,7 @@ def split_options(
         If an argument for saving is invalid.
     """
     if "save_every" in options:
-        check_count("save_every", options["save_every"])
+        options = {**options, "save_every": check_count("save_every", options["save_every"])}
     check_nodes(options.get("save_nodes"))
     check_output(options.get("output"))
     check_flag("progress", options.get("progress", False))
@@ -69,8 +69,9 @@ def save_run(run: Trajectory, options: Mapping[str, Any]) -> Trajectory:
     if "save_every" in options:
         saved = run.settings.get("save_every", 1)
         n = len(run.t) - 1
-        rows = np.append(np.arange(0, n, options["save_every"] // saved), n)
-        settings = {**run.settings, "save_every": min(options["save_every"], max(saved * n, 1))}
+        every = min(options["save_every"], saved * max(n, 1))
+        rows = np.append(np.arange(0, n, every // saved), n)
+        settings = {**run.settings, "save_every": every}
         run = select_states(run, rows, settings=settings, ending=run.last)
     nodes, output = options.get("save_nodes"), options.get("output")
     if nodes is None and output is None:
