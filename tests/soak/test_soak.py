@@ -96,6 +96,15 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
     assert any("computed independently" in find for find in motions.judge(drawn, scheme, path))
 
 
+def test_a_gain_in_the_first_step_above_that_of_the_scheme_is_seen():
+    rng = np.random.default_rng([60004, 436])
+    drawn, scheme = draw(rng), draw_integrator(rng)
+    paths = [ancf.simulate(drawn.scene, drawn.t_end, drawn.dt, integrator=scheme) for _ in range(2)]
+    assert motions.judge(drawn, scheme, paths[0]) == []
+    paths[1].v[1] *= 1.05  # the kinetic energy by 2.4 % of the largest
+    assert any("more than was given" in find for find in motions.judge(drawn, scheme, paths[1]))
+
+
 @pytest.mark.parametrize(
     ("seed", "index"),
     [
@@ -118,6 +127,8 @@ def test_a_gain_of_energy_and_a_wrong_energy_are_seen():
         (20005, 6564),
         # A stiff beam with damping turned without stress at first, and gained 16 % in that step.
         (20106, 2783),
+        # A beam fell against a growing load: rho_inf = 0 gains 2 % of the kinetic energy in a step.
+        (60004, 436),
     ],
 )
 def test_motions_that_once_were_found_are_not(seed, index):
