@@ -87,12 +87,13 @@ class Implicit(Integrator):
 
         In a slow vibration the energy differs from the work of the trapezoidal rule by the
         displacement in a step times ``(1/2 - alpha_f) (a - b)``, where ``a - b`` is initially
-        ``(alpha_f - alpha_m) / (1 - alpha_m)`` of the jump; with Newmark's alpha by alpha of the
-        jump.  For larger dt omega it is up to four times as large.
+        ``(alpha_f - alpha_m) / (1 - alpha_m)`` of the jump.  For larger dt omega it is up to four
+        times as large.  With Newmark's alpha it is alpha of the jump in that step alone: stiffness
+        only takes energy.
         """
         lag = (self.alpha_f - self.alpha_m) / (1.0 - self.alpha_m)
         first_order = self.gamma - 0.5 + self.shift
-        return 4.0 * (abs((0.5 - self.alpha_f) * lag) + abs(first_order))
+        return 4.0 * abs((0.5 - self.alpha_f) * lag) + abs(first_order)
 
 
 @dataclass(frozen=True)

@@ -176,12 +176,12 @@ def work_of_turns(integrator, force, moved):
     and in slow vibrations M a is the load: d follows its second differences, and the work is at
     most |1/2 - alpha_f| |d| |Dq| and epsilon |Df| |Dq|, which turns with the load too.  It is zero
     for the trapezoidal rule and falls with the steps; where h omega is not small a vibration
-    answers with up to four times as much.  Signs change from step to step, so squares add up.
+    answers with up to four times as much of the first.  Signs change from step to step, so squares add up.
     The start knows the rate of the load in the first step, so nothing turns there.
     """
     m, f = integrator.alpha_m, integrator.alpha_f
     lag, kept = abs((0.5 - f) * (f - m) / (1.0 - m)), abs(m / (1.0 - m))
-    share = 4.0 * (lag + abs(integrator.gamma - 0.5 + m - f))
+    share = 4.0 * lag + abs(integrator.gamma - 0.5 + m - f)
     turns = np.abs(np.diff(force, n=2, axis=0, prepend=2.0 * force[:1] - force[1:2]))
     for before, now in itertools.pairwise(turns):
         now += kept * before
