@@ -92,13 +92,13 @@ def test_the_matrix_of_a_damped_impact_is_the_derivative_of_its_residual():
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
 def test_by_default_a_cable_sinks_in_by_little_at_rest_and_in_an_impact(unit):
-    """Half of 1 % of its radius at rest, a third of 1 % after a level fall; also in millimetres.
+    """Half of 1 % of its radius at rest, a fifth of 1 % after a level fall; also in millimetres.
 
     The soft layer adds half of its thickness of 1e-3 radii.
     """
     section = ancf.Circle(0.01 * unit)
     depths = {}
-    for height, t_end, dt in ((0.0, 0.25, 5e-5), (0.2 * unit, 0.21, 5e-6)):
+    for height, t_end, dt in ((0.0, 0.25, 5e-5), (0.2 * unit, 0.21, 1e-6)):
         scene = ancf.Scene((0.0, -9.81 * unit))
         start = 0.005 * unit + height
         rod = scene.add_beam("thin", (0, start), (unit, start), 8, section, MATERIAL)
@@ -106,7 +106,7 @@ def test_by_default_a_cable_sinks_in_by_little_at_rest_and_in_an_impact(unit):
         run = ancf.simulate(scene, t_end, dt, integrator=ancf.EnergyMomentum())
         depths[height] = 1.0 - run.position(rod.at(0.5 * unit))[:, 1] / (0.005 * unit)
     assert 0.004 < depths[0.0].mean() < 0.007
-    assert depths[0.2 * unit].max() == pytest.approx(0.01 / 3.0 + 0.0005, rel=0.05)
+    assert depths[0.2 * unit].max() == pytest.approx(0.01 / 5.0 + 0.0005, rel=0.05)
 
 
 def test_by_default_a_loaded_wire_sinks_into_a_drum_by_little():

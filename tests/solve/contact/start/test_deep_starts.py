@@ -106,9 +106,9 @@ def test_a_tension_balances_the_pressure_of_a_drum(factor, warns):
 
 @pytest.mark.parametrize(("factor", "warns"), [(0.9, False), (1.1, True)])
 def test_a_speed_explains_the_depth_of_its_impact(factor, warns):
-    """Three times v sqrt(m/k), the factor of the default stiffness for whips."""
+    """Five times v sqrt(m/k), the factor of the default stiffness for whips."""
     depth, speed = 0.3, 1.0
-    stiffness = factor * MASS * (3.0 * speed / (depth * RADIUS)) ** 2
+    stiffness = factor * MASS * (5.0 * speed / (depth * RADIUS)) ** 2
     scene, _ = on_floor(depth, stiffness, gravity=0.0, speed=speed)
     if warns:
         with pytest.warns(ancf.PenetrationWarning, match="begins with a penetration"):

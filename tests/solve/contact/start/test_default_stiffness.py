@@ -46,7 +46,7 @@ def test_a_cable_that_is_thrown_at_another_one(speed, material):
     """A part of its mass meets the other one: what bending waves reach during the impact."""
     scene, contact = crossing(0.0101, 90.0, 0.0, (0.0, 0.0, -speed), material)
     run = ancf.simulate(scene, 0.01, 5e-5, integrator=ancf.EnergyMomentum())
-    assert 2e-3 < run.contact_force(contact).penetration.max() / RADIUS < 0.01
+    assert 1e-3 < run.contact_force(contact).penetration.max() / RADIUS < 0.01
 
 
 def test_a_force_on_a_long_beam_accelerates_the_length_that_bending_waves_reach():
@@ -109,7 +109,7 @@ def test_a_force_that_is_not_known_is_reported_with_a_stiffness_that_suffices():
         scene.clamp(lower.start)
         scene.clamp(lower.end)
         upper = scene.add_beam("thin", (0, -0.5, 0.0102), (0, 0.5, 0.0102), 10, ROPE, RUBBER)
-        scene.force([upper.at(0.5)], lambda x, v, t: np.array([[0.0, 0.0, -200.0 * min(t, 0.02)]]))
+        scene.force([upper.at(0.5)], lambda x, v, t: np.array([[0.0, 0.0, -400.0 * min(t, 0.02)]]))
         return scene, scene.contact(lower, upper, stiffness=stiffness)
 
     scene, contact = build()
