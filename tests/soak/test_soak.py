@@ -141,8 +141,8 @@ def test_motions_that_once_were_found_are_not(seed, index):
         # A gain between two regular checks is seen where the energy swings.  By Newton's method the
         # run was stopped for it, since its steps are hard and looked at.
         (1402, 4259, "gained energy"),
-        # A rough start gained 1.1 % by Newmark's alpha where a load began with a rate, of which four
-        # times too much was allowed for.
+        # A rough start gained 1.1 % by Newmark's alpha where a load began with a rate: four times
+        # too much of it was allowed for.
         (40001, 934, "gained energy"),
         # All solutions of step 24 gain 1.05 % of the energy exchanged so far; later energy covers
         # that, and it is 0.25 % in the end.

@@ -176,8 +176,8 @@ def work_of_turns(integrator, force, moved):
     and in slow vibrations M a is the load: d follows its second differences, and the work is at
     most |1/2 - alpha_f| |d| |Dq| and epsilon |Df| |Dq|, which turns with the load too.  It is zero
     for the trapezoidal rule and falls with the steps; where h omega is not small a vibration
-    answers with up to four times as much of the first.  Signs change from step to step, so squares add up.
-    The start knows the rate of the load in the first step, so nothing turns there.
+    answers with up to four times as much of the first.  Signs change from step to step, so squares
+    add up.  The start knows the rate of the load in the first step, so nothing turns there.
     """
     m, f = integrator.alpha_m, integrator.alpha_f
     lag, kept = abs((0.5 - f) * (f - m) / (1.0 - m)), abs(m / (1.0 - m))
