@@ -46,6 +46,11 @@ def test_the_error_is_at_most_twice_the_accuracy(seed, index):
     assert report.finds == []
 
 
+def test_an_error_against_one_of_several_references_is_not_judged():
+    # Rounding decides the side to which a beam leaves its plane.
+    assert accuracy.run(70001, 493).outcome == "not judged"
+
+
 def test_a_chaotic_motion_ends_early_by_an_implicit_integrator():
     # Its errors go up and down without a trend, which took 31 million steps to notice.  How soon it
     # shows is chance: 7 runs or 8, each of twice the steps.
