@@ -11,6 +11,7 @@ and never as the estimate.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,23 +211,47 @@ def _modal_analysis(
     """Return frequencies, shapes of unit modal mass, the mass matrix, and decay rates."""
     import scipy.linalg
 
-    n = system.n_free
-
-    def dense(values: Vector) -> Vector:
-        return np.asarray(symmetric_from_lower(free_submatrix(system, values)).toarray())
-
-    mass = np.asarray(symmetric_from_lower(mass_matrix(system)).toarray())
-    stiffness = dense(system.assembly.matrix(0.0, 1.0, q, lam, amplitudes))
-    basis = np.eye(n)
-    if system.n_multipliers:
-        basis = scipy.linalg.null_space(system.constraints.jacobian(q)[:, :n].toarray())
+    mass = dense_symmetric(mass_matrix(system))
+    stiffness, basis = tangent_stiffness(system, q, lam, amplitudes)
     squares, shapes = scipy.linalg.eigh(basis.T @ stiffness @ basis, basis.T @ mass @ basis)
     shapes = basis @ shapes
     decay = np.zeros(len(squares))
     if system.damped:
-        damping = dense(system.assembly.matrix(0.0, 0.0, q, lam, amplitudes, damping_factor=1.0))
+        values = system.assembly.matrix(0.0, 0.0, q, lam, amplitudes, damping_factor=1.0)
+        damping = dense_symmetric(free_submatrix(system, values))
         decay = np.einsum("ik,ij,jk->k", shapes, damping, shapes)
     return np.sqrt(np.maximum(squares, 0.0)), shapes, mass, decay
+
+
+def tangent_stiffness(
+    system: System, q: Vector, lam: Vector, amplitudes: Vector
+) -> tuple[Vector, Vector]:
+    """Return the stiffness at a state, and a basis of admissible motions, both dense.
+
+    Parameters
+    ----------
+    system : System
+        The system.
+    q : (n_all,) float
+        Coordinates.
+    lam : (m,) float
+        Multipliers.
+    amplitudes : (n_amplitudes,) float
+        Amplitudes of the loads.
+    """
+    import scipy.linalg
+
+    n = system.n_free
+    values = system.assembly.matrix(0.0, 1.0, q, lam, amplitudes)
+    basis = np.eye(n)
+    if system.n_multipliers:
+        basis = scipy.linalg.null_space(system.constraints.jacobian(q)[:, :n].toarray())
+    return dense_symmetric(free_submatrix(system, values)), basis
+
+
+def dense_symmetric(lower: Any) -> Vector:
+    """Return a symmetric matrix from its sparse lower part."""
+    return np.asarray(symmetric_from_lower(lower).toarray())
 
 
 def _is_driven_later(
