@@ -92,8 +92,25 @@ class Implicit(Integrator):
         only takes energy.
         """
         lag = (self.alpha_f - self.alpha_m) / (1.0 - self.alpha_m)
-        first_order = self.gamma - 0.5 + self.shift
-        return 4.0 * abs((0.5 - self.alpha_f) * lag) + abs(first_order)
+        return 4.0 * abs((0.5 - self.alpha_f) * lag) + abs(self._first_order)
+
+    @property
+    def first_jump(self) -> float:
+        """Part of the change of a load in the first step that counts as a jump.
+
+        The start knows the rate of the load, so in a slow vibration ``a - b`` is zero.  The energy
+        then differs by the change of the load times ``shift^2 / 4`` times the step times the change
+        of velocity; from rest the latter two are twice the displacement.  Newmark's alpha makes
+        the same of a rate as of a jump.
+        """
+        if self.jump_share == 0.0:
+            return 1.0
+        return (0.5 * self.shift**2 + abs(self._first_order)) / self.jump_share
+
+    @property
+    def _first_order(self) -> float:
+        """Weight of the change of ``b`` in the energy: zero for schemes of second order."""
+        return self.gamma - 0.5 + self.shift
 
 
 @dataclass(frozen=True)

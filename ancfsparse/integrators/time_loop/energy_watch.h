@@ -2,7 +2,8 @@
  *
  * The work of changing loads is computed by the trapezoidal rule.  Where a load or its rate jumps
  * within a step, the work done by an integration scheme differs from it by a fraction of
- * |jump| |motion|, in that step and the few that follow: a gain of this size is allowed.
+ * |jump| |motion|, in that step and the few that follow: a gain of this size is allowed.  An
+ * implicit start contains the rate of the loads in its first step, which therefore allows for less.
  *
  * So is a gain by rounding.  With the energy E of a motion as its squared length, the rounding of a step is
  * an error of length e, which later steps do not increase.  After n steps the length is at most
@@ -58,7 +59,9 @@ typedef struct {
 /* The jumps of the changing loads, one entry per amplitude. */
 typedef struct {
     ptrdiff_t n;
-    double *rate, *bend; /* in the last accepted step: rate, and change of the rate times dt */
+    double first;        /* part of the change in a first step that counts as a jump */
+    double *rate, *bend; /* in the last accepted step: rate, and change of the rate times dt; NaN
+                          * as a rate before the first step, which such a start knows */
     double *size;        /* largest magnitude so far */
     double *past, *jump; /* jumps that still matter: before the current step, and in it */
     int any;
@@ -173,6 +176,12 @@ static inline void ancf_watch_remember(ancf_watch *watch)
         watch->due = (watch->steps / ANCF_WATCH_EVERY + 1) * ANCF_WATCH_EVERY;
 }
 
+/* The change of the rate of a load in the current step, times dt. */
+static inline double ancf_bend(const ancf_jumps *self, ptrdiff_t i, double change, double dt)
+{
+    return isnan(self->rate[i]) ? 0.0 : change - dt * self->rate[i];
+}
+
 /* Find the jumps of the loads in the current step: rates that change far more than in the previous
  * step, unlike those of a smooth load.  The effect of a jump halves from step to step.  Return
  * whether there is one in this very step. */
@@ -183,8 +192,9 @@ static inline int ancf_jumps_find(ancf_jumps *self, const double *load0, const d
     int sudden = 0;
     self->any = 0;
     for (i = 0; i < self->n; i++) {
-        double bend = load1[i] - load0[i] - dt * self->rate[i];
-        double new = fabs(bend) - 2.0 * fabs(self->bend[i]);
+        double change = load1[i] - load0[i], bend = ancf_bend(self, i, change, dt);
+        double new = isnan(self->rate[i]) ? self->first * fabs(change)
+                                          : fabs(bend) - 2.0 * fabs(self->bend[i]);
         double jump = fmax(new, 0.5 * self->past[i]);
         double size = fmax(self->size[i], fabs(load1[i]));
         self->jump[i] = jump > ANCF_JUMP_LEAST * size ? jump : 0.0;
@@ -200,8 +210,9 @@ static inline void ancf_jumps_accept(ancf_jumps *self, const double *load0, cons
 {
     ptrdiff_t i;
     for (i = 0; i < self->n; i++) {
-        self->bend[i] = load1[i] - load0[i] - dt * self->rate[i];
-        self->rate[i] = (load1[i] - load0[i]) / dt;
+        double change = load1[i] - load0[i];
+        self->bend[i] = ancf_bend(self, i, change, dt);
+        self->rate[i] = change / dt;
         self->size[i] = fmax(self->size[i], fabs(load1[i]));
         self->past[i] = self->jump[i];
     }

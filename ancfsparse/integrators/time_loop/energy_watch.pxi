@@ -11,6 +11,7 @@ cdef extern from "energy_watch.h":
         ptrdiff_t steps, due, when
     ctypedef struct ancf_jumps:
         ptrdiff_t n
+        double first
         double *rate
         double *bend
         double *size

@@ -77,7 +77,8 @@ cdef class TimeLoop:
             motion.v = kept(own, "v", v)
         motion.amplitudes0 = kept(own, "amplitudes0", amplitudes)
         motion.jumps.n, motion.jump_share = motion.system.n_amplitudes, integrator.jump_share
-        motion.jumps.rate = kept(own, "rate", 0.0 * amplitudes)
+        motion.jumps.first = integrator.first_jump
+        motion.jumps.rate = kept(own, "rate", np.full(len(amplitudes), np.nan))
         motion.jumps.bend = kept(own, "bend", 0.0 * amplitudes)
         motion.jumps.size = kept(own, "size", abs(amplitudes))
         motion.jumps.past = kept(own, "past", 0.0 * amplitudes)
