@@ -38,7 +38,7 @@ class Watched:
 def recorded_parts():
     """Return a list of the time and the state after each part of the steps of a run.
 
-    The parts of steps that a run repeats are no longer its own.
+    The parts of steps that a run repeats are no longer its own, unless it discards the repetition.
     """
     states = []
 
@@ -58,9 +58,16 @@ def recorded_parts():
         def attempt(self, step, outcome):
             outcome = super().attempt(step, outcome)
             if outcome == Outcome.CONVERGED and clocks:
+                self._before_trial = list(states)
                 last = clocks[-1].at(self.failure.back)
                 states[:] = [each for each in states if each[0] <= last]
             return outcome
+
+        def end_trial(self):
+            is_discarded = super().end_trial()
+            if is_discarded and clocks:
+                states[:] = self._before_trial
+            return is_discarded
 
     halving = mock.patch.object(recovery, "StepHalving", Halving)
     with halving, mock.patch.object(recovery, "RepeatedSteps", Again):

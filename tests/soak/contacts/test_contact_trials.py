@@ -99,6 +99,13 @@ def test_penetrations_of_solutions_that_are_not_taken_are_no_warning():
     assert report.finds == []
 
 
+def test_parts_of_a_discarded_repetition_are_not_judged():
+    # Steps that Newton's method repeated in vain were taken for those of the run: ropes crossed.
+    report = trials.run_bend(93002, 8)
+    assert report.outcome == "failed (EnergyIncreaseError)"
+    assert report.finds == []
+
+
 def test_ropes_that_are_bent_around_bars_are_judged_without_a_find():
     reports = [trials.run_bend(1, index) for index in (4, 7, 9, 11, 17)]
     assert [find for report in reports for find in report.finds] == []
