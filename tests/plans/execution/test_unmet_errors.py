@@ -120,6 +120,6 @@ def test_contacts_that_keep_errors_from_decreasing_are_named(gap):
 
 
 def test_contacts_are_named_where_motions_do_not_converge():
-    scene, tip = falling_pendulum(0.01)
+    scene, tip = falling_pendulum(0.02)
     with pytest.raises(ancf.PlanError, match=SENTENCE):
         ancf.plan(scene, 0.2, tip, 1e-3)
