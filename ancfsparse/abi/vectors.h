@@ -97,6 +97,27 @@ static inline double vec_advance(double *x, double a, double *y, double b, const
             sum += VEC_AT(w) * si * si);
 }
 
+/* Largest magnitude, not a number if an entry is none.  Magnitudes are ordered like their bits read as
+ * integers, which are compared in lanes; fmax was a call for each entry. */
+static inline double vec_largest(const double *x, ptrdiff_t n)
+{
+    typedef int64_t bits __attribute__((vector_size(8 * ANCF_LANES), aligned(8), may_alias));
+    union { bits lanes; int64_t each[ANCF_LANES]; } largest = {{0}};
+    union { int64_t bits; double value; } found = {0};
+    ptrdiff_t i = 0;
+    for (; i + ANCF_LANES <= n; i += ANCF_LANES) {
+        bits size = *(const bits *)(x + i) & INT64_MAX, larger = size > largest.lanes;
+        largest.lanes = (size & larger) | (largest.lanes & ~larger);
+    }
+    for (int lane = 0; lane < ANCF_LANES; ++lane)
+        found.bits = largest.each[lane] > found.bits ? largest.each[lane] : found.bits;
+    for (; i < n; ++i) {
+        union { double value; int64_t bits; } entry = {fabs(x[i])};
+        found.bits = entry.bits > found.bits ? entry.bits : found.bits;
+    }
+    return found.value;
+}
+
 /* Set sums[m] over n entries to the terms that statements add to `sum`. */
 #define VEC_SUMS(m, sums, n, ...)                                      \
     vec total[m] = {{0}};                                              \

@@ -9,6 +9,7 @@ cdef extern from "vectors.h":
     double dot "vec_dot" (const double *, const double *, ptrdiff_t) noexcept nogil
     double dot_parts "vec_dot_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil
+    double largest "vec_largest" (const double *, ptrdiff_t) noexcept nogil
     double weigh "vec_weigh" (const double *, const double *, ptrdiff_t) noexcept nogil
     double weigh_parts "vec_weigh_parts" (
         ptrdiff_t, const double *, const double *, ptrdiff_t) noexcept nogil

@@ -99,7 +99,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
     cdef double *swap
     cdef ptrdiff_t n = self.n
     cdef int it, halvings, most = self.max_iterations, more = 0
-    cdef bint done, small, closer, learns = not newton and self.learns, always = not self.sparing
+    cdef bint done, small, closer, pairs, learns = not newton and self.learns, always = not self.sparing
     # Whether the residual is evaluated after every correction, or estimated from the contraction.
     cdef bint looks = ((learns and always) or damped or self.sure or n > eq.n_coordinates
                        or not self.by_correction)
@@ -163,7 +163,9 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
         if not isfinite(norm_new):
             return NOT_FINITE
         theta = norm_new / norm
-        if learns:
+        # If pairs are used sparingly, conjugate gradients and sweeps that contract well use none.
+        pairs = learns and (always or (theta > SLUGGISH and self.extra == 0.0))
+        if pairs or (learns and self.carry):
             scaled(self.parts, self.s, -1.0, z, n)
         done = False
         if not self.by_correction:
@@ -219,8 +221,7 @@ cdef int attempt(Loop *self, bint newton, bint damped, bint economical, int *use
                 last_theta = theta if learns else 0.0
                 continue
         last_theta = theta
-        # If pairs are used sparingly, conjugate gradients and sweeps that contract well use none.
-        if learns and (always or (theta > SLUGGISH and self.extra == 0.0)):
+        if pairs:
             combined(self.parts, self.y, 1.0, self.r, -1.0, self.r_new, n)
             learn(self, self.r)
         else:

@@ -130,14 +130,6 @@ cdef bint all_below(const double *x, ptrdiff_t n, double bound) noexcept nogil:
     return below
 
 
-cdef double largest(const double *x, ptrdiff_t n) noexcept nogil:
-    cdef double m = 0.0
-    cdef ptrdiff_t i
-    for i in range(n):
-        m = fmax(m, fabs(x[i]))
-    return m
-
-
 cdef inline double length(const Loop *self, const double *x) noexcept nogil:
     """Norm of a correction [m]: root mean square of positions and slopes, weighted by mass."""
     cdef const ancf_equations *eq = self.equations
