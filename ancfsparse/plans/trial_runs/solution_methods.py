@@ -43,8 +43,8 @@ from ancfsparse.results.solutions.modes import Modes
 from ancfsparse.scene import Scene
 from ancfsparse.solve.equilibrium_paths.quasi_static import quasi_static
 from ancfsparse.solve.motion.arguments import find_start_equilibrium
+from ancfsparse.solve.statics.assemble import find_initial_state
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
-from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.static_equilibrium import solve_static
 from ancfsparse.solve.vibration.modal_response import modal_response
 from ancfsparse.solve.vibration.modes import modes

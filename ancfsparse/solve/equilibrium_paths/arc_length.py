@@ -166,7 +166,7 @@ def _tangent_direction(
     equations: EquilibriumEquations, state: StaticState, load: float
 ) -> tuple[Vector, Vector]:
     """Return the change of coordinates and multipliers per unit of the load factor."""
-    small = equations.small_load
+    small = equations.imposed.small_factor
     loaded = equations.state(state.q, state.lam, load + small)
     now = equations.state(state.q, state.lam, load)
     change = StaticState(state.q, state.lam, loaded.r - now.r, loaded.phi - now.phi)

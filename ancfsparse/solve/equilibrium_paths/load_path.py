@@ -21,8 +21,8 @@ from ancfsparse.solve.preparation.memory_estimate import (
     estimate_memory,
     within_memory,
 )
+from ancfsparse.solve.statics.assemble import find_initial_state
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
-from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import equilibrium_error
 from ancfsparse.solve.statics.newton_and_relaxation import NotFoundError
 from ancfsparse.solve.statics.static_equilibrium import N_MATRICES, check_static_tolerance

@@ -32,9 +32,9 @@ from ancfsparse.solve.preparation.memory_estimate import (
     within_memory,
 )
 from ancfsparse.solve.preparation.progress_bar import progress_bar
+from ancfsparse.solve.statics.assemble import find_initial_state
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium, perturb_unstable
-from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
 from ancfsparse.solve.statics.newton_and_relaxation import (
     NotFoundError,
@@ -274,7 +274,7 @@ class _QuasiStaticPath:
         q = np.sum([w * state.q for w, state in zip(weights, states, strict=True)], axis=0)
         lam = sum(w * state.lam for w, state in zip(weights, states, strict=True))
         # Not corrected, so extrapolation would let their rounding grow.
-        q[equations.system.n_free :] = equations.places
+        q[equations.system.n_free :] = equations.imposed.places
         state = equations.state(q, np.asarray(lam), 1.0)
         check_passage(equations, self.last.state.q, state, 1.0)
         if self._free:

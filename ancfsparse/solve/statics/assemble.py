@@ -16,6 +16,7 @@ from ancfsparse.results.solutions.assembly import Assembly
 from ancfsparse.scene import Scene, check_scene
 from ancfsparse.seeds import SparseSeed
 from ancfsparse.solve.initial_conditions.consistent_state import violated_lengths
+from ancfsparse.solve.initial_conditions.restart import check_start
 from ancfsparse.solve.linearization.linearized_system import RELATIVE_FLEXIBILITY
 from ancfsparse.solve.linearization.matrices import coupled_seed
 from ancfsparse.solve.preparation.memory_estimate import (
@@ -97,6 +98,18 @@ def separate_bodies(scene: Scene) -> tuple[State | None, str]:
     if not assembly.moved:
         return None, ""
     return replace(assembly.state, v=assembly.system.v0), assembly.description
+
+
+def find_initial_state(scene: Scene, start: object) -> tuple[State | None, str]:
+    """Return the state of an argument `start`, None for the reference shape.
+
+    Without a `start`, contacts with ``push_out=True`` can move the scene; a description of the
+    motion is returned too.
+    """
+    state = check_start(start)
+    if state is None and any(each.separates for each in scene.attachments):
+        return separate_bodies(scene)
+    return state, ""
 
 
 class _AssemblyEquations:

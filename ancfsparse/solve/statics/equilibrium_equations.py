@@ -18,12 +18,13 @@ from ancfsparse.solve.linearization.nonconservative_tangent import (
     solve_with_correction,
 )
 from ancfsparse.solve.preparation.choose_factorization import make_static_seed
+from ancfsparse.solve.statics.imposed_loads import ImposedLoads
 from ancfsparse.solve.statics.norms import ROUNDING_UNITS, Norms
 from ancfsparse.solve.statics.penalties import Penalties
 from ancfsparse.system import System
 from ancfsparse.system.contributions.interface import sum_of
 
-LINEAR_LOAD_FACTOR = 1e-6  # load factor over which prescribed motions are taken as linear
+NO_FORCES = np.zeros(0)
 
 
 class StaticState(NamedTuple):
@@ -39,12 +40,15 @@ class StaticState(NamedTuple):
         Residual forces [N, N m].
     phi : (m,) float
         Violation of the constraints [m].
+    reactions : (n_all - n_free,) float
+        Forces at fixed and prescribed coordinates [N, N m]; empty where they are not needed.
     """
 
     q: Vector
     lam: Vector
     r: Vector
     phi: Vector
+    reactions: Vector = NO_FORCES
 
 
 class EquilibriumEquations(Norms):
@@ -79,15 +83,14 @@ class EquilibriumEquations(Norms):
         Whether all forces have a potential; moments in space have none.
     span : float
         Largest coordinate of the reference shape [m].
-    forces_first : bool
-        Whether prescribed motions begin only at full forces: a cable that sags is slackened more
-        easily than a straight one.
+    stiffness_rounding : float
+        Rounding of the stiffness over the mass in the reference shape [1/s2].
+    imposed : ImposedLoads
+        Loads and prescribed motions.
     start : StaticState
         The reference shape without loads.
     loads : float
-        Norm of all loads, see `force_norm`.
-    acceleration : float
-        Root mean square of the acceleration by `pushes` [m/s2].
+        Norm of all loads, see `force_norm`, with prescribed motions of the supports alone.
     """
 
     def __init__(
@@ -101,12 +104,7 @@ class EquilibriumEquations(Norms):
         super().__init__(system)
         self.stats = stats
         self._on_factor = on_factor
-        self._amplitudes = system.loads.amplitudes(np.array([t]))[0]
-        self._grows = system.loads.growing
-        self._dead = system.dead_load
-        self._set_drives(t)
-        self.forces_first = False
-        self._rest = np.zeros(system.n_all)
+        self.imposed = ImposedLoads(system, t)
         loads = system.loads
         self.plain = not (loads.moment_place or loads.followers) and system.constraints.linear
         self.conservative = system.conservative
@@ -125,58 +123,44 @@ class EquilibriumEquations(Norms):
         if system.n_multipliers:
             self._penalties = Penalties(system, self._gradients, loaded.r)
         self.loads = self.force_norm(loaded.r - self.start.r)
+        self._forces = self._force_of_loads()
+        masses = np.delete(self.mass, self.slopes)
+        self._typical_mass = float(np.median(masses)) if len(masses) else 1.0
         self._stress_at_start = self.force_norm(self.start.r)
-        self.acceleration = self.pushes * (system.dim / self.total_mass) ** 0.5
         self.span = float(np.max(np.abs(system.q_ref)))
+        diagonal = self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
+        self.stiffness_rounding = (
+            ROUNDING_UNITS * EPSILON * float(np.max(diagonal / self.mass, initial=0.0))
+        )
         largest = np.full(system.n_free, self.span)
         largest[self.slopes] = 1.0
-        largest *= self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
+        largest *= diagonal
         # Far above the rounding of forces, which is evaluated only below it.
         self._max_rounding = 64.0 * ROUNDING_UNITS * EPSILON * self.force_norm(largest)
 
     def omitted_coupling(self, q: Vector) -> str:
         """Return a sentence on a force whose part between points is not in the tangent."""
-        return omitted_coupling(self.system, q, self._amplitudes)
-
-    @property
-    def amplitudes(self) -> Vector:
-        """Amplitudes of the loads, (n_amplitudes,)."""
-        return np.asarray(self._amplitudes)
+        return omitted_coupling(self.system, q, self.imposed.amplitudes)
 
     def move_to(self, t: float) -> None:
         """Set loads and prescribed motions of another time [s]; `loads` keeps its maximum."""
-        self._amplitudes = self.system.loads.amplitudes(np.array([t]))[0]
-        self._set_drives(t)
+        self.imposed.set_time(t)
         self._ready = None
         loaded = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = max(self.loads, self.force_norm(loaded.r - self.start.r))
-        self.acceleration = self.pushes * (self.system.dim / self.total_mass) ** 0.5
+        self._forces = max(self._forces, self._force_of_loads())
 
-    @property
-    def pushes(self) -> float:
-        """Norm of all loads, or without any of the forces by stress in the reference shape."""
-        return self.loads or self._stress_at_start
+    def pushes(self, state: StaticState) -> float:
+        """Return the norm of loads and driving forces, or without any of other forces.
 
-    def _set_drives(self, t: float) -> None:
-        """Set prescribed motions from the reference shape to their values at a time [s]."""
-        system, prescribed = self.system, self.system.prescribed
-        first, end = system.n_all - prescribed.n, system.n_multipliers - prescribed.n_equations
-        self._q_start, self._s_start = system.q_ref[first:], np.zeros(0)
-        self._q_change, self._s_change = np.zeros(prescribed.n), np.zeros(0)
-        if not prescribed:
-            return
-        now = prescribed.at(t)
-        zero, lam = np.zeros(system.n_all), np.zeros(system.n_multipliers)
-        args = (zero, zero, lam, self._dead, self._amplitudes)
-        self._s_start = np.asarray(system.assembly.residual(system.q_ref, *args)[1])[end:]
-        self._q_change, self._s_change = now.q - self._q_start, now.s - self._s_start
+        These are by stress in the reference shape, or by a prescribed motion of the supports alone.
+        """
+        forces = self._forces + self._driving_force(state)
+        return forces or self._stress_at_start or self.loads
 
-    @property
-    def places(self) -> Vector:
-        """Fixed coordinates, and prescribed ones under all loads."""
-        system = self.system
-        fixed = system.q_ref[system.n_free : system.n_all - len(self._q_change)]
-        return np.append(fixed, self._q_start + self._q_change)
+    def acceleration(self, state: StaticState) -> float:
+        """Return the root mean square of the acceleration by `pushes` [m/s2]."""
+        return float(self.pushes(state) * np.sqrt(self.system.dim / self.total_mass))
 
     def _make_pattern(self) -> None:
         """Restrict the pattern to the coordinates, and add the coupling by springs."""
@@ -208,37 +192,25 @@ class EquilibriumEquations(Norms):
     def state(self, q: Vector, lam: Vector, load: float) -> StaticState:
         """Return a state with its residuals under a load factor."""
         self.stats.residual_evaluations += 1
-        motion = self._motion_factor(load)
-        if self._q_change.any():
-            q = np.array(q)
-            q[len(q) - len(self._q_change) :] = self._q_start + motion * self._q_change
-        forces = self._force_factor(load) * self._dead, self._amplitudes_at(load)
-        r, phi = self.system.assembly.residual(q, self._rest, self._rest, lam, *forces)
-        values = self._s_start + motion * self._s_change
-        phi[len(phi) - len(values) :] -= values
-        return StaticState(q, lam, np.asarray(r)[: self.system.n_free], np.asarray(phi))
+        q = self.imposed.move_supports(q, load)
+        r, phi = self.imposed.residual(q, lam, load)
+        forces, reactions = np.split(r, [self.system.n_free])
+        return StaticState(q, lam, forces, phi, reactions)
 
-    def _force_factor(self, load: float) -> float:
-        """Return the factor of the forces at a load factor."""
-        return min(1.0, 2.0 * load) if self.forces_first else load
+    def _force_of_loads(self) -> float:
+        """Return the norm of the loads without prescribed motions."""
+        r, _ = self.imposed.residual(self.start.q, self.start.lam, 1.0)
+        return self.force_norm(r[: self.system.n_free] - self.start.r)
 
-    def _motion_factor(self, load: float) -> float:
-        """Return the factor of the prescribed motions at a load factor."""
-        return max(0.0, 2.0 * load - 1.0) if self.forces_first else load
-
-    def _amplitudes_at(self, load: float) -> Vector:
-        """Return the amplitudes of the loads at a load factor."""
-        return np.asarray(np.where(self._grows, self._force_factor(load), 1.0) * self._amplitudes)
-
-    @property
-    def is_driven(self) -> bool:
-        """True if any motion is prescribed."""
-        return bool(self._q_change.any() or self._s_change.any())
-
-    @property
-    def small_load(self) -> float:
-        """Load factor below which the residual is linear in it; 1 without prescribed motions."""
-        return LINEAR_LOAD_FACTOR if self.is_driven else 1.0
+    def _driving_force(self, state: StaticState) -> float:
+        """Return the norm of the forces that impose prescribed motions, without their moments."""
+        prescribed, reactions = self.system.prescribed, state.reactions
+        n_driven = prescribed.n_equations
+        squares = reactions[len(reactions) - prescribed.n :] ** 2 / self._typical_mass
+        if not n_driven:
+            return float(np.sqrt(np.sum(squares)))
+        force = self._jacobian(state.q)[-n_driven:].T @ state.lam[-n_driven:]
+        return float(np.sqrt(np.sum(squares) + self.force_norm(force) ** 2))
 
     def moved(self, state: StaticState, dx: Vector, dlam: Vector, load: float) -> StaticState:
         """Return the state after a correction."""
@@ -248,14 +220,14 @@ class EquilibriumEquations(Norms):
 
     def stiffness(self, state: StaticState, load: float, out: Vector | None = None) -> Vector:
         """Return the values of the tangent stiffness, without penalty springs [N/m, N, N m]."""
-        lam, amplitudes = state.lam, self._amplitudes_at(load)
+        lam, amplitudes = state.lam, self.imposed.amplitudes_at(load)
         assembly = self.system.assembly
         return np.asarray(assembly.matrix(0.0, 1.0, state.q, lam, amplitudes, out=out))
 
     def stress_stiffness(self, q: Vector, out: Vector, work: Vector) -> Vector:
         """Return the geometric stiffness by the stress of the elements."""
         assembly = self.system.assembly
-        no_forces = np.zeros(self.system.n_multipliers), self._amplitudes_at(0.0)
+        no_forces = np.zeros(self.system.n_multipliers), self.imposed.amplitudes_at(0.0)
         values = np.asarray(assembly.matrix(0.0, 1.0, q, *no_forces, out=out))
         values -= assembly.material(0.0, 1.0, q, out=work)
         return values
@@ -299,7 +271,7 @@ class EquilibriumEquations(Norms):
         coupling = self.system.coupling_stiffness(state.q)
         parts = [self.system.unsymmetric_stiffness(state.q)]
         if self._nonconservative is not None:
-            parts.append(self._nonconservative.stiffness(state.q, self._amplitudes_at(load)))
+            parts.append(self._nonconservative.stiffness(state.q, self.imposed.amplitudes_at(load)))
         if isinstance(self._plain, DeflatedSeed):
             assert self._modes is not None
             self._unfactored = sum_of([*parts, coupling])
@@ -383,7 +355,8 @@ class EquilibriumEquations(Norms):
         """Return whether the residual is below the tolerance relative to the loads, or rounding."""
         if not self._is_met(state):
             return False
-        allowed = tolerance * (self._force_factor(load) * self.loads + self._stress_at_start)
+        forces = self.imposed.force_factor(load) * self._forces + self._driving_force(state)
+        allowed = tolerance * (forces + self._stress_at_start)
         norm = self.force_norm(state.r)
         if norm <= allowed or norm > self._max_rounding:
             return norm <= allowed

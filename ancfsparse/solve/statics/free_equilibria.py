@@ -48,9 +48,9 @@ def find_free_equilibrium(
     EquilibriumError
         If prescribed motions would let bodies pass through each other.
     """
-    if not equations.pushes > 0.0:
-        raise describe_free_motions(free, "no load restrains them")
     state = equations.state(q, equations.start.lam, 1.0)
+    if not equations.pushes(state) > 0.0:
+        raise describe_free_motions(free, "no load restrains them")
     try:
         check_passage(equations, q, state, 1.0)
     except NotFoundError as failure:
@@ -64,13 +64,22 @@ def find_free_equilibrium(
     except NotFoundError as failure:
         last = equations.state(failure.state.q, failure.state.lam, 1.0)
     try:
-        if equations.force_norm(last.r) < BALANCED_RATIO * equations.pushes:
+        if equations.force_norm(last.r) < BALANCED_RATIO * equations.pushes(last):
             return relax(
                 equations, perturb_unstable(equations, last), 1.0, tolerance, farthest=farthest
             )
     except NotFoundError:
         pass
+    if equations.is_balanced(last, 1.0, tolerance):
+        return _unstable_equilibrium(equations, last)
     raise describe_free_motions(free, "the scene does not come to rest under its loads")
+
+
+def _unstable_equilibrium(equations: EquilibriumEquations, state: StaticState) -> StaticResult:
+    """Return an equilibrium with its unstable directions."""
+    values, shift = equations.stiffness(state, 1.0), equations.stiffness_rounding
+    negative = equations.factor(state, values, 1.0, shift)
+    return StaticResult(state, negative or 1, float(equations.noise(state, 1.0).max()))
 
 
 def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) -> bool:
@@ -80,7 +89,7 @@ def _has_unopposed_force(equations: EquilibriumEquations, state: StaticState) ->
     scene has not reached.
     """
     system = equations.system
-    at = state.q[None], np.zeros((1, system.n_all)), equations.amplitudes[None]
+    at = state.q[None], np.zeros((1, system.n_all)), equations.imposed.amplitudes[None]
     if any(
         not term.is_explicit_in_time or term.unilateral_forces(*at) for term in system.contributions
     ):
@@ -121,7 +130,7 @@ def perturb_unstable(equations: EquilibriumEquations, state: StaticState) -> Sta
         If no mass on the diagonal makes the stiffness definite, or bodies are in between.
     """
     distance = PERTURBATION_RATIO * _scene_size(equations, state.q)
-    values, shift = equations.stiffness(state, 1.0), equations.acceleration / distance
+    values, shift = equations.stiffness(state, 1.0), equations.acceleration(state) / distance
     while equations.factor(state, values, 1.0, shift) != 0:
         shift *= 4.0
         if not np.isfinite(shift):

@@ -63,8 +63,8 @@ def find_equilibrium(
                 pass
     steps, load_steps = stats.steps, max(MIN_CAREFUL_STEPS, load_steps)
     last, reached = NotFoundError("", start, 1.0), 0.0
-    for forces_first in (False, True)[: 1 + equations.is_driven]:
-        stats.steps, equations.forces_first = 0, forces_first
+    for forces_first in (False, True)[: 1 + equations.imposed.is_driven]:
+        stats.steps, equations.imposed.forces_first = 0, forces_first
         try:
             return _follow_load(equations, start, load_steps, tolerance, patient=True)
         except NotFoundError as failed:

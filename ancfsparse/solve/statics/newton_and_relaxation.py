@@ -30,6 +30,7 @@ MAX_CONTACT_FACTORS = 600  # factors of a relaxation
 MAX_FREE_FACTORS = 240  # factors of a relaxation with free rigid motions, which goes farther
 NEUTRAL_SHIFT_RATIO = 1e-5  # remaining part of the first shift, for motions without stiffness
 BLOCKED = "bodies would pass through each other"
+UNSTABLE = "the equilibrium is unstable"
 
 
 class NotFoundError(Exception):
@@ -246,7 +247,7 @@ def relax(
     Raises
     ------
     NotFoundError
-        If it does not come to rest.
+        If it does not come to rest; if rigid motions are free also at an unstable equilibrium.
     """
     tangent = ExtrapolatedTangent(equations)
     moves = math.isfinite(farthest)
@@ -254,7 +255,7 @@ def relax(
     factors = equations.stats.factorizations + (
         MAX_FREE_FACTORS if moves else MAX_CONTACT_FACTORS if touches else MAX_RELAXATION_FACTORS
     )
-    shift = equations.acceleration / farthest
+    shift = equations.acceleration(state) / farthest
     neutral = NEUTRAL_SHIFT_RATIO * shift
     before: Vector | None = None
     while equations.stats.factorizations < factors:
@@ -264,6 +265,8 @@ def relax(
             definite = equations.factor(state, values, load, shift) == 0
             dx, dlam = equations.correction(state) if definite else (state.r, state.phi)
             length = _step_length(equations, state, dx)
+            if moves and not definite and equations.is_balanced(state, load, tolerance):
+                raise NotFoundError(UNSTABLE, state, load)
             if definite and length > 0.25 and equations.distance(dx) <= 2.0 * farthest:
                 break
             shift = 4.0 * shift if shift > 0.0 else 1e-3 * norm / equations.span

@@ -34,9 +34,9 @@ from ancfsparse.solve.preparation.memory_estimate import (
     within_memory,
 )
 from ancfsparse.solve.preparation.progress_bar import progress_bar
+from ancfsparse.solve.statics.assemble import find_initial_state
 from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
 from ancfsparse.solve.statics.free_equilibria import find_free_equilibrium
-from ancfsparse.solve.statics.initial_state import find_initial_state
 from ancfsparse.solve.statics.load_stepping import find_equilibrium, find_equilibrium_near
 from ancfsparse.system import State, System
 

@@ -1,0 +1,91 @@
+"""Equilibria under prescribed motions: residuals relative to the forces that impose them."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import ancfsparse as ancf
+from ancfsparse.problems import knot
+
+TOLERANCE = 1e-4
+SECTION, MATERIAL = ancf.Circle(1e-3), ancf.Material(1e9, 1e3)
+
+
+def bent(kind, move, gravity, diameter):
+    """A clamped rod of 1 m whose end is moved: alone, it would stretch one element far more."""
+    scene = ancf.Scene((0.0, -gravity))
+    section = ancf.Circle(diameter)
+    rod = scene.add_beam(kind, (0, 0), (1, 0), 8, section, MATERIAL)
+    scene.clamp(rod.start)
+    scene.drive(rod.end, lambda t: np.array([1.0 + move[0], move[1]]))
+    return scene, rod
+
+
+def equilibrium(scene, tolerance):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ancf.UnstableEquilibriumWarning)
+        return ancf.solve_static(scene, tolerance=tolerance)
+
+
+@pytest.mark.parametrize("diameter", [1e-3, 1e-2])
+@pytest.mark.parametrize("gravity", [0.0, 9.81])
+@pytest.mark.parametrize("move", [(-0.3, 0.05), (-0.5, 0.3), (-0.1, 0.2)])
+@pytest.mark.parametrize("kind", ["thin", "thick"])
+def test_reactions_are_as_accurate_as_the_tolerance(kind, move, gravity, diameter):
+    scene, rod = bent(kind, move, gravity, diameter)
+    here = equilibrium(scene, TOLERANCE)
+    force, weight = here.reaction(rod.end), MATERIAL.density * math.pi * diameter**2 / 4 * gravity
+    balance = force + here.reaction(rod.start)[:2] - (0.0, weight)
+    assert np.linalg.norm(balance) < TOLERANCE * np.linalg.norm(force)
+    if here.stable:
+        exact = ancf.solve_static(scene, start=here, tolerance=1e-13).reaction(rod.end)
+        assert np.linalg.norm(force - exact) < TOLERANCE * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize("angle", [0.05, 2.5])
+def test_moments_of_driven_joints_are_as_accurate_as_the_tolerance(angle):
+    """A rod is bent by the rotation of a hinge at one end, the other end is pinned."""
+
+    def moment(tolerance):
+        scene = ancf.Scene((0.0, 0.0, -9.81))
+        crank = scene.add_body(mass=1.0, inertia=np.eye(3), position=np.zeros(3))
+        hinge = scene.revolute(crank.origin, axis=(0.0, 1.0, 0.0))
+        rod = scene.add_beam("thin", (0, 0, 0), (1, 0, 0), 8, SECTION, MATERIAL)
+        scene.weld(crank.origin, rod.start)
+        scene.pin(rod.end)
+        scene.drive_joint(hinge, lambda t: angle)
+        here = equilibrium(scene, tolerance)
+        return here.reaction(rod.end)
+
+    exact = moment(1e-13)
+    assert np.linalg.norm(moment(TOLERANCE) - exact) < TOLERANCE * np.linalg.norm(exact)
+
+
+def knotted(thickness, tightening):
+    """A loose knot without friction in an equilibrium at a part of its motion."""
+    rest = knot(0.0, 1.0 / 60.0, thickness=thickness, slowness=2.0)
+    scale, dt = 0.02 / thickness, 2e-3 * 0.02 / thickness
+    t = scale * (2.4 + 2.0 * 13.6 * tightening)
+    run = ancf.simulate(rest.scene, dt * round(t / dt), dt, integrator=ancf.GeneralizedAlpha(0.5))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ancf.UnstableEquilibriumWarning)
+        return rest.bodies["rod"], ancf.solve_static(rest.scene, start=run.last)
+
+
+def test_reactions_near_a_start_far_from_the_reference_shape():
+    rod, here = knotted(0.005, 0.3)
+    force, other = here.reaction(rod.end), here.reaction(rod.start)
+    assert np.linalg.norm(force + other) < 1e-8 * force[0]
+    assert np.linalg.norm(force[1:]) < 1e-6 * force[0]  # nothing presses from the side
+
+
+def test_unstable_equilibrium_with_a_free_rotation_warns():
+    """Without friction a knot on a mesh rests in places that differ little in energy."""
+    rest = knot(0.0, 1.0 / 60.0, n_elements=220, thickness=0.005, slowness=2.0)
+    run = ancf.simulate(rest.scene, 9.6, 8e-3, integrator=ancf.GeneralizedAlpha(0.5))
+    with pytest.warns(ancf.UnstableEquilibriumWarning, match="unstable in 1 direction"):
+        here = ancf.solve_static(rest.scene, start=run.last)
+    force = here.reaction(rest.bodies["rod"].end) + here.reaction(rest.bodies["rod"].start)
+    assert np.linalg.norm(force) < 1e-5 * here.reaction(rest.bodies["rod"].end)[0]
