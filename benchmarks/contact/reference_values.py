@@ -33,6 +33,7 @@ from benchmarks.contact.references.impacts import (
     compare_rubbing,
 )
 from benchmarks.contact.references.knots import compare_knots
+from benchmarks.contact.references.loose_knots import compare_loose_knots
 from benchmarks.contact.references.obstacles import (
     compare_block,
     compare_cantilever,
@@ -66,6 +67,7 @@ CHECKS: dict[str, dict[str, Check]] = {
         "restitution": compare_restitutions,
         "rubbing cables": compare_rubbing,
         "knots": compare_knots,
+        "loose knots": compare_loose_knots,
         "default stiffness": compare_penetrations,
     },
     "long": {
