@@ -87,7 +87,8 @@ def quasi_static(
     start : State or Equilibrium, optional
         Initial state with its time; by default the equilibrium of `solve_static` at t = 0.
     tolerance : float, optional
-        Largest residual over the largest loads so far, as in `solve_static` [-].
+        Largest residual over the largest loads so far and the present forces of prescribed motions,
+        as in `solve_static` [-].
     factorization : {"auto", "complete", "incomplete"}, optional
         As in `solve_static`.
     progress : bool, optional

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -41,7 +42,8 @@ class StaticState(NamedTuple):
     phi : (m,) float
         Violation of the constraints [m].
     reactions : (n_all - n_free,) float
-        Forces at fixed and prescribed coordinates [N, N m]; empty where they are not needed.
+        Forces at fixed and prescribed coordinates, without dead loads [N, N m]; empty where they
+        are not needed.
     """
 
     q: Vector
@@ -90,7 +92,8 @@ class EquilibriumEquations(Norms):
     start : StaticState
         The reference shape without loads.
     loads : float
-        Norm of all loads, see `force_norm`, with prescribed motions of the supports alone.
+        Norm of all loads, see `force_norm`, including the forces that prescribed motions cause if
+        only the supports move.
     """
 
     def __init__(
@@ -123,9 +126,8 @@ class EquilibriumEquations(Norms):
         if system.n_multipliers:
             self._penalties = Penalties(system, self._gradients, loaded.r)
         self.loads = self.force_norm(loaded.r - self.start.r)
-        self._forces = self._force_of_loads()
-        masses = np.delete(self.mass, self.slopes)
-        self._typical_mass = float(np.median(masses)) if len(masses) else 1.0
+        self._load_norm = self._norm_of_loads()
+        self._driven_mass = self.typical_masses(slice(system.n_all - system.prescribed.n, None))
         self._stress_at_start = self.force_norm(self.start.r)
         self.span = float(np.max(np.abs(system.q_ref)))
         diagonal = self.stiffness(self.start, 0.0)[system.pattern.indptr[: system.n_free]]
@@ -148,19 +150,19 @@ class EquilibriumEquations(Norms):
         self._ready = None
         loaded = self.state(self.start.q, self.start.lam, 1.0)
         self.loads = max(self.loads, self.force_norm(loaded.r - self.start.r))
-        self._forces = max(self._forces, self._force_of_loads())
+        self._load_norm = max(self._load_norm, self._norm_of_loads())
 
-    def pushes(self, state: StaticState) -> float:
-        """Return the norm of loads and driving forces, or without any of other forces.
+    def force_scale(self, state: StaticState) -> float:
+        """Return the norm of loads and driving forces.
 
-        These are by stress in the reference shape, or by a prescribed motion of the supports alone.
+        If both are zero, it is the one of the stress in the reference shape, or else `loads`.
         """
-        forces = self._forces + self._driving_force(state)
+        forces = self._load_norm + self._driving_force(state)
         return forces or self._stress_at_start or self.loads
 
-    def acceleration(self, state: StaticState) -> float:
-        """Return the root mean square of the acceleration by `pushes` [m/s2]."""
-        return float(self.pushes(state) * np.sqrt(self.system.dim / self.total_mass))
+    def acceleration_scale(self, state: StaticState) -> float:
+        """Return the root mean square of the acceleration by `force_scale` [m/s2]."""
+        return float(self.force_scale(state) * np.sqrt(self.system.dim / self.total_mass))
 
     def _make_pattern(self) -> None:
         """Restrict the pattern to the coordinates, and add the coupling by springs."""
@@ -194,23 +196,26 @@ class EquilibriumEquations(Norms):
         self.stats.residual_evaluations += 1
         q = self.imposed.move_supports(q, load)
         r, phi = self.imposed.residual(q, lam, load)
-        forces, reactions = np.split(r, [self.system.n_free])
-        return StaticState(q, lam, forces, phi, reactions)
+        n = self.system.n_free
+        return StaticState(q, lam, r[:n], phi, r[n:] + self.imposed.dead_load(load)[n:])
 
-    def _force_of_loads(self) -> float:
+    def _norm_of_loads(self) -> float:
         """Return the norm of the loads without prescribed motions."""
         r, _ = self.imposed.residual(self.start.q, self.start.lam, 1.0)
         return self.force_norm(r[: self.system.n_free] - self.start.r)
 
     def _driving_force(self, state: StaticState) -> float:
-        """Return the norm of the forces that impose prescribed motions, without their moments."""
-        prescribed, reactions = self.system.prescribed, state.reactions
-        n_driven = prescribed.n_equations
-        squares = reactions[len(reactions) - prescribed.n :] ** 2 / self._typical_mass
-        if not n_driven:
-            return float(np.sqrt(np.sum(squares)))
-        force = self._jacobian(state.q)[-n_driven:].T @ state.lam[-n_driven:]
-        return float(np.sqrt(np.sum(squares) + self.force_norm(force) ** 2))
+        """Return the norm of the forces that impose prescribed motions."""
+        prescribed = self.system.prescribed
+        if not prescribed:
+            return 0.0
+        forces = state.reactions[len(state.reactions) - prescribed.n :]
+        with np.errstate(over="ignore"):
+            squares = float(np.sum(forces**2 / self._driven_mass))
+        if n := prescribed.n_equations:
+            joints = self._jacobian(state.q)[-n:].T @ state.lam[-n:]
+            squares += self.force_norm(joints) ** 2
+        return math.sqrt(squares)
 
     def moved(self, state: StaticState, dx: Vector, dlam: Vector, load: float) -> StaticState:
         """Return the state after a correction."""
@@ -351,13 +356,23 @@ class EquilibriumEquations(Norms):
         sizes = span + self.system.constraints.sizes(state.q)
         return bool(np.all(np.abs(state.phi) <= ROUNDING_UNITS * EPSILON * sizes))
 
-    def is_balanced(self, state: StaticState, load: float, tolerance: float) -> bool:
-        """Return whether the residual is below the tolerance relative to the loads, or rounding."""
+    def is_balanced(
+        self, state: StaticState, load: float, tolerance: float, *, intermediate: bool = False
+    ) -> bool:
+        """Return whether the residual is below the tolerance, or below rounding.
+
+        The tolerance is relative to loads and driving forces; in an `intermediate` load step, which
+        only leads to the next one, to the larger `loads`: otherwise steps are a fourth as long.
+        """
         if not self._is_met(state):
             return False
-        forces = self.imposed.force_factor(load) * self._forces + self._driving_force(state)
+        forces = self.imposed.force_factor(load) * (self.loads if intermediate else self._load_norm)
+        if not intermediate:
+            forces += self._driving_force(state)
         allowed = tolerance * (forces + self._stress_at_start)
         norm = self.force_norm(state.r)
+        if not np.isfinite(norm):
+            return False
         if norm <= allowed or norm > self._max_rounding:
             return norm <= allowed
         excess = np.maximum(np.abs(state.r) - self.rounding(state, load), 0.0)

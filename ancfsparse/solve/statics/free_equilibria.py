@@ -41,6 +41,8 @@ def find_free_equilibrium(
     free : list of str
         The free motions.
 
+    If no stable equilibrium is found, an unstable one is returned.
+
     Raises
     ------
     SingularSceneError
@@ -49,7 +51,7 @@ def find_free_equilibrium(
         If prescribed motions would let bodies pass through each other.
     """
     state = equations.state(q, equations.start.lam, 1.0)
-    if not equations.pushes(state) > 0.0:
+    if not equations.force_scale(state) > 0.0:
         raise describe_free_motions(free, "no load restrains them")
     try:
         check_passage(equations, q, state, 1.0)
@@ -64,7 +66,7 @@ def find_free_equilibrium(
     except NotFoundError as failure:
         last = equations.state(failure.state.q, failure.state.lam, 1.0)
     try:
-        if equations.force_norm(last.r) < BALANCED_RATIO * equations.pushes(last):
+        if equations.force_norm(last.r) < BALANCED_RATIO * equations.force_scale(last):
             return relax(
                 equations, perturb_unstable(equations, last), 1.0, tolerance, farthest=farthest
             )
@@ -130,7 +132,7 @@ def perturb_unstable(equations: EquilibriumEquations, state: StaticState) -> Sta
         If no mass on the diagonal makes the stiffness definite, or bodies are in between.
     """
     distance = PERTURBATION_RATIO * _scene_size(equations, state.q)
-    values, shift = equations.stiffness(state, 1.0), equations.acceleration(state) / distance
+    values, shift = equations.stiffness(state, 1.0), equations.acceleration_scale(state) / distance
     while equations.factor(state, values, 1.0, shift) != 0:
         shift *= 4.0
         if not np.isfinite(shift):

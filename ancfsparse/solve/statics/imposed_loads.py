@@ -11,7 +11,7 @@ LINEAR_LOAD_FACTOR = 1e-6  # load factor over which prescribed motions are taken
 
 
 class ImposedLoads:
-    """Loads and prescribed motions of a time, both in proportion to a load factor.
+    """Loads and prescribed motions at a time, both scaled by a load factor.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class ImposedLoads:
         self.set_time(t)
 
     def set_time(self, t: float) -> None:
-        """Set the loads, and the prescribed motions from the reference shape, of a time [s]."""
+        """Set the loads at a time [s], and the motions of supports from the reference shape."""
         system, prescribed = self._system, self._system.prescribed
         self.amplitudes = np.asarray(system.loads.amplitudes(np.array([t]))[0])
         first, end = system.n_all - prescribed.n, system.n_multipliers - prescribed.n_equations
@@ -61,7 +61,7 @@ class ImposedLoads:
 
     @property
     def is_driven(self) -> bool:
-        """True if any motion is prescribed."""
+        """True if a prescribed motion differs from the reference shape at this time."""
         return bool(self._q_change.any() or self._s_change.any())
 
     @property
@@ -72,6 +72,10 @@ class ImposedLoads:
     def force_factor(self, load: float) -> float:
         """Return the factor of the forces at a load factor."""
         return min(1.0, 2.0 * load) if self.forces_first else load
+
+    def dead_load(self, load: float) -> Vector:
+        """Return the dead load at a load factor, (n_all,) [N, N m]."""
+        return np.asarray(self.force_factor(load) * self._dead)
 
     def amplitudes_at(self, load: float) -> Vector:
         """Return the amplitudes of the loads at a load factor."""
@@ -90,9 +94,9 @@ class ImposedLoads:
     def residual(self, q: Vector, lam: Vector, load: float) -> tuple[Vector, Vector]:
         """Return the forces at all coordinates, and the violation of the constraints.
 
-        Prescribed coordinates stay where they are.
+        The prescribed coordinates are those in `q`, see `move_supports`.
         """
-        forces = self.force_factor(load) * self._dead, self.amplitudes_at(load)
+        forces = self.dead_load(load), self.amplitudes_at(load)
         r, phi = self._system.assembly.residual(q, self._rest, self._rest, lam, *forces)
         values = self._s_start + self._motion_factor(load) * self._s_change
         phi = np.asarray(phi)

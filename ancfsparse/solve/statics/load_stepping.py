@@ -162,7 +162,13 @@ def _follow_load(
         try:
             check_passage(equations, result.state.q, start, target)
             new = solve_newton(
-                equations, start, target, bound, extrapolate=not patient, definite=definite
+                equations,
+                start,
+                target,
+                bound,
+                extrapolate=not patient,
+                definite=definite,
+                intermediate=target < 1.0,
             )
         except NotFoundError as failure:
             if patient and step > MIN_STEP:

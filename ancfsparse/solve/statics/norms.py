@@ -33,24 +33,33 @@ class Norms:
     def __init__(self, system: System) -> None:
         self.system = system
         self.mass = system.mass_diagonal
-        self._body, self.slopes = self._bodies()
+        bodies, is_slope = self._bodies()
+        self._body, self.slopes = bodies[: system.n_free], np.flatnonzero(is_slope[: system.n_free])
         # Masses of slopes are moments of inertia, which are divided by the size of their body.
         sizes = np.array([body.size for body in system.scene.bodies])
+        self._sizes = np.where(is_slope, sizes[bodies], 1.0)
         masses = np.array(self.mass)
-        masses[self.slopes] /= sizes[self._body[self.slopes]] ** 2
+        masses[self.slopes] /= self._sizes[self.slopes] ** 2
         self.total_mass = float(masses.sum())
         body_mass = np.bincount(self._body, masses, minlength=len(system.scene.bodies))
         self._body_mass = np.where(body_mass > 0.0, body_mass, 1.0)
 
-    def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-        """Return the body of every free coordinate, the last of shared ones, and the slopes."""
+    def _bodies(self) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+        """Return the body of each coordinate, the last of shared ones, and which are slopes."""
         system = self.system
         body, slope = np.zeros(system.n_all, dtype=np.int32), np.ones(system.n_all, dtype=bool)
         for k, indices in enumerate(system.places):
             body[indices] = k
         self._positions = system.positions
         slope[self._positions] = False
-        return body[: system.n_free], np.flatnonzero(slope[: system.n_free])
+        return body, slope
+
+    def typical_masses(self, coordinates: slice) -> Vector:
+        """Return the median mass of all positions, for slopes times squared sizes [kg, kg m2]."""
+        masses = np.delete(self.mass, self.slopes)
+        return np.asarray(
+            (np.median(masses) if len(masses) else 1.0) * self._sizes[coordinates] ** 2
+        )
 
     def distance(self, dx: Vector) -> float:
         """Return the size of a correction: the root mean square of the displacement [m]."""

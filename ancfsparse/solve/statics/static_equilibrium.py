@@ -83,8 +83,9 @@ def solve_static(
         Number of equal load steps at first, up to 100000.  More steps follow the equilibrium path
         more closely if there are several equilibria.
     tolerance : float, optional
-        Largest residual over all loads, from 1e-14 to 1e-3 [-].  Residuals below the rounding of
-        forces are accepted.  One more correction follows, so positions are more accurate.
+        Largest residual over all loads and the forces of prescribed motions, from 1e-14 to 1e-3
+        [-].  Residuals below the rounding of forces are accepted.  One more correction follows, so
+        positions are more accurate.
     factorization : {"auto", "complete", "incomplete"}, optional
         Solver of corrections: the factor of the stiffness, or conjugate gradients with an
         incomplete factor and deflation modes, whose memory is linear in the mesh.  ``"auto"``
@@ -187,8 +188,9 @@ def check_static_tolerance(tolerance: object) -> float:
     number = check_positive("tolerance", tolerance)
     if not MIN_TOLERANCE <= number <= MAX_TOLERANCE:
         raise InputError(
-            f"tolerance is the largest residual over the loads, from {MIN_TOLERANCE:g} to "
-            f"{MAX_TOLERANCE:g}, got {number:g}: leave it out, or take 1e-12 for more digits"
+            "tolerance is the largest residual over the loads and driving forces, from "
+            f"{MIN_TOLERANCE:g} to {MAX_TOLERANCE:g}, got {number:g}: leave it out, or take 1e-12 "
+            "for more digits"
         )
     return number
 

@@ -18,7 +18,8 @@ from benchmarks.contact.references.comparison import Comparison, compare_relativ
 EQUILIBRIA = ((1.25e-3, 0.0), (1.25e-3, 0.5), (2.5e-3, 0.3))
 FINAL_LOOP_RADIUS = 0.15  # [m]
 N_ELEMENTS = 220
-STEP = 2e-3  # for a rod of 20 mm, in proportion to the periods of bending waves [s]
+STEP = 2e-3  # for a rod of 20 mm, for others in proportion to the periods of bending waves [s]
+REST_SLOWNESS = 2.0  # of the motion before an equilibrium
 LAW_TOLERANCE = 0.1  # of tensions at finite eps
 LIMIT_TOLERANCE = 0.02  # of the tension over the one by the law, for eps = 0
 FRICTION = 0.1
@@ -48,8 +49,8 @@ def compare_loose_knots() -> list[Comparison]:
 
 def _find_equilibrium(h: float, part: float) -> tuple[float, float]:
     """Return eps and T h^2 / B of a knot without friction at rest."""
-    case = _make_knot(0.0, h, 2.0, N_ELEMENTS)
-    time = (ROD_RADIUS / h) * (SETTLING_TIME + part * 2.0 * TIGHTENING_TIME)
+    case = _make_knot(0.0, h, REST_SLOWNESS, N_ELEMENTS)
+    time = (ROD_RADIUS / h) * (SETTLING_TIME + part * REST_SLOWNESS * TIGHTENING_TIME)
     run = _tighten(case, h, time, save_every=1000)
     rest, rod = solve_static(case.scene, start=run.last), case.bodies["rod"]
     chord = float(np.linalg.norm(rest.position(rod.end) - rest.position(rod.start)))
