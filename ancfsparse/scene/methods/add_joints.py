@@ -39,7 +39,7 @@ class Joints(SceneBase):
             coordinates.  The motion is the same.
         """
         own = self._mine("a pin", check_point("a pin", node))
-        check_flag("as_constraint of a pin", as_constraint)
+        as_constraint = check_flag("as_constraint of a pin", as_constraint)
         return self._add(Pin(own, as_constraint), PinSpec(own.reference, as_constraint))
 
     def clamp(self, node: Point, stretch: str = "free") -> Clamp:
@@ -91,7 +91,7 @@ class Joints(SceneBase):
             The motion is the same.
         """
         own = self._mine("a drive", check_point("a drive", node))
-        check_flag("as_constraint of a drive", as_constraint)
+        as_constraint = check_flag("as_constraint of a drive", as_constraint)
         subject = f"the position of the drive at {own!r}"
         motion = records.define_motion(subject, self.dim, position, rate, second_rate)
         record = DriveSpec(own.reference, as_data(position), rate, second_rate, as_constraint)
@@ -157,9 +157,8 @@ class Joints(SceneBase):
             raise InputError(f"a connection needs two points, got {a!r} twice")
         check_other_body("a connection", a, b)
         gap = float(np.linalg.norm(a.position - b.position))
-        if not check_flag("apart", apart) and gap > COINCIDENCE_RATIO * max(
-            a.beam.size, b.beam.size
-        ):
+        apart = check_flag("apart", apart)
+        if not apart and gap > COINCIDENCE_RATIO * max(a.beam.size, b.beam.size):
             raise InputError(
                 f"{a!r} and {b!r} cannot be connected: they are {gap:.6g} m apart, at "
                 f"{place(a.position)} and {place(b.position)}; move one beam so that they meet, "

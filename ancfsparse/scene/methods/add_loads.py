@@ -65,7 +65,8 @@ class Loads(SceneBase):
             is one number.
         """
         own = self._mine("a force", check_point("a force", node))
-        if check_flag("follow", follow) and own.beam.kind.is_string and own.is_node:
+        follow = check_flag("follow", follow)
+        if follow and own.beam.kind.is_string and own.is_node:
             raise InputError(
                 f"a force on {own!r} cannot follow its slope, which jumps at the nodes of a "
                 "string: take a point inside an element, or element='thin'"
@@ -98,7 +99,8 @@ class Loads(SceneBase):
             plane it makes no difference.
         """
         own = check_turns("a moment", self._mine("a moment", check_node("a moment", node)))
-        load = PointMoment(own, value, check_flag("follow", follow))
+        follow = check_flag("follow", follow)
+        load = PointMoment(own, value, follow)
         if follow and self.dim == 3 and len(node.beam.kind.vectors) < 4:
             raise InputError(
                 f"a moment on {node!r} cannot follow its section, which has no axis but the slope: "
@@ -156,7 +158,8 @@ class Loads(SceneBase):
                 f"shape is a function of the arc coordinate, and the mesh {beam.name} has no such "
                 "coordinate: load it uniformly, or by forces on points"
             )
-        load = DistributedForce(own, value, shape, check_flag("follow", follow))
+        follow = check_flag("follow", follow)
+        load = DistributedForce(own, value, shape, follow)
         load.factors(np.array([0.0, beam.length]))
         record = DistributedForceSpec(beam.reference, load.value, shape=shape, follow=follow)
         return self._keep(self.loads, load, record)

@@ -99,14 +99,14 @@ class Table(Signal):
                 f"{times[row]:.6g} s in row {row + 1}: write a jump as a short interval"
             )
         check_choice("outside of a table", self.outside, ("error", "hold", "zero"))
-        check_flag("smooth of a table", self.smooth)
-        if self.smooth and (len(times) < 2 or self.outside == "zero"):
+        smooth = check_flag("smooth of a table", self.smooth)
+        if smooth and (len(times) < 2 or self.outside == "zero"):
             raise InputError(
                 "a smooth table needs two times or more, and the last value after them: take "
                 "outside='hold'"
             )
         times.flags.writeable = values.flags.writeable = False
-        set_fields(self, times=times, values=values)
+        set_fields(self, times=times, values=values, smooth=smooth)
 
     def __call__(self, t: ArrayLike) -> Vector:
         """Return the value at a time [s], or one row for each of an array of times (k,)."""
@@ -214,8 +214,8 @@ class Ramp(ScaledSignal):
         """Check the numbers and store them in double precision."""
         value = checked_value("value of a ramp", self.value)
         start, end = _interval("a ramp", self.start, self.end)
-        check_flag("smooth of a ramp", self.smooth)
-        set_fields(self, value=value, start=start, end=end)
+        smooth = check_flag("smooth of a ramp", self.smooth)
+        set_fields(self, value=value, start=start, end=end, smooth=smooth)
 
     @property
     def smoothness(self) -> float:

@@ -41,6 +41,8 @@ class Contribution(ABC):
         True for loads and springs, which are ignored in the assembly of joints.
     is_contact : bool
         True if bodies press on each other or on obstacles only where they touch.
+    is_between_beams : bool
+        True if it is the contact of beams with each other.
     sticks : bool
         True if it has friction that sticks, which depends on the motion before.
     depends_on_reactions : bool
@@ -53,6 +55,7 @@ class Contribution(ABC):
     is_explicit_in_time = True
     is_load = False
     is_contact = False
+    is_between_beams = False
     sticks = False
     depends_on_reactions = False
     separates = False

@@ -265,3 +265,28 @@ def test_factors_of_signals_are_finite_numbers(factor):
 def test_operations_without_a_signal_as_result_are_refused(signal, nonsense, message):
     with pytest.raises(InputError, match=message):
         nonsense(signal)
+
+
+def test_flags_of_numpy_are_those_of_python():
+    numpy_table, table = (
+        ancf.Table([0.0, 1.0], [0.0, 1.0], smooth=flag) for flag in (np.True_, True)
+    )
+    assert repr(numpy_table) == repr(table)
+    assert repr(ancf.Ramp(1.0, 1.0, smooth=np.True_)) == repr(ancf.Ramp(1.0, 1.0, smooth=True))
+
+
+@pytest.mark.parametrize("flag", [np.True_, np.False_])
+def test_flags_of_numpy_in_scenes_are_stored_as_those_of_python(flag):
+    def scene(flag):
+        made = ancf.Scene((0.0, -9.81))
+        rods = [
+            made.add_beam("thin", (x, 0), (x + 1, 0), 2, ancf.Circle(0.01), ancf.Material(1e9, 1e3))
+            for x in (0.0, 1.0)
+        ]
+        made.pin(rods[0].start, as_constraint=flag)
+        made.connect(rods[0].end, rods[1].start, apart=flag)
+        made.point_force(rods[1].end, (0.0, 1.0), follow=flag)
+        return made
+
+    assert str(scene(flag)) == str(scene(bool(flag)))
+    assert "np." not in str(scene(flag))

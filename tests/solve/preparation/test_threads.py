@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ancfsparse import InputError, QuasiNewton, simulate
-from ancfsparse.problems import chain, net
+from ancfsparse.problems import chain, net, pile
 
 
 @pytest.mark.parametrize("solver", ["auto", QuasiNewton("broyden", memory=3)])
@@ -28,6 +28,15 @@ def test_small_systems_stay_on_one_thread():
     run = simulate(scene, 1e-2, 1e-3, threads=2)
     assert run.stats.threads == 1
     np.testing.assert_array_equal(run.q, simulate(chain(10).scene, 1e-2, 1e-3).q)
+
+
+def test_heaps_of_beams_use_threads_from_fewer_coordinates():
+    runs = [
+        simulate(pile(70, 0.4, width=1.4, cables_in_layer=10).scene, 2e-3, 1e-3, threads=n)
+        for n in (1, 2)
+    ]
+    assert [run.stats.threads for run in runs] == [1, 2]
+    np.testing.assert_allclose(runs[1].q, runs[0].q, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("threads", [0, -1, 1.5, "all", 257])

@@ -75,6 +75,7 @@ class BeamContactContribution(LimitedPenetration):
 
     is_load = True
     is_contact = True
+    is_between_beams = True
 
     def __init__(self, system: Discretization, contact: BeamContact, first_history: int) -> None:
         self._system, self.contact = system, contact
