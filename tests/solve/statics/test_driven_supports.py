@@ -8,6 +8,9 @@ import pytest
 
 import ancfsparse as ancf
 from ancfsparse.problems import knot
+from ancfsparse.results import RunStats
+from ancfsparse.solve.statics.equilibrium_equations import EquilibriumEquations
+from ancfsparse.system import System
 
 TOLERANCE = 1e-4
 SECTION, MATERIAL = ancf.Circle(1e-3), ancf.Material(1e9, 1e3)
@@ -125,3 +128,25 @@ def test_weights_at_a_driven_point_are_not_driving_forces():
     exact = ancf.solve_static(scene, tolerance=1e-13).reaction(rod.start)
     found = ancf.solve_static(scene, tolerance=1e-3).reaction(rod.start)
     assert np.linalg.norm(found - exact) < 1e-2 * np.linalg.norm(exact)
+
+
+@pytest.mark.parametrize("as_constraint", [False, True])
+def test_moments_at_driven_angles_are_compared_at_each_scale_of_length(as_constraint):
+    def ratio(length):
+        """Norm of the driving force over the force at the other end and the root of a mass."""
+        scene = ancf.Scene((0.0, 0.0))
+        mass = 1e3 * math.pi / 4.0 * (length / 100.0) ** 2 * length
+        crank = scene.add_body(mass=mass, inertia=mass * length**2, position=(0.0, 0.0))
+        hinge = scene.pin(crank.origin)
+        section = ancf.Circle(length / 100.0)
+        rod = scene.add_beam("thin", (0.0, 0.0), (length, 0.0), 8, section, MATERIAL)
+        scene.weld(crank.origin, rod.start)
+        scene.pin(rod.end)
+        scene.drive_joint(hinge, lambda t: 0.5, as_constraint=as_constraint)
+        found = ancf.solve_static(scene)
+        equations = EquilibriumEquations(System(scene), RunStats())
+        state = equations.state(found.q, found.multipliers, 1.0)
+        scale = equations.force_scale(state) * math.sqrt(mass)
+        return scale / np.linalg.norm(found.reaction(rod.end))
+
+    assert ratio(1e-4) == pytest.approx(ratio(1e4), rel=1e-3)
