@@ -259,18 +259,20 @@ class ImplicitCandidate:
         order = assumed_order(self._integrator.order, phase, has_contact)
         minimum = MIN_IMPACT_REMAINING if has_contact else 0.0
         error, is_stagnant = difference * remaining_error(n / before, order, minimum), False
-        extrapolated_error, near = math.inf, 0.0
+        extrapolated_error, later_difference = math.inf, 0.0
         lost = min(1.0, phase) * difference
         pairs = [(states, coarse)]
         if self._extrapolated is not None:
             earlier, last_difference = self._extrapolated
             first = self._runs[0][0]
-            near = self._distance(extrapolated, earlier)
+            later_difference = self._distance(extrapolated, earlier)
             # Extrapolation reduces the difference, or it has not removed the error.
             expected = (first**-2 - before**-2) / (before**-2 - n**-2)
             ratio = last_difference / difference / expected
-            is_regular = 1.0 / MAX_IRREGULARITY < ratio < MAX_IRREGULARITY and near < difference
-            content = self._dominant(near, extrapolated, earlier, before, n)
+            is_regular = (
+                1.0 / MAX_IRREGULARITY < ratio < MAX_IRREGULARITY and later_difference < difference
+            )
+            content = self._dominant(later_difference, extrapolated, earlier, before, n)
             phase = float(content.phase_errors(self._scheme(n))[0])
             remaining = remaining_error(n / first, ASSUMED_ORDER)
             # Of waves at a frequency w the remaining part is the phase error, up to 1, which grows
@@ -278,8 +280,10 @@ class ImplicitCandidate:
             # the frequency of phase error 1.
             remaining = max(remaining, min(1.0, math.cbrt(phase)))
             if is_regular or not has_contact:
-                extrapolated_error = near * remaining if is_regular else near
-                error = plain + near * remaining
+                extrapolated_error = (
+                    later_difference * remaining if is_regular else later_difference
+                )
+                error = plain + later_difference * remaining
                 pairs.append((extrapolated, earlier))
             else:  # of first order: an extrapolation of second order does not remove it
                 observed = observed_order(first, last_difference, before, n, difference)
@@ -295,7 +299,7 @@ class ImplicitCandidate:
             # 545 and 818 steps are off by 2.1 times and by 1.5.
             remaining = remaining_error(n / before, ASSUMED_ORDER)
             error = max(error, difference * max(1.0, remaining))
-            extrapolated_error = max(extrapolated_error, near * min(1.0, second_order))
+            extrapolated_error = max(extrapolated_error, later_difference * min(1.0, second_order))
         if extrapolated_error < error:
             error, best = extrapolated_error, extrapolated
         pair = self._scheme(before), self._scheme(n)
